@@ -1,0 +1,1 @@
+"""Identification of the servo twin from recordings and diagnosis of its gap."""

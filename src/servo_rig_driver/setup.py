@@ -1,0 +1,47 @@
+"""Installs servo_rig_driver as an ament_python package."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = 'servo_rig_driver'
+
+
+def shared_files(folder):
+    """Return the files below folder as setuptools' data_files, keeping their subfolders."""
+    by_target = {}
+    for path in sorted(Path(folder).rglob('*')):
+        if path.is_file():
+            below = path.parent.relative_to(Path(folder).parent)
+            by_target.setdefault(f'share/{NAME}/{below}', []).append(str(path))
+    return sorted(by_target.items())
+
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='The rig: its CAN bus, driver, recorder and the emulated servo bench.',
+    license='Apache-2.0',
+    maintainer='Servo twin maintainers',
+    maintainer_email='maintainers@servo-twin.invalid',
+    packages=find_packages(exclude=['tests']),
+    package_data={'servo_rig_driver': ['**/*.eds', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+        *shared_files('launch'),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'driver = servo_rig_driver.driver:main',
+            'recorder = servo_rig_driver.recorder:main',
+            'emulated_rig = servo_rig_driver.emulated_rig:main',
+            'can_hub = servo_rig_driver.can_hub:main',
+        ],
+        'can.interface': [
+            'unix_bus = servo_rig_driver.unix_bus:UnixBus',
+        ],
+    },
+)

@@ -1,0 +1,1 @@
+"""The servo twin: physics, lockstep model, twin node and bags."""

@@ -1,0 +1,43 @@
+"""Installs servo_twin as an ament_python package."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = 'servo_twin'
+
+
+def shared_files(folder):
+    """Return the files below folder as setuptools' data_files, keeping their subfolders."""
+    by_target = {}
+    for path in sorted(Path(folder).rglob('*')):
+        if path.is_file():
+            below = path.parent.relative_to(Path(folder).parent)
+            by_target.setdefault(f'share/{NAME}/{below}', []).append(str(path))
+    return sorted(by_target.items())
+
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='The servo twin: physics of effects, a lockstep model, the twin node and the bags.',
+    license='Apache-2.0',
+    maintainer='Servo twin maintainers',
+    maintainer_email='maintainers@servo-twin.invalid',
+    packages=find_packages(exclude=['tests']),
+    package_data={'servo_twin': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+        *shared_files('launch'),
+        *shared_files('../../config'),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'servo-twin = servo_twin.cli:main',
+            'twin_node = servo_twin.twin_node:main',
+        ],
+    },
+)
