@@ -1,0 +1,198 @@
+"""
+Plays blocks of set-points, and never one that is too old.
+
+Pure logic: instants are integers in ns of the same clock as the samples' stamps, handed in.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from math import isfinite
+from threading import Lock
+
+SECOND = 1_000_000_000
+
+
+class Mode(IntEnum):
+    """What a set-point is a reference for; the numbers are those of Command.msg."""
+
+    OFF = 0
+    VOLTAGE = 1
+    CURRENT = 2
+    VELOCITY = 3
+    POSITION = 4
+
+
+UNITS = {Mode.VOLTAGE: 'V', Mode.CURRENT: 'A', Mode.VELOCITY: 'rad/s', Mode.POSITION: 'rad'}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest magnitudes that may reach the rig; positions from ``lower`` to ``upper``."""
+
+    voltage: float
+    current: float
+    velocity: float
+    lower: float
+    upper: float
+    external_torque: float
+
+    def range(self, mode: Mode) -> tuple[float, float]:
+        """Return the smallest and the largest reference of a mode, in the mode's unit."""
+        if mode is Mode.POSITION:
+            return self.lower, self.upper
+        if mode is Mode.OFF:
+            return 0.0, 0.0
+        size = {Mode.VOLTAGE: self.voltage, Mode.CURRENT: self.current,
+                Mode.VELOCITY: self.velocity}[mode]
+        return -size, size
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """One set-point: ``instant`` in ns, ``reference`` in V, A, rad/s or rad by mode, N m or None."""
+
+    instant: int
+    mode: Mode
+    reference: float
+    external_torque: float | None
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What became of a block: how many set-points it had, were already too old, were clamped."""
+
+    received: int
+    too_old: int
+    clamped: int
+    note: str
+
+
+class Refused(ValueError):
+    """A block of set-points that cannot be played as a whole; the queue stays as it was."""
+
+
+class SetpointPlayer:
+    """
+    Holds the set-points to come and tells which one is due.
+
+    A block rules from its first instant on: what was queued from there on is dropped. A set-point
+    holds until the next one, but never longer than ``timeout`` seconds after its own instant. The
+    player is filled by one thread and played by another.
+    """
+
+    def __init__(self, timeout: float, limits: Limits, capacity: int = 200_000,
+                 horizon: float = 60.0) -> None:
+        self.timeout = timeout
+        self.limits = limits
+        self.capacity = capacity
+        self.horizon = horizon
+        self.expired = 0
+        self.since_last: int | None = None
+        self._queue: deque[Setpoint] = deque()
+        self._now_playing: Setpoint | None = None
+        self._lock = Lock()
+
+    def add(self, start: int, mode: int, period: float, reference: Sequence[float],
+            external_torque: Sequence[float], now: int) -> Receipt:
+        """
+        Queue a block whose first set-point takes effect at ``start`` ns, the next ``period`` s on.
+
+        References outside the limits are clamped and counted. Raises Refused when the mode is
+        unknown, lengths differ, a value is not finite, the period of a block is not positive, the
+        block lies too far ahead or does not fit the queue.
+        """
+        mode = self._judge(start, mode, period, reference, external_torque, now)
+        low, high = self.limits.range(mode)
+        top = self.limits.external_torque
+        if mode is Mode.OFF:
+            reference = [0.0] * max(1, len(reference))
+            external_torque = [0.0] * len(reference)
+        step = period * SECOND
+        oldest = now - int(self.timeout * SECOND)
+        points, too_old, clamped = [], 0, []
+        for k, value in enumerate(reference):
+            instant = start + round(k * step) if k else start
+            if instant < oldest:
+                too_old += 1
+                continue
+            torque = external_torque[k] if len(external_torque) else None
+            bounded = min(max(value, low), high)
+            if bounded != value:
+                clamped.append(f'{mode.name.lower()} {value:g} to {bounded:g} {UNITS[mode]}')
+            if torque is not None and abs(torque) > top:
+                clamped.append(f'external torque {torque:g} N m to {top:g} N m in size')
+                torque = min(max(torque, -top), top)
+            points.append(Setpoint(instant, mode, bounded, torque))
+        with self._lock:
+            while points and self._queue and self._queue[-1].instant >= start:
+                self._queue.pop()
+            if len(self._queue) + len(points) > self.capacity:
+                raise Refused(f'{len(points)} set-points do not fit beside the {len(self._queue)} '
+                              f'that wait; at most {self.capacity} may wait')
+            self._queue.extend(points)
+        note = f'clamped {clamped[0]}' if clamped else ''
+        return Receipt(len(reference), too_old, len(clamped), note)
+
+    def _judge(self, start: int, mode: int, period: float, reference: Sequence[float],
+               external_torque: Sequence[float], now: int) -> Mode:
+        try:
+            mode = Mode(mode)
+        except ValueError:
+            raise Refused(f'mode {mode} is unknown; it is one of '
+                          f'{[f"{m.name} = {m.value}" for m in Mode]}') from None
+        if mode is not Mode.OFF and not len(reference):
+            raise Refused('the block holds no reference; it needs at least one')
+        if len(external_torque) not in (0, len(reference)):
+            raise Refused(f'external_torque has {len(external_torque)} values beside '
+                          f'{len(reference)} references; give as many, or none')
+        for name, values in (('reference', reference), ('external_torque', external_torque)):
+            for k, value in enumerate(values):
+                if not isfinite(value):
+                    raise Refused(f'{name}[{k}] = {value}; every value must be finite')
+        if len(reference) > 1 and not (isfinite(period) and period > 0.0):
+            raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs a '
+                          'positive one')
+        ahead = (start - now) / SECOND
+        if ahead > self.horizon:
+            raise Refused(f'the block starts {ahead:.1f} s ahead, at most {self.horizon:g} s are '
+                          "allowed; do sender and driver share the driver's ROS clock?")
+        return mode
+
+    def at(self, instant: int, now: int) -> Setpoint | None:
+        """
+        Return the set-point to hold from ``instant`` on, or None when none is young enough.
+
+        ``now`` is the time at which it goes out (it may lag behind ``instant``): the age is
+        counted from the set-point's own instant to the later of the two.
+        """
+        playing = self._now_playing
+        queue = self._queue
+        if queue and queue[0].instant <= instant:
+            with self._lock:
+                while queue and queue[0].instant <= instant:
+                    playing = queue.popleft()
+            self._now_playing = playing
+        if playing is None:
+            return None
+        if max(instant, now) - playing.instant > self.timeout * SECOND:
+            self._now_playing = None
+            if playing.mode is not Mode.OFF:
+                self.expired += 1
+                self.since_last = playing.instant
+            return None
+        return playing
+
+    def clear(self) -> None:
+        """Drop everything, as when the rig went away: it shall not start by an old block."""
+        with self._lock:
+            self._queue.clear()
+            self._now_playing = None
+
+    @property
+    def waiting(self) -> int:
+        """Number of set-points that are yet to come."""
+        return len(self._queue)

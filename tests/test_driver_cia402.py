@@ -1,0 +1,120 @@
+"""The master's side of CiA 402, against a small drive written from the standard's state table."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+from servo_rig_driver.cia402 import Controlword, drive_state, DriveMaster, DriveState
+
+STATUSWORDS = {
+    0x0000: DriveState.NOT_READY,
+    0x0250: DriveState.SWITCH_ON_DISABLED,
+    0x0231: DriveState.READY_TO_SWITCH_ON,
+    0x0233: DriveState.SWITCHED_ON,
+    0x0237: DriveState.OPERATION_ENABLED,
+    0x0217: DriveState.QUICK_STOP_ACTIVE,
+    0x021F: DriveState.FAULT_REACTION_ACTIVE,
+    0x0218: DriveState.FAULT,
+}
+
+
+class Drive:
+    """Transitions 2 to 16 of CiA 402-2 figure 'state machine', one a step."""
+
+    def __init__(self) -> None:
+        self.word = 0x0250
+        self.broken = False
+        self.before = 0
+
+    def take(self, control: int) -> int:
+        if self.word == 0x0218:
+            if control & 0x80 and not self.before & 0x80 and not self.broken:
+                self.word = 0x0250
+        elif control & 0x02 == 0 or control & 0x0F == 0:
+            self.word = 0x0250
+        elif self.word == 0x0250 and control & 0x87 == 0x06:
+            self.word = 0x0231
+        elif self.word == 0x0231 and control & 0x87 == 0x07:
+            self.word = 0x0233
+        elif self.word == 0x0233 and control & 0x8F == 0x0F:
+            self.word = 0x0237
+        self.before = control
+        return self.word
+
+
+def lead(master: DriveMaster, drive: Drive, steps: int, start: float = 0.0) -> list[int]:
+    sent = []
+    for k in range(steps):
+        sent.append(int(master.step(drive.word, start + 1e-3 * k)))
+        drive.take(sent[-1])
+    return sent
+
+
+@pytest.mark.parametrize('word,state', STATUSWORDS.items())
+def test_it_reads_the_states_of_the_standard(word, state):
+    assert drive_state(word) is state
+
+
+@given(st.integers(0, 0xFFFF))
+def test_it_reads_any_statusword_and_minds_the_low_byte_alone(word):
+    assert drive_state(word) is drive_state(word & 0x6F)
+
+
+def test_it_enables_a_drive_in_the_order_of_the_standard():
+    master, drive = DriveMaster(), Drive()
+    master.enable = True
+    assert lead(master, drive, 4) == [0x06, 0x07, 0x0F, 0x0F]
+    assert master.enabled
+
+
+def test_it_takes_the_drive_down_when_told_to():
+    master, drive = DriveMaster(), Drive()
+    master.enable = True
+    lead(master, drive, 5)
+    master.enable = False
+    lead(master, drive, 2)
+    assert drive_state(drive.word) is DriveState.SWITCH_ON_DISABLED
+    assert not master.enabled
+
+
+def test_it_resets_a_fault_by_an_edge_and_enables_again():
+    master, drive = DriveMaster(), Drive()
+    master.enable = True
+    lead(master, drive, 5)
+    drive.word = 0x0218
+    sent = lead(master, drive, 8, start=1.0)
+    assert sent[0] == Controlword.FAULT_RESET
+    assert master.enabled
+    assert master.tries == 1
+
+
+def test_it_gives_up_a_broken_drive_after_the_allowed_resets():
+    master, drive = DriveMaster(resets=3, pause=0.1, pulse=0.02), Drive()
+    master.enable = True
+    drive.word, drive.broken = 0x0218, True
+    sent = lead(master, drive, 2000)
+    edges = sum(now == 0x80 and then != 0x80 for then, now in zip([0] + sent, sent))
+    assert edges == 3
+    assert master.given_up
+    assert sent[-1] == Controlword.DISABLE_VOLTAGE
+
+
+def test_it_forgives_old_resets_after_a_while_enabled():
+    master, drive = DriveMaster(resets=2, forgive=0.5), Drive()
+    master.enable = True
+    drive.word = 0x0218
+    lead(master, drive, 1000)
+    assert master.tries == 0
+
+
+@given(st.lists(st.tuples(st.integers(0, 0xFFFF), st.floats(0.0, 0.3)), max_size=60),
+       st.booleans())
+def test_it_never_enables_operation_but_from_switched_on_or_enabled(words, enable):
+    master, now = DriveMaster(), 0.0
+    master.enable = enable
+    for word, pause in words:
+        now += pause
+        control = master.step(word, now)
+        if control == Controlword.ENABLE_OPERATION:
+            assert enable
+            assert drive_state(word) in (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED)

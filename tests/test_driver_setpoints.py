@@ -1,0 +1,125 @@
+"""What the driver plays of the commands it got: never late, never old, never out of limits."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import pytest
+
+from servo_rig_driver.setpoints import Limits, Mode, Refused, SECOND, SetpointPlayer
+
+MS = SECOND // 1000
+LIMITS = Limits(voltage=10.0, current=5.0, velocity=2.0, lower=-1.0, upper=3.0,
+                external_torque=100.0)
+
+
+def player(timeout: float = 0.1) -> SetpointPlayer:
+    return SetpointPlayer(timeout, LIMITS)
+
+
+def test_it_plays_each_setpoint_from_its_own_instant_on():
+    play = player()
+    play.add(1000 * MS, Mode.VOLTAGE, 2e-3, [1.0, 2.0, 3.0], [], now=990 * MS)
+    assert play.at(999 * MS, 999 * MS) is None
+    heard = [play.at(k * MS, k * MS).reference for k in range(1000, 1006)]
+    assert heard == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
+
+
+def test_it_counts_the_age_from_the_setpoints_own_instant():
+    play = player(timeout=0.1)
+    play.add(0, Mode.CURRENT, 0.0, [1.5], [], now=50 * MS)
+    assert play.at(60 * MS, 60 * MS).reference == 1.5
+    assert play.at(100 * MS, 100 * MS).reference == 1.5
+    assert play.at(101 * MS, 101 * MS) is None
+    assert play.expired == 1
+
+
+def test_it_drops_a_setpoint_that_would_go_out_too_late():
+    play = player(timeout=0.1)
+    play.add(0, Mode.VOLTAGE, 0.0, [1.0], [], now=0)
+    assert play.at(1 * MS, now=150 * MS) is None
+
+
+def test_it_takes_nothing_of_a_block_that_came_too_old():
+    play = player(timeout=0.1)
+    receipt = play.add(0, Mode.VOLTAGE, 1e-3, [1.0] * 10, [], now=500 * MS)
+    assert (receipt.too_old, play.waiting) == (10, 0)
+    assert play.at(500 * MS, 500 * MS) is None
+
+
+def test_it_lets_a_later_block_rule_from_its_first_instant_on():
+    play = player()
+    play.add(0, Mode.VELOCITY, 1e-3, [0.1, 0.2, 0.3, 0.4], [], now=0)
+    play.add(2 * MS, Mode.POSITION, 1e-3, [1.0, 2.0], [], now=0)
+    heard = [play.at(k * MS, k * MS) for k in range(4)]
+    assert [(p.mode, p.reference) for p in heard] == [
+        (Mode.VELOCITY, 0.1), (Mode.VELOCITY, 0.2), (Mode.POSITION, 1.0), (Mode.POSITION, 2.0)]
+
+
+def test_it_clamps_to_the_limits_and_says_so():
+    play = player()
+    receipt = play.add(0, Mode.POSITION, 1e-3, [-7.0, 0.0, 9.0], [500.0, 0.0, -500.0], now=0)
+    assert receipt.clamped == 4
+    assert 'position -7 to -1 rad' in receipt.note
+    heard = [play.at(k * MS, k * MS) for k in range(3)]
+    assert [(p.reference, p.external_torque) for p in heard] == [
+        (-1.0, 100.0), (0.0, 0.0), (3.0, -100.0)]
+
+
+def test_it_leaves_the_external_torque_alone_where_none_is_given():
+    play = player()
+    play.add(0, Mode.VOLTAGE, 0.0, [1.0], [], now=0)
+    assert play.at(0, 0).external_torque is None
+
+
+def test_it_plays_off_as_zero_and_never_counts_it_as_run_out():
+    play = player()
+    play.add(0, Mode.OFF, 0.0, [], [], now=0)
+    assert (play.at(0, 0).mode, play.at(0, 0).reference) == (Mode.OFF, 0.0)
+    assert play.at(SECOND, SECOND) is None
+    assert play.expired == 0
+
+
+@pytest.mark.parametrize('start,mode,period,reference,external,words', [
+    (0, 9, 1e-3, [1.0], [], 'mode 9'),
+    (0, 1, 1e-3, [], [], 'no reference'),
+    (0, 1, 1e-3, [1.0, float('nan')], [], r'reference\[1\] = nan'),
+    (0, 1, 1e-3, [1.0], [float('inf')], r'external_torque\[0\] = inf'),
+    (0, 1, 1e-3, [1.0, 2.0], [1.0], '1 values beside 2'),
+    (0, 1, 0.0, [1.0, 2.0], [], 'period = 0.0 s'),
+    (0, 1, float('nan'), [1.0, 2.0], [], 'period = nan s'),
+    (3600 * SECOND, 1, 1e-3, [1.0], [], '3600.0 s ahead'),
+])
+def test_it_refuses_a_block_it_cannot_play_and_keeps_what_it_had(
+        start, mode, period, reference, external, words):
+    play = player()
+    play.add(0, Mode.VOLTAGE, 0.0, [4.0], [], now=0)
+    with pytest.raises(Refused, match=words):
+        play.add(start, mode, period, reference, external, now=0)
+    assert play.at(0, 0).reference == 4.0
+
+
+def test_it_refuses_more_than_fits_the_queue():
+    play = SetpointPlayer(1.0, LIMITS, capacity=3)
+    with pytest.raises(Refused, match='4 set-points do not fit'):
+        play.add(0, Mode.VOLTAGE, 1e-3, [0.0] * 4, [], now=0)
+
+
+blocks = st.tuples(
+    st.integers(-300, 300), st.sampled_from([Mode.VOLTAGE, Mode.CURRENT, Mode.VELOCITY]),
+    st.integers(1, 40), st.lists(st.floats(-50, 50), min_size=1, max_size=8))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 50), st.integers(0, 60), blocks), max_size=15),
+       st.integers(0, 200))
+def test_it_never_hands_out_anything_old_early_or_out_of_limits(steps, timeout):
+    play = SetpointPlayer(timeout / 1000, LIMITS)
+    now = 0
+    for pause, lag, (offset, mode, period, reference) in steps:
+        now += pause * MS
+        play.add(now + offset * MS, mode, period / 1000, reference, [], now)
+        playing = play.at(now, now + lag * MS)
+        if playing is not None:
+            low, high = LIMITS.range(playing.mode)
+            assert low <= playing.reference <= high
+            assert playing.instant <= now
+            assert now + lag * MS - playing.instant <= timeout * MS
