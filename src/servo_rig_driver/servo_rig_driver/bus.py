@@ -1,0 +1,112 @@
+"""
+Opens the CAN bus that a configuration names; nothing else knows which kind it is.
+
+    bus: {interface: unix_bus, channel: /tmp/rig.can}          # processes of one machine
+    bus: {interface: virtual, channel: rig}                    # threads of one process
+    bus: {interface: socketcan, channel: can0, bitrate: 1000000}
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import can
+
+from .unix_bus import UnixBus
+
+INTERFACES = ('unix_bus', 'virtual', 'socketcan')
+
+
+class BusError(ValueError):
+    """A configuration of the bus that cannot be used."""
+
+
+@dataclass(frozen=True)
+class BusSettings:
+    """Which bus: python-can's interface, its channel, and the bitrate in bit/s for socketcan."""
+
+    interface: str = 'unix_bus'
+    channel: str = '/tmp/servo_rig.can'
+    bitrate: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        """Raise BusError for an unknown interface, an empty channel or an impossible bitrate."""
+        if self.interface not in INTERFACES:
+            raise BusError(f"bus.interface = '{self.interface}' is unknown; it is one of "
+                           f'{list(INTERFACES)}')
+        if not self.channel:
+            raise BusError('bus.channel is empty; give a socket path, a name or a CAN device')
+        if not 10_000 <= self.bitrate <= 1_000_000:
+            raise BusError(f'bus.bitrate = {self.bitrate} bit/s is outside [10000, 1000000]')
+
+
+def bus_settings(section: Mapping[str, object]) -> BusSettings:
+    """Return the settings of a mapping as read from YAML; raises BusError naming a wrong key."""
+    known = BusSettings.__dataclass_fields__
+    for key in section:
+        if key not in known:
+            raise BusError(f"bus has no setting '{key}'; it has {list(known)}")
+    try:
+        return BusSettings(**section)
+    except TypeError as error:
+        raise BusError(f'bus: {error}') from error
+
+
+def open_bus(settings: BusSettings, wait: float = 2.0) -> can.BusABC:
+    """
+    Open the bus, waiting up to ``wait`` seconds for a hub where the interface needs one.
+
+    Raises can.CanError when it cannot be opened.
+    """
+    try:
+        if settings.interface == 'unix_bus':  # needs no entry point, as in a source tree
+            return UnixBus(settings.channel, wait=wait)
+        return can.Bus(interface=settings.interface, channel=settings.channel,
+                       bitrate=settings.bitrate)
+    except (OSError, can.CanError) as error:
+        raise can.CanInitializationError(
+            f'cannot open {settings.interface} {settings.channel}: {error}') from error
+
+
+class Wire:
+    """
+    Frames as (identifier, data) over any python-can bus, without its messages where it can.
+
+    Raises can.CanError when the bus is gone. Standard data frames only: what else comes is left
+    out of recv().
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self.bus = bus
+        self._packed = hasattr(bus, 'send_frames')
+
+    def send(self, frames: Sequence[tuple[int, bytes]]) -> None:
+        """Send frames in their order."""
+        if self._packed:
+            self.bus.send_frames(frames)
+            return
+        for identifier, data in frames:
+            self.bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def recv(self, timeout: float | None = None) -> list[tuple[int, bytes]]:
+        """Return the frames that came next, or [] when none came within ``timeout`` seconds."""
+        if self._packed:
+            return [frame for frame in self.bus.recv_frames(timeout) if frame[0] <= 0x7FF]
+        message = self.bus.recv(timeout)
+        if message is None or message.is_extended_id or message.is_remote_frame \
+                or message.is_error_frame:
+            return []
+        return [(message.arbitration_id, bytes(message.data))]
+
+    def drain(self) -> int:
+        """Throw away what has already come and return how many frames that was."""
+        thrown = 0
+        deadline = time.monotonic() + 0.5
+        while time.monotonic() < deadline:
+            frames = self.recv(0.0)
+            if not frames:
+                break
+            thrown += len(frames)
+        return thrown
