@@ -1,0 +1,1 @@
+"""The effects and the step: a servo as equations, free of ROS, files and clocks."""

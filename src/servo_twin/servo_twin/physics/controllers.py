@@ -1,0 +1,85 @@
+"""Controllers: from a reference and the readings to the command."""
+
+from math import exp
+
+from .effect import Parameter
+from .part import Controller
+
+
+class Open(Controller):
+    """No controller: the command is given."""
+
+    source = 'none needed'
+
+    @staticmethod
+    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+        return 0.0
+
+
+class VelocityPi(Controller):
+    r"""
+    Proportional and integral action on the speed of the load, from differences of an encoder.
+
+    .. math:: u = K_p (\omega_r - \hat\omega) + K_i \int (\omega_r - \hat\omega)\,dt
+
+    The integral stands still while the output is at its limit.
+    """
+
+    source = 'paper 000 section 4 (K_p 16.09, K_i 505.38)'
+
+    kp = Parameter(16.09, 'V s/rad', (0.0, 1e7), 'Proportional gain on load speed.', off=0.0)
+    ki = Parameter(505.38, 'V/rad', (0.0, 1e9), 'Integral gain on load speed.', off=0.0)
+    filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
+    limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
+    on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
+
+    @staticmethod
+    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+        angle = load if p.on_load > 0.5 else motor / ratio
+        if s[0] == 0.0:
+            s[0], s[1] = 1.0, angle
+        keep = exp(-period / p.filter) if p.filter > 0.0 else 0.0
+        s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
+        s[1] = angle
+        error = reference_velocity - s[2]
+        command = p.kp * error + s[3] + p.ki * period * error
+        if abs(command) <= p.limit:
+            s[3] += p.ki * period * error
+        return min(max(command, -p.limit), p.limit)
+
+
+class PositionLoop(Controller):
+    r"""
+    A position loop around a speed loop, both proportional, the inner one with integral action.
+
+    .. math:: u = k_v\left(k_p (\theta_r - \theta) + k_f\,\omega_r - k_d\,\hat\omega\right)
+              + k_i \int (\cdot)\,dt
+
+    With ``ki`` zero this is the loop of the EMPS bench; with ``kd`` zero as well it is the
+    proportional loop of a hobby servo.
+    """
+
+    source = 'Janot, Gautier, Brunot 2019 (EMPS), eq. of the controller'
+
+    kp = Parameter(100.0, '1/s', (0.0, 1e7), 'Position gain.', off=0.0)
+    kv = Parameter(1.0, 'V s/rad', (0.0, 1e7), 'Gain of the speed loop.', off=0.0)
+    ki = Parameter(0.0, 'V/rad', (0.0, 1e9), 'Integral gain of the speed loop.', off=0.0)
+    kd = Parameter(1.0, '', (0.0, 10.0), 'Share of the measured speed that is fed back.', off=0.0)
+    kf = Parameter(0.0, '', (0.0, 10.0), 'Share of the reference speed that is fed on.', off=0.0)
+    filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
+    limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
+    on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
+
+    @staticmethod
+    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+        angle = load if p.on_load > 0.5 else motor / ratio
+        if s[0] == 0.0:
+            s[0], s[1] = 1.0, angle
+        keep = exp(-period / p.filter) if p.filter > 0.0 else 0.0
+        s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
+        s[1] = angle
+        error = p.kp * (reference_position - angle) + p.kf * reference_velocity - p.kd * s[2]
+        command = p.kv * error + s[3] + p.ki * period * error
+        if abs(command) <= p.limit:
+            s[3] += p.ki * period * error
+        return min(max(command, -p.limit), p.limit)

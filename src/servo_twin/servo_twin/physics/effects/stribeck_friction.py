@@ -1,0 +1,26 @@
+"""Friction that falls from its static to its sliding level as the shaft starts to move."""
+
+from math import exp
+
+from ..effect import Parameter
+from ..ports import Friction
+
+
+class StribeckFriction(Friction):
+    r"""
+    What a lubricated bearing resists with at low speed, above its Coulomb friction.
+
+    .. math:: \tau_f = \tau_s\,e^{-(\omega/\omega_s)^2}
+
+    Holds for steady sliding; presliding and the lag of friction behind speed need LuGre.
+    """
+
+    source = 'Armstrong-Helouvry, Dupont, Canudas de Wit: Automatica 30(7), 1994; paper 003 eq. 6'
+
+    excess = Parameter(1.0, 'N m', (0.0, 1e5), 'Static above sliding level.', off=0.0)
+    fade = Parameter(0.03, 'rad/s', (1e-5, 1e4), 'Speed at which the excess is gone.',
+                     grid=(0.01, 0.03, 0.1, 0.3))
+
+    @staticmethod
+    def law(p, s, motion, h):
+        return p.excess * exp(-((motion.speed / p.fade) ** 2))

@@ -1,0 +1,203 @@
+"""
+The compiled step of one structure of servo.
+
+From the parts and effects of a servo a small Python module is written, imported by name and
+compiled by numba with its on-disk cache. Its file name is a digest of everything that goes into
+it, so a change of any law makes another module and an old one is never taken for a new one.
+Values and switches are arguments: a servo with other values, or with effects off, is the same
+kernel.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import os
+import sys
+import textwrap
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import FunctionType, ModuleType
+
+import numba
+import numpy as np
+
+from . import folds, ports, rollout, state
+from .folds import FOLDS
+from .part import Correction
+from .servo import Placed, Servo
+
+_HEADER = '''"""Generated from the structure of a servo; do not edit."""
+from collections import namedtuple
+from math import exp
+from numba import njit
+from servo_twin.physics import catalogue, part, servo
+from servo_twin.physics.ports import Reading, Shaft, Signal, Teeth, WindUp
+from servo_twin.physics.state import *
+'''
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """
+    The compiled functions of a structure.
+
+    ``run(theta, on, x, u, y, substeps, h, mode)`` advances ``x`` in place over the samples of
+    ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
+    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up. Both
+    release the GIL and may run on several threads.
+    """
+
+    run: FunctionType
+    align: FunctionType
+    state_size: int
+    module: ModuleType
+
+
+def kernel_of(servo: Servo) -> Kernel:
+    """Return the kernel of a servo, compiled at most once for each structure."""
+    rows = tuple((p, len(v)) for p, v in servo.values.items() if isinstance(v, tuple))
+    return _kernel(_Structure(servo, (servo.drive, servo.mechanism, servo.controller,
+                                      servo.sensors, servo.effects, rows)))
+
+
+class _Structure:
+    """A servo, compared by its structure alone."""
+
+    def __init__(self, servo: Servo, key: tuple) -> None:
+        self.servo, self.key = servo, key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other) -> bool:
+        return self.key == other.key
+
+
+@lru_cache(maxsize=128)
+def _kernel(structure: _Structure) -> Kernel:
+    servo = structure.servo
+    text, size = _source(servo)
+    digest = hashlib.sha256(text.encode())
+    digest.update(numba.__version__.encode())
+    owners = [owner for _, owner in servo.owners()] + [folds, ports, state]
+    for owner in owners:
+        digest.update(Path(inspect.getsourcefile(owner)).read_bytes())
+    for function in _borrowed(servo).values():
+        if isinstance(function, FunctionType):
+            digest.update(inspect.getsource(function).encode())
+    name = f'servo_twin_kernel_{digest.hexdigest()[:24]}'
+    module = sys.modules.get(name) or _imported(name, text)
+    return Kernel(module.run, module.align, size, module)
+
+
+def cache_folder() -> Path:
+    """Return the folder of generated modules: $SERVO_TWIN_CACHE or ~/.cache/servo_twin."""
+    folder = Path(os.environ.get('SERVO_TWIN_CACHE') or Path.home() / '.cache' / 'servo_twin')
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _imported(name: str, text: str) -> ModuleType:
+    file = cache_folder() / f'{name}.py'
+    if not file.exists():
+        draft = file.with_suffix(f'.{os.getpid()}')
+        draft.write_text(text)
+        draft.replace(file)  # another process may be writing the same: the last one wins, whole
+    spec = importlib.util.spec_from_file_location(name, file)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _source(servo: Servo) -> tuple[str, int]:
+    """Return the text of the kernel's module and the size of its state."""
+    slots = servo.slots()
+    parts = [_HEADER]
+    for kind, part in (('drive', servo.drive), ('mechanism', servo.mechanism),
+                       ('controller', servo.controller), ('observer', Correction)):
+        parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")
+        values = _values(kind, part.parameters, slots, servo)
+        body = f'    return {kind.title()}({values})' if values else f'    return {kind.title()}()'
+        parts.append(f'@njit\ndef {kind}_of(theta):\n{body}\n')
+    parts.append(f"drive_law = njit(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
+    parts.append(f"_mechanism = servo.MECHANISMS[{_key_of('MECHANISMS', servo.mechanism)!r}]")
+    parts.append('mechanism_rest = njit(_mechanism.rest)')
+    parts.append(f"control_law = njit(servo.CONTROLLERS["
+                 f"{_key_of('CONTROLLERS', servo.controller)!r}].law)\n")
+    folds_text, size = _folds(servo, slots)
+    parts.append(folds_text)
+    for name, thing in _borrowed(servo).items():
+        take = f'_mechanism.step.__globals__[{name!r}]'
+        parts.append(f'{name} = ' + (f'njit({take})' if isinstance(thing, FunctionType) else take))
+    parts.append('\n@njit\n' + _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1))
+    for function in (rollout.align, rollout.run):
+        parts.append('@njit(nogil=True, cache=True)\n' + _plain(function))
+    return '\n'.join(parts), size
+
+
+def _key_of(registry: str, part: type) -> str:
+    from . import servo as module
+    return next(k for k, v in getattr(module, registry).items() if v is part)
+
+
+def _plain(function: FunctionType) -> str:
+    return textwrap.dedent(inspect.getsource(function)).replace('@staticmethod\n', '', 1)
+
+
+def _borrowed(servo: Servo) -> dict:
+    """Return what the mechanism's step uses from its own file, besides folds and the header's."""
+    step = servo.mechanism.step
+    known = {f.__name__ for f in FOLDS.values()} | set(vars(state)) | set(vars(ports))
+    return {n: step.__globals__[n] for n in step.__code__.co_names
+            if n in step.__globals__ and n not in known}
+
+
+def _values(path: str, parameters, slots: dict[str, slice], servo: Servo) -> str:
+    taken = []
+    for name, parameter in parameters.items():
+        slot = slots[f'{path}.{name}']
+        taken.append(f'theta[{slot.start}:{slot.stop}]' if parameter.row
+                     else f'theta[{slot.start}]')
+    return ', '.join(taken)
+
+
+def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
+    """Write the sum or the chain of effects of each port at each site."""
+    texts, memory = [], state.EFFECTS
+    members: dict[tuple[str, str], list[str]] = {key: [] for key in FOLDS}
+    for index, placed in enumerate(servo.effects):
+        effect = placed.effect
+        texts.append(f'Values{index} = namedtuple({placed.name!r}, {list(effect.parameters)})')
+        texts.append(f'law{index} = njit(catalogue.find({effect.name!r}).law)')
+        values = _values(f'effects.{placed.name}', effect.parameters, slots, servo)
+        memories = f'x[{memory}:{memory + effect.memory}]' if effect.memory else '()'
+        memory += effect.memory
+        call = f'law{index}(Values{index}({values}), {memories}, motion, h)'
+        members[effect.port, placed.site].append(_member(index, placed, call))
+    for key, fold in FOLDS.items():
+        chain = key[0] in ('drive', 'sensor')
+        start = 'motion.value' if chain else '0.0'
+        lines = ''.join(members[key])
+        texts.append(f'\n@njit\ndef {fold.__name__}(theta, on, x, motion, h):\n'
+                     f'    total = {start}\n{lines}    return total\n')
+    return '\n'.join(texts), memory
+
+
+def _member(index: int, placed: Placed, call: str) -> str:
+    if placed.effect.combine == 'order':
+        rest = ', '.join(f'motion.{f}' for f in placed.effect.motion._fields[1:])
+        motion = placed.effect.motion.__name__
+        return (f'    if on[{index}]:\n        total = {call}\n'
+                f'        motion = {motion}(total, {rest})\n')
+    return f'    if on[{index}]:\n        total += {call}\n'
+
+
+def fresh_state(kernel: Kernel) -> np.ndarray:
+    """Return a state at rest at zero, shape (state_size,)."""
+    x = np.zeros(kernel.state_size)
+    x[state.MOTOR_DIRECTION] = x[state.LOAD_DIRECTION] = 1.0
+    return x

@@ -1,0 +1,75 @@
+"""Motor and load that move as one."""
+
+from ..effect import Parameter
+from ..folds import load_friction, load_torque, mesh_error, motor_friction, motor_torque
+from ..part import Mechanism
+from ..ports import Shaft, Teeth
+from ..state import (
+    CURRENT, LOAD_ANGLE, LOAD_DIRECTION, LOAD_REVERSAL, LOAD_SPEED, MOTOR_ANGLE, MOTOR_DIRECTION,
+    MOTOR_REVERSAL, MOTOR_SPEED, TIME, TORQUE, ZERO,
+)
+from .slide import slide
+
+
+class Rigid(Mechanism):
+    r"""
+    One degree of freedom: the wind-up is always zero.
+
+    .. math:: (J_m + J_l/N^2)\,\ddot\theta_m = K_m i - T_{ext}/N, \quad
+              \theta_l = \theta_m/N - e
+
+    Holds well below the first natural frequency of the transmission. The transmitted torque is
+    what the load side takes; while both sides stick, friction is shared in the ratio of the
+    budgets.
+    """
+
+    source = 'paper 000 eq. 1 with infinite stiffness'
+    compliant = False
+
+    rotor_inertia = Parameter(1.14e-4, 'kg m2', (0.0, 1e3), 'Inertia on the motor shaft.')
+    load_inertia = Parameter(5.76, 'kg m2', (0.0, 1e6), 'Inertia on the load shaft.')
+    ratio = Parameter(1.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.')
+
+    @staticmethod
+    def rest(p, torque):
+        """Wind-up that carries ``torque`` (N m), rad: none."""
+        return 0.0
+
+    @staticmethod
+    def step(p, theta, on, x, current_torque, external, temperature, h):
+        motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
+        inertia = p.rotor_inertia + p.load_inertia / p.ratio**2
+        travel = abs(motor - x[MOTOR_REVERSAL])
+        felt = x[TORQUE] / p.ratio
+
+        # everything that pushes, seen from the motor shaft
+        at_motor = Shaft(motor, x[MOTOR_SPEED], x[MOTOR_DIRECTION], felt, travel, x[CURRENT],
+                         temperature, time)
+        at_load = Shaft(load, x[LOAD_SPEED], x[MOTOR_DIRECTION], x[TORQUE], travel / p.ratio,
+                        x[CURRENT], temperature, time)
+        on_motor = current_torque + motor_torque(theta, on, x, at_motor, h)
+        on_load = load_torque(theta, on, x, at_load, h) - external
+        push = on_motor + on_load / p.ratio
+        way = 1.0 if x[MOTOR_SPEED] + h * push / inertia > 0.0 else -1.0
+
+        # everything that resists
+        at_motor = Shaft(motor, x[MOTOR_SPEED], way, felt, travel, x[CURRENT], temperature, time)
+        at_load = Shaft(load, x[LOAD_SPEED], way, x[TORQUE], travel / p.ratio, x[CURRENT],
+                        temperature, time)
+        motor_budget = max(0.0, motor_friction(theta, on, x, at_motor, h))
+        load_budget = max(0.0, load_friction(theta, on, x, at_load, h)) / p.ratio
+        before = x[MOTOR_SPEED]
+        budget = motor_budget + load_budget
+        resisted = slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, inertia, h)
+
+        # the load follows; what the mesh carries is what the load side took
+        share = load_budget / budget if budget > 0.0 else 0.0
+        speed_up = (x[MOTOR_SPEED] - before) / h / p.ratio
+        x[TORQUE] = p.load_inertia * speed_up - on_load - share * resisted * p.ratio
+        teeth = Teeth(x[MOTOR_ANGLE], load, x[MOTOR_DIRECTION], travel / p.ratio, x[TORQUE])
+        x[LOAD_ANGLE] = x[MOTOR_ANGLE] / p.ratio - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        x[LOAD_SPEED] = x[MOTOR_SPEED] / p.ratio
+        x[LOAD_DIRECTION] = x[MOTOR_DIRECTION]
+        x[LOAD_REVERSAL] = x[MOTOR_REVERSAL] / p.ratio
+
+        x[TIME] = time + h

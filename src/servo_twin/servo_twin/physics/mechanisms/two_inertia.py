@@ -1,0 +1,78 @@
+"""Motor and load joined by an elastic mesh."""
+
+from ..effect import Parameter
+from ..folds import (
+    load_friction, load_torque, mesh_clearance, mesh_error, mesh_torque, motor_friction,
+    motor_torque,
+)
+from ..part import Mechanism
+from ..ports import Shaft, Teeth, WindUp
+from ..state import (
+    CURRENT, LOAD_ANGLE, LOAD_DIRECTION, LOAD_REVERSAL, LOAD_SPEED, MOTOR_ANGLE, MOTOR_DIRECTION,
+    MOTOR_REVERSAL, MOTOR_SPEED, TIME, TORQUE, ZERO,
+)
+from .slide import slide
+
+
+class TwoInertia(Mechanism):
+    r"""
+    Two inertias, a reducer and a spring.
+
+    .. math:: J_m\ddot\theta_m = K_m i - T/N, \quad J_l\ddot\theta_l = T - T_{ext},
+              \quad T = K_{eq}(\theta_m/N - \theta_l)
+
+    Semi-implicit Euler; stable while the step is below 2 / (its highest natural frequency). The
+    reaction of a transmission error on the load (1 + de/dtheta, within 1 %) is left out.
+    """
+
+    source = 'paper 000 eq. 1, 2'
+    compliant = True
+
+    rotor_inertia = Parameter(1.14e-4, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft.')
+    load_inertia = Parameter(5.76, 'kg m2', (1e-9, 1e6), 'Inertia on the load shaft.')
+    ratio = Parameter(161.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.')
+    stiffness = Parameter(5e5, 'N m/rad', (1e-3, 1e10), 'Of the mesh, seen from the load.')
+    damping = Parameter(40.0, 'N m s/rad', (0.0, 1e7), 'Of the mesh, seen from the load.', off=0.0)
+
+    @staticmethod
+    def rest(p, torque):
+        """Wind-up that carries ``torque`` (N m), rad."""
+        return torque / p.stiffness
+
+    @staticmethod
+    def step(p, theta, on, x, current_torque, external, temperature, h):
+        motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
+
+        # the mesh: what error and clearance leave of the wind-up carries torque
+        teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
+        wind_up = motor / p.ratio - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
+        wind_up -= min(max(wind_up, -half), half)
+        touching = half == 0.0 or wind_up != 0.0
+        rate = (x[MOTOR_SPEED] / p.ratio - x[LOAD_SPEED]) if touching else 0.0
+        torque = p.stiffness * wind_up + p.damping * rate
+        torque += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h)
+        x[TORQUE] = torque
+
+        # the motor shaft
+        travel = abs(motor - x[MOTOR_REVERSAL])
+        felt = torque / p.ratio
+        shaft = Shaft(motor, x[MOTOR_SPEED], x[MOTOR_DIRECTION], felt, travel, x[CURRENT],
+                      temperature, time)
+        push = current_torque - felt + motor_torque(theta, on, x, shaft, h)
+        way = 1.0 if x[MOTOR_SPEED] + h * push / p.rotor_inertia > 0.0 else -1.0
+        shaft = Shaft(motor, x[MOTOR_SPEED], way, felt, travel, x[CURRENT], temperature, time)
+        budget = max(0.0, motor_friction(theta, on, x, shaft, h))
+        slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, p.rotor_inertia, h)
+
+        # the load shaft
+        travel = abs(load - x[LOAD_REVERSAL])
+        shaft = Shaft(load, x[LOAD_SPEED], x[LOAD_DIRECTION], torque, travel, x[CURRENT],
+                      temperature, time)
+        push = torque - external + load_torque(theta, on, x, shaft, h)
+        way = 1.0 if x[LOAD_SPEED] + h * push / p.load_inertia > 0.0 else -1.0
+        shaft = Shaft(load, x[LOAD_SPEED], way, torque, travel, x[CURRENT], temperature, time)
+        budget = max(0.0, load_friction(theta, on, x, shaft, h))
+        slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, p.load_inertia, h)
+
+        x[TIME] = time + h

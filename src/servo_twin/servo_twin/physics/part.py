@@ -1,0 +1,64 @@
+"""The parts that every servo has: a drive, a mechanism, a controller, sensors."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from .effect import Declared, Parameter
+
+
+class Part(Declared):
+    """A part of a servo that is chosen by its name in the servo file."""
+
+    source: ClassVar[str] = ''
+
+
+class MotorDrive(Part):
+    """
+    What makes torque of a command.
+
+    ``law(p, current, command, speed, h)`` returns the current h later, A; the torque on the motor
+    shaft is ``p.torque_constant`` times the current.
+    """
+
+
+class Mechanism(Part):
+    """
+    What moves.
+
+    ``step(p, theta, on, x, current_torque, external, temperature, h)`` advances the state in
+    place; it is copied into the kernel and may use the names of :mod:`.folds`.
+    ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest.
+    """
+
+    compliant: ClassVar[bool]
+
+
+class Controller(Part):
+    """
+    What makes the command of a reference, once a sample.
+
+    ``law(p, s, reference_position, reference_velocity, motor, load, ratio, period)`` with the
+    readings of the two encoders (rad) returns the command, V; ``s`` holds four numbers, the first
+    of which is 0 before the first call.
+    """
+
+
+class SensorPart(Part):
+    """A sensor that the machine has; what it does wrong is an effect at its channel."""
+
+    channel: ClassVar[str]
+
+
+class Correction(Part):
+    r"""
+    How the measurements pull the twin's state when it runs as an observer.
+
+    Each measured shaft: a critically damped two-state filter, with ``a = exp(-bandwidth T)``,
+
+    .. math:: \theta \mathrel{+}= (1 - a^2)\,e, \quad \omega \mathrel{+}= (1 - a)^2\,e / T
+    """
+
+    source = 'Brookner, Tracking and Kalman Filtering Made Easy, 1998, eq. 1.2-16'
+
+    bandwidth = Parameter(60.0, 'rad/s', (0.0, 1e4), 'How fast an error dies away.', off=0.0)

@@ -1,0 +1,136 @@
+"""
+Where an effect can act, what its law is shown there, what it returns and how several combine.
+
+Signs, once for all: positive angle, speed and torque point the same way on both shafts; the
+wind-up is ``motor_angle / ratio - load_angle - error``; the transmitted torque is the torque on
+the load; friction resists; an external torque resists the load.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .effect import Effect
+
+
+class Shaft(NamedTuple):
+    """What a law at a shaft sees: its own side's quantities."""
+
+    angle: float  # rad, of this shaft
+    speed: float  # rad/s, of this shaft
+    direction: float  # +1 or -1: of the motion that is about to happen, never 0
+    torque: float  # N m, transmitted by the mesh, as felt at this shaft, unsigned by friction
+    travel: float  # rad, since this shaft last reversed, never negative
+    current: float  # A, motor current
+    temperature: float  # degC
+    time: float  # s, since the start of the run
+
+
+class Teeth(NamedTuple):
+    """What a law in the mesh sees before torque is known."""
+
+    motor_angle: float  # rad
+    load_angle: float  # rad
+    direction: float  # +1 or -1, of the load shaft
+    travel: float  # rad, since the load shaft last reversed
+    torque: float  # N m, transmitted a step ago
+
+
+class WindUp(NamedTuple):
+    """What a law of the mesh torque sees."""
+
+    angle: float  # rad at the load shaft, what is left after error and clearance
+    rate: float  # rad/s at the load shaft; 0 while the teeth do not touch
+    load_angle: float  # rad
+
+
+class Signal(NamedTuple):
+    """What a law on the way from command to current sees."""
+
+    value: float  # V before the drive, A behind it
+    speed: float  # rad/s, motor shaft
+    time: float  # s, since the start of the run
+
+
+class Reading(NamedTuple):
+    """What a law of a sensor sees, once a sample."""
+
+    value: float  # what the sensor would read so far, in the unit of its channel
+    angle: float  # rad, true angle of the shaft the sensor sits on
+    time: float  # s, since the start of the run
+
+
+class Drive(Effect):
+    """The command (V) or the current (A) on its way; returns the new value; in order."""
+
+    port = 'drive'
+    motion = Signal
+    sites = ('command', 'current')
+    combine = 'order'
+
+
+class Torque(Effect):
+    """A torque on a shaft, N m, signed like the angle; several add up."""
+
+    port = 'torque'
+    motion = Shaft
+    sites = ('motor', 'load')
+    combine = 'sum'
+
+
+class Friction(Effect):
+    """
+    What a bearing can resist with, N m; several add up.
+
+    A law may return a negative share (less friction in one direction); the sum of a shaft is cut
+    at zero, so that friction never drives. Sign and sticking are the integrator's business.
+    """
+
+    port = 'friction'
+    motion = Shaft
+    sites = ('motor', 'load')
+    combine = 'sum'
+
+
+class MeshError(Effect):
+    """Angle lost by the shape of the teeth, rad at the load shaft; several add up."""
+
+    port = 'mesh_error'
+    motion = Teeth
+    sites = ('mesh',)
+    combine = 'sum'
+
+
+class Clearance(Effect):
+    """
+    Width of the gap in which the teeth do not touch, rad at the load shaft; several add up.
+
+    As friction is a budget of torque, clearance is a budget of angle: the mechanism takes from the
+    wind-up what the gap swallows, up to half the width to either side. The sum is cut at zero.
+    """
+
+    port = 'clearance'
+    motion = Teeth
+    sites = ('mesh',)
+    combine = 'sum'
+
+
+class Mesh(Effect):
+    """Torque on the load by the wind-up, N m, beside the linear stiffness; several add up."""
+
+    port = 'mesh'
+    motion = WindUp
+    sites = ('mesh',)
+    combine = 'sum'
+
+
+class Sensor(Effect):
+    """A reading, in the unit of its channel; returns the new reading; in order."""
+
+    port = 'sensor'
+    motion = Reading
+    sites = ('motor_position', 'load_position', 'torque', 'current')
+    combine = 'order'
+
+
+PORTS = {port.port: port for port in (Drive, Torque, Friction, MeshError, Clearance, Mesh, Sensor)}

@@ -1,0 +1,88 @@
+"""
+How a servo runs from sample to sample.
+
+These functions are copied into each kernel (see :mod:`.kernel`), where the folds, the drive, the
+mechanism (`advance`) and the controller of its servo take the place of the names used here.
+"""
+# ruff: noqa: F821
+
+from math import exp
+
+
+def align(theta, on, x, torque):
+    """Set the zero of the wind-up so that the state as it stands carries `torque` (N m)."""
+    mechanism = mechanism_of(theta)
+    teeth = Teeth(x[MOTOR_ANGLE], x[LOAD_ANGLE], x[LOAD_DIRECTION], 0.0, torque)
+    lost = mesh_error(theta, on, x, teeth, 0.0)
+    gap = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, 0.0))
+    if torque < 0.0:
+        gap = -gap
+    elif torque == 0.0:
+        gap = 0.0
+    x[ZERO] = x[MOTOR_ANGLE] / mechanism.ratio - x[LOAD_ANGLE] - lost - gap
+    x[ZERO] -= mechanism_rest(mechanism, torque)
+    x[TORQUE] = torque
+
+
+def run(theta, on, x, u, y, substeps, h, mode):
+    """
+    Advance the state `x` in place over the samples of `u`, and fill `y` with what sensors read.
+
+    Row k of `y` is what stands at the instant of sample k, before its command acts; the state is
+    left at the instant of the sample after the last. Each sample lasts `substeps` steps of `h`.
+    """
+    drive = drive_of(theta)
+    mechanism = mechanism_of(theta)
+    controller = controller_of(theta)
+    period = substeps * h
+    keep = exp(-observer_of(theta).bandwidth * period)
+    samples = u.shape[0]
+    for k in range(samples):
+        # what the sensors read
+        time = x[TIME]
+        motor_at, load_at = x[MOTOR_ANGLE], x[LOAD_ANGLE]
+        motor = read_motor_position(theta, on, x, Reading(motor_at, motor_at, time), period)
+        load = read_load_position(theta, on, x, Reading(load_at, load_at, time), period)
+        y[k, 0], y[k, 1] = motor, load
+        y[k, 2] = read_torque(theta, on, x, Reading(x[TORQUE], load_at, time), period)
+        y[k, 3] = read_current(theta, on, x, Reading(x[CURRENT], motor_at, time), period)
+
+        # the measurements pull the state
+        if mode == OBSERVER:
+            ratio = mechanism.ratio
+            of_motor = u[k, MEASURED_MOTOR] - motor
+            of_load = u[k, MEASURED_LOAD] - load
+            if of_motor != of_motor:
+                of_motor = of_load * ratio
+            if of_load != of_load:
+                of_load = of_motor / ratio
+            if of_motor == of_motor:
+                x[MOTOR_ANGLE] += (1.0 - keep * keep) * of_motor
+                x[MOTOR_SPEED] += (1.0 - keep) ** 2 * of_motor / period
+                x[LOAD_ANGLE] += (1.0 - keep * keep) * of_load
+                x[LOAD_SPEED] += (1.0 - keep) ** 2 * of_load / period
+
+        # the command
+        command = u[k, VOLTAGE]
+        if mode == CLOSED_LOOP:
+            memory = x[CONTROLLER:CONTROLLER + CONTROLLER_SIZE]
+            command = control_law(controller, memory, u[k, REFERENCE_POSITION],
+                                  u[k, REFERENCE_VELOCITY], motor, load, mechanism.ratio, period)
+        y[k, 4] = command
+
+        # up to the next sample
+        external, temperature = u[k, EXTERNAL], u[k, TEMPERATURE]
+        following = min(k + 1, samples - 1)
+        for i in range(substeps):
+            if mode == FORCED_CURRENT:
+                share = (i + 0.5) / substeps
+                x[CURRENT] = ((1.0 - share) * u[k, MEASURED_CURRENT]
+                              + share * u[following, MEASURED_CURRENT])
+            else:
+                signal = Signal(command, x[MOTOR_SPEED], x[TIME])
+                arrived = command_path(theta, on, x, signal, h)
+                current = drive_law(drive, x[CURRENT], arrived, x[MOTOR_SPEED], h)
+                signal = Signal(current, x[MOTOR_SPEED], x[TIME])
+                x[CURRENT] = current_path(theta, on, x, signal, h)
+            torque = drive.torque_constant * x[CURRENT]
+            advance(mechanism, theta, on, x, torque, external, temperature, h)

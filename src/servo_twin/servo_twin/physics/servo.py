@@ -1,0 +1,194 @@
+"""One machine: which parts and effects it has, and the value of every parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .controllers import Open, PositionLoop, VelocityPi
+from .drives import CurrentDrive, VoltageDrive
+from .effect import Declared, Effect, Parameter
+from .mechanisms.rigid import Rigid
+from .mechanisms.two_inertia import TwoInertia
+from .part import Controller, Correction, Mechanism, MotorDrive, SensorPart
+from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
+
+DRIVES: dict[str, type[MotorDrive]] = {'current': CurrentDrive, 'voltage': VoltageDrive}
+MECHANISMS: dict[str, type[Mechanism]] = {'two_inertia': TwoInertia, 'rigid': Rigid}
+CONTROLLERS: dict[str, type[Controller]] = {
+    'none': Open, 'velocity_pi': VelocityPi, 'position_loop': PositionLoop,
+}
+SENSORS: dict[str, type[SensorPart]] = {
+    s.name: s for s in (MotorEncoder, LoadEncoder, TorqueSensor, CurrentSensor, VoltageSensor)
+}
+
+Value = float | tuple[float, ...]
+
+
+class ServoError(ValueError):
+    """A servo that cannot be: names the thing, the value, the limit and the choice."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An effect at its place: the name it has in this servo, the effect, the site."""
+
+    name: str
+    effect: type[Effect]
+    site: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a value comes from."""
+
+    source: str = ''
+    std: float | None = None
+    bags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Servo:
+    """
+    One machine.
+
+    ``values`` maps the path of every parameter (``drive.gain``, ``mechanism.ratio``,
+    ``sensors.load_encoder.noise``, ``effects.bearing.level``) to its value; what is left out gets
+    its default. ``tolerance`` maps paths to the (low, high) within which the true value must lie.
+    ``linear`` says that angles are metres and torques newtons (a linear axis). Immutable;
+    raises ServoError.
+    """
+
+    name: str
+    drive: type[MotorDrive]
+    mechanism: type[Mechanism]
+    controller: type[Controller] = Open
+    sensors: tuple[type[SensorPart], ...] = ()
+    effects: tuple[Placed, ...] = ()
+    values: Mapping[str, Value] = field(default_factory=dict)
+    tolerance: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    provenance: Mapping[str, Provenance] = field(default_factory=dict)
+    step: float = 1e-4
+    linear: bool = False
+
+    def __post_init__(self) -> None:
+        taken = set()
+        for placed in self.effects:
+            effect = placed.effect
+            if placed.name in taken:
+                raise ServoError(f'{self.name}: two effects are named {placed.name!r}')
+            taken.add(placed.name)
+            if placed.site not in effect.sites:
+                raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} cannot act at '
+                                 f'{placed.site!r}; it can at {list(effect.sites)}')
+            if not self.mechanism.compliant and effect.port in ('mesh', 'clearance'):
+                raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} needs a mesh '
+                                 f'that winds up, and the mechanism is rigid')
+        if not 1e-7 <= self.step <= 0.1:
+            raise ServoError(f'{self.name}: step = {self.step:g} s is outside [1e-07, 0.1]')
+        declared = dict(self.declarations())
+        values = {}
+        for path, parameter in declared.items():
+            values[path] = self._checked(path, parameter, self.values.get(path, parameter.default))
+        for kind, given in (('value', self.values), ('tolerance', self.tolerance)):
+            for path in given:
+                if path not in declared:
+                    near = [p for p in declared if p.rpartition('.')[0] == path.rpartition('.')[0]]
+                    raise ServoError(f'{self.name}: there is no parameter {path!r} ({kind}); '
+                                     f'there are {near or list(declared)}')
+        object.__setattr__(self, 'values', values)
+
+    def _checked(self, path: str, parameter: Parameter, value) -> Value:
+        try:
+            if parameter.row:
+                value = tuple(float(v) for v in value)
+            else:
+                value = float(value)
+        except (TypeError, ValueError):
+            kind = 'a row of numbers' if parameter.row else 'a number'
+            raise ServoError(f'{self.name}: {path} = {value!r} is not {kind}') from None
+        for single in value if parameter.row else (value,):
+            problem = parameter.refuse(single)
+            if problem:
+                raise ServoError(f'{self.name}: {path} = {problem} ({parameter.meaning})')
+        return value
+
+    def owners(self) -> Iterator[tuple[str, type[Declared]]]:
+        """Yield (path, declaring class) of every part and effect, in the order of `theta`."""
+        yield 'drive', self.drive
+        yield 'mechanism', self.mechanism
+        yield 'controller', self.controller
+        yield 'observer', Correction
+        for sensor in self.sensors:
+            yield f'sensors.{sensor.name}', sensor
+        for placed in self.effects:
+            yield f'effects.{placed.name}', placed.effect
+
+    def declarations(self) -> Iterator[tuple[str, Parameter]]:
+        """Yield (path, declaration) of every parameter, in the order of `theta`."""
+        for path, owner in self.owners():
+            for name, parameter in owner.parameters.items():
+                yield f'{path}.{name}', parameter
+
+    def slots(self) -> dict[str, slice]:
+        """Where each parameter stands in the flat vector `theta`."""
+        slots, start = {}, 0
+        for path, parameter in self.declarations():
+            size = len(self.values[path]) if parameter.row else 1
+            slots[path] = slice(start, start + size)
+            start += size
+        return slots
+
+    @property
+    def theta(self) -> np.ndarray:
+        """All values as one flat vector, float64, in the order of `slots`."""
+        flat: list[float] = []
+        for value in self.values.values():
+            flat.extend(value if isinstance(value, tuple) else (value,))
+        return np.array(flat)
+
+    @property
+    def switches(self) -> np.ndarray:
+        """One switch an effect, all on, bool."""
+        return np.ones(len(self.effects), dtype=np.bool_)
+
+    def with_theta(self, theta: np.ndarray) -> Servo:
+        """Return this servo with the values of a flat vector; raises ServoError."""
+        values = {}
+        for path, slot in self.slots().items():
+            part = tuple(float(v) for v in theta[slot])
+            values[path] = part if isinstance(self.values[path], tuple) else part[0]
+        return replace(self, values=values)
+
+    def with_values(self, changes: Mapping[str, Value], source: str | None = None) -> Servo:
+        """Return this servo with some values changed; raises ServoError."""
+        for path in changes:
+            if path not in self.values:
+                raise ServoError(f'{self.name}: there is no parameter {path!r}; '
+                                 f'there are {list(self.values)}')
+        provenance = dict(self.provenance)
+        if source is not None:
+            provenance.update({path: Provenance(source) for path in changes})
+        return replace(self, values={**self.values, **changes}, provenance=provenance)
+
+    def with_effects(self, *more: Placed, values: Mapping[str, Value] | None = None) -> Servo:
+        """Return this servo with effects added behind those it has."""
+        return replace(self, effects=self.effects + more, values={**self.values, **(values or {})})
+
+    def unit(self, path: str) -> str:
+        """Unit of a parameter, of a linear axis in metres and newtons."""
+        unit = dict(self.declarations())[path].unit
+        if not self.linear:
+            return unit
+        for rotary, straight in (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm')):
+            unit = unit.replace(rotary, straight)
+        return unit
+
+    def noise(self, channel: str) -> float:
+        """Noise floor of a channel in its unit; NaN where the machine has no such sensor."""
+        for sensor in self.sensors:
+            if sensor.channel == channel:
+                return self.values[f'sensors.{sensor.name}.noise']
+        return float('nan')
