@@ -1,0 +1,24 @@
+# Every target sets the workspace up first; where that is done already it costs nothing.
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help setup run test lint clean
+
+WITH_ENV := . ./env.sh &&
+
+help:     ## say what can be made
+	@sed -nE 's/^([a-z-]+): .*## (.*)/make \1\t\2/p' Makefile | expand -t 20
+
+setup:    ## set the workspace up: environment, messages, nodes
+	@sh tools/setup.sh
+
+run: setup  ## drive, twin, record and replay the emulated bench; BAG=... does it for a recording
+	@$(WITH_ENV) servo-twin run $(if $(BAG),--bag "$(BAG)")
+
+test: setup  ## run the tests; ARGS=... goes to pytest
+	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)
+
+lint: setup  ## check the style
+	@$(WITH_ENV) ruff check src tests tools
+
+clean:    ## remove all that the set-up made
+	rm -rf .venv build install log
