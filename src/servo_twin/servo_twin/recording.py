@@ -27,8 +27,9 @@ class Recording:
     One recording, sampled evenly.
 
     ``columns`` maps every name of :data:`COLUMNS` to an array of shape (samples,), float64; sample
-    k was taken at ``start + k * period``. ``voltage`` and the references are held from sample k to
-    sample k + 1, all others are measured at sample k. Positions in rad, each on its own shaft.
+    k was taken at ``start + k * period`` and has the running number ``sequence + k``. ``voltage``
+    and the references are held from sample k to sample k + 1, all others are measured at sample k.
+    Positions in rad, each on its own shaft.
     Raises ValueError when a column has another length or the period is not positive.
     """
 
@@ -43,6 +44,7 @@ class Recording:
     note: str = ''
     digest: str = ''
     warnings: tuple[str, ...] = field(default=())
+    sequence: int = 0
 
     def __post_init__(self) -> None:
         if not self.period > 0.0:
@@ -77,3 +79,40 @@ class Recording:
     def has(self, column: str) -> bool:
         """Whether a column was measured at all."""
         return bool(np.isfinite(self.columns[column]).any())
+
+
+PREDICTED = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
+"""Channels that the twin predicts, in the units of :data:`COLUMNS`."""
+
+COMPARED = ('motor_position', 'load_position', 'torque', 'current')
+"""Channels with a residual, rig minus twin, in the order of ``channel_noise``."""
+
+BALANCES = ('drive', 'motor', 'transmission', 'load', 'controller', 'sensor')
+"""Balances of the residual, each divided by its noise floor, in the order of ``balance_noise``."""
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """
+    What the twin answered to one recording, sample for sample.
+
+    ``prediction`` maps :data:`PREDICTED`, ``residual`` maps :data:`COMPARED` and :data:`BALANCES`
+    to arrays of shape (samples,); sample k answers the rig's sample number ``sequence + k``.
+    ``channel_noise`` has shape (4,) in rad, rad, N m, A, ``balance_noise`` (6,) in A, N m, rad,
+    N m, V, rad: one standard deviation each, NaN where unknown. ``restarts``: how often the twin
+    re-initialised its state.
+    """
+
+    name: str
+    period: float
+    prediction: dict[str, np.ndarray]
+    residual: dict[str, np.ndarray]
+    channel_noise: np.ndarray = field(default_factory=lambda: np.full(len(COMPARED), np.nan))
+    balance_noise: np.ndarray = field(default_factory=lambda: np.full(len(BALANCES), np.nan))
+    start: float = 0.0
+    sequence: int = 0
+    restarts: int = 0
+    warnings: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.prediction['voltage'])

@@ -1,0 +1,65 @@
+"""The message definitions of the project for readers and writers that have no ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+import os
+from pathlib import Path
+
+from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
+from rosbags.typesys.store import Typestore
+
+PACKAGE = 'servo_twin_msgs'
+
+
+def definition_folder() -> Path:
+    """
+    Return the folder with the project's .msg files.
+
+    An installed share folder comes first (AMENT_PREFIX_PATH, or an install tree around this file),
+    then the source tree. Raises FileNotFoundError naming the places looked at.
+    """
+    looked: list[Path] = []
+    for folder in _candidates():
+        if (folder / 'Encoder.msg').is_file():
+            return folder
+        looked.append(folder)
+    raise FileNotFoundError(
+        f'message definitions of {PACKAGE} not found; looked at '
+        f'{", ".join(str(folder) for folder in looked)}; build the workspace or source it'
+    )
+
+
+def _candidates() -> Iterator[Path]:
+    for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
+        if prefix:
+            yield Path(prefix) / 'share' / PACKAGE / 'msg'
+    for parent in list(Path(__file__).resolve().parents)[2:8]:
+        yield parent / PACKAGE / 'msg'
+        yield parent / 'share' / PACKAGE / 'msg'
+        yield parent / PACKAGE / 'share' / PACKAGE / 'msg'
+
+
+@cache
+def own_types() -> Typestore:
+    """Return the standard messages of ROS 2 Jazzy together with the project's own."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    found: dict = {}
+    for path in sorted(definition_folder().glob('*.msg')):
+        found.update(get_types_from_msg(path.read_text('utf8'), f'{PACKAGE}/msg/{path.stem}'))
+    store.register(found)
+    return store
+
+
+@cache
+def embedded_types(name: str, encoding: str, text: str) -> Typestore:
+    """Return what a bag itself says of message ``name``; ``encoding`` is ros2msg or ros2idl."""
+    store = get_typestore(Stores.EMPTY)
+    if encoding == 'ros2msg':
+        store.register(get_types_from_msg(text, name))
+    elif encoding == 'ros2idl':
+        store.register(get_types_from_idl(text))
+    else:
+        raise ValueError(f'{name}: definition in {encoding!r}; known are ros2msg and ros2idl')
+    return store
