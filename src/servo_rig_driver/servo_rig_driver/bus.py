@@ -8,9 +8,9 @@ Opens the CAN bus that a configuration names; nothing else knows which kind it i
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+import time
 
 import can
 

@@ -12,6 +12,7 @@ LAYOUT = Struct('<IB3x8s')  # identifier with flags, data length, padding, data
 EXTENDED, REMOTE, ERROR = 0x80000000, 0x40000000, 0x20000000
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
 MOST_FRAMES = 256  # frames in one packet
+GREETING = b'CAN hub 1'  # the hub's first packet: from now on the client hears everything
 
 _FILL = tuple(bytes(8 - n) for n in range(9))
 

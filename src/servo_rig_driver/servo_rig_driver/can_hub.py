@@ -11,12 +11,12 @@ others are never held up. The hub may be stopped and started again; clients open
 from __future__ import annotations
 
 import argparse
+from collections import deque
 import logging
+from pathlib import Path
 import selectors
 import signal
 import socket
-from collections import deque
-from pathlib import Path
 from threading import Thread
 
 from . import can_frames
@@ -114,6 +114,7 @@ class CanHub:
         client = _Client(self._joined, connection)
         self._clients[client.number] = client
         self._selector.register(connection, selectors.EVENT_READ, client)
+        self._give(client, can_frames.GREETING)
 
     def _leave(self, client: _Client) -> None:
         self._selector.unregister(client.socket)

@@ -7,11 +7,11 @@ never gives a node its own frames back, which CiA 402's state machine does not s
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Sequence
 import select
 import socket
 import time
-from collections import deque
-from collections.abc import Sequence
 
 import can
 
@@ -33,7 +33,7 @@ def check_path(path: str) -> str:
 
 def connect(path: str, wait: float) -> socket.socket:
     """
-    Return a socket connected to the hub at ``path``, waiting up to ``wait`` seconds for it.
+    Return a socket that the hub at ``path`` has greeted, waiting up to ``wait`` seconds for it.
 
     Raises can.CanInitializationError when there is none by then.
     """
@@ -42,12 +42,15 @@ def connect(path: str, wait: float) -> socket.socket:
         client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             client.connect(check_path(path))
-            return client
+            client.settimeout(max(0.1, deadline - time.monotonic()))
+            if client.recv(LARGEST) == can_frames.GREETING:
+                return client
+            raise ConnectionError('what answers is no CAN hub')
         except OSError as error:
             client.close()
             if time.monotonic() >= deadline:
                 raise can.CanInitializationError(
-                    f'no CAN hub answers at {path} ({error.strerror}); start one with '
+                    f'no CAN hub answers at {path} ({error.strerror or error}); start one with '
                     f'"python -m servo_rig_driver.can_hub {path}"') from error
         time.sleep(0.01)
 

@@ -1,0 +1,78 @@
+"""
+Reads the object dictionaries (EDS files) of a rig's three nodes: the drive, the encoder on the load
+and the torque sensor with the load simulator. Scales and units come from there and nowhere else.
+
+Shipped sets are folders below eds/; a folder of one's own is given by its path. `Factor` and `Unit`
+are the keys that the canopen library reads beside those of CiA 306.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+from canopen import import_od, ObjectDictionary
+
+SHIPPED = Path(__file__).parent / 'eds'
+NODE_IDS: Mapping[str, int] = {'drive': 1, 'load_encoder': 2, 'torque_sensor': 3}
+
+
+class DriveMode(IntEnum):
+    """Modes of operation (objects 6060h, 6061h) that the drives here know."""
+
+    CURRENT = -2
+    VOLTAGE = -1
+    NONE = 0
+    POSITION = 8
+    VELOCITY = 9
+    TORQUE = 10
+
+
+class DictionaryError(ValueError):
+    """Object dictionaries that are missing, cannot be read or miss what the rig needs."""
+
+
+@dataclass(frozen=True)
+class Dictionaries:
+    """The object dictionaries by node name, and the node ids that they were read for."""
+
+    folder: Path
+    nodes: Mapping[str, ObjectDictionary]
+    ids: Mapping[str, int]
+
+
+def shipped_sets() -> list[str]:
+    """Return the names of the sets that come with the package."""
+    return sorted(folder.name for folder in SHIPPED.iterdir() if folder.is_dir())
+
+
+def load_dictionaries(name: str = 'rv_bench',
+                      ids: Mapping[str, int] = NODE_IDS) -> Dictionaries:
+    """
+    Read the three EDS files of a shipped set or of a folder.
+
+    Raises DictionaryError when there is no such set or folder, a file is missing or broken, or node
+    ids are not three different numbers from 1 to 127.
+    """
+    if set(ids) != set(NODE_IDS):
+        raise DictionaryError(f'node ids are given for {sorted(ids)}; needed are '
+                              f'{sorted(NODE_IDS)}')
+    if len(set(ids.values())) != len(ids) or not all(1 <= i <= 127 for i in ids.values()):
+        raise DictionaryError(f'node ids {dict(ids)} must be different and from 1 to 127')
+    folder = SHIPPED / name if (SHIPPED / name).is_dir() else Path(name)
+    if not folder.is_dir():
+        raise DictionaryError(f"'{name}' is neither a folder nor one of the shipped sets "
+                              f'{shipped_sets()}')
+    nodes = {node: _read(folder / f'{node}.eds', number) for node, number in ids.items()}
+    return Dictionaries(folder, nodes, dict(ids))
+
+
+def _read(path: Path, node_id: int) -> ObjectDictionary:
+    if not path.is_file():
+        raise DictionaryError(f'{path} is missing')
+    try:
+        return import_od(str(path), node_id)
+    except Exception as error:  # configparser's, canopen's and plain ValueErrors alike
+        raise DictionaryError(f'{path} is no EDS file that can be read: {error}') from error

@@ -1,0 +1,203 @@
+"""The bus between processes: nothing lost, nothing echoed, garbage refused and counted."""
+
+import os
+from pathlib import Path
+import signal
+import socket
+import subprocess
+import sys
+
+import can
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+from servo_rig_driver import can_frames
+from servo_rig_driver.bus import bus_settings, BusError, BusSettings, open_bus, Wire
+from servo_rig_driver.can_hub import CanHub
+from servo_rig_driver.unix_bus import UnixBus
+
+PACKAGE = Path(can_frames.__file__).parents[1]
+ECHO = """
+import sys
+from servo_rig_driver.bus import BusSettings, Wire, open_bus
+wire = Wire(open_bus(BusSettings('unix_bus', sys.argv[1])))
+wire.send([(0x701, bytes(1))])
+while True:
+    for identifier, data in wire.recv(10.0):
+        if identifier == 0x7FF:
+            sys.exit(0)
+        wire.send([(identifier + 1, data)])
+"""
+
+
+def spawn(*arguments):
+    environment = {**os.environ,
+                   'PYTHONPATH': f'{PACKAGE}{os.pathsep}{os.environ.get("PYTHONPATH", "")}'}
+    return subprocess.Popen([sys.executable, *arguments], env=environment, text=True,
+                            stderr=subprocess.PIPE)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return str(tmp_path / 'can')
+
+
+@pytest.fixture
+def hub(path):
+    with CanHub(path) as running:
+        yield running
+
+
+def opened(path, wait=10.0):
+    return open_bus(BusSettings('unix_bus', path), wait)
+
+
+def gather(wire, number):
+    frames = []
+    while len(frames) < number:
+        some = wire.recv(5.0)
+        assert some, f'{len(frames)} of {number} frames came'
+        frames += some
+    return frames
+
+
+def test_frames_cross_three_processes_in_order_and_none_is_lost(path):
+    hub = spawn('-m', 'servo_rig_driver.can_hub', path)
+    wire = Wire(opened(path))
+    echo = spawn('-c', ECHO, path)
+    assert gather(wire, 1) == [(0x701, bytes(1))]
+    for k in range(20_000):
+        wire.send([(0x100, k.to_bytes(4, 'little'))])
+    answers = gather(wire, 20_000)
+    assert [int.from_bytes(data, 'little') for _, data in answers] == list(range(20_000))
+    wire.send([(0x7FF, b'')])
+    assert echo.wait(10) == 0
+    hub.send_signal(signal.SIGTERM)
+    assert '0 refused, 0 clients let go' in hub.communicate(timeout=10)[1]
+    wire.bus.shutdown()
+
+
+def test_a_node_hears_all_others_and_never_itself(hub, path):
+    wires = [Wire(opened(path)) for _ in range(3)]
+    for k, wire in enumerate(wires):
+        wire.send([(0x10 + k, bytes([k]))])
+    for k, wire in enumerate(wires):
+        heard = sorted(identifier for identifier, _ in gather(wire, 2))
+        assert heard == [0x10 + other for other in range(3) if other != k]
+        assert wire.recv(0.0) == []
+        wire.bus.shutdown()
+
+
+def test_a_packet_of_the_wrong_length_is_refused_told_and_counted(hub, path, caplog):
+    good, listener = Wire(opened(path)), Wire(opened(path))
+    raw = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    raw.connect(path)
+    raw.send(b'garbage')
+    raw.send(can_frames.LAYOUT.pack(0x123, 9, bytes(8)))
+    raw.send(can_frames.to_bytes(0x123, b'ok'))
+    assert gather(listener, 1) == [(0x123, b'ok')]
+    assert hub.refused == 2
+    assert '7 bytes are no CAN frames' in caplog.text
+    for wire in (good, listener):
+        wire.bus.shutdown()
+    raw.close()
+
+
+def test_a_client_that_stops_reading_is_let_go_and_does_not_hold_up_the_others(
+        hub, path, monkeypatch):
+    monkeypatch.setattr('servo_rig_driver.can_hub.BACKLOG', 100)
+    sender, reader, sleeper = (Wire(opened(path)) for _ in range(3))
+    for k in range(3000):
+        sender.send([(0x100, k.to_bytes(4, 'little'))])
+        gather(reader, 1)
+    assert hub.dropped == 1
+    with pytest.raises(can.CanOperationError, match='hub'):
+        while True:
+            sleeper.recv(5.0)
+    for wire in (sender, reader, sleeper):
+        wire.bus.shutdown()
+
+
+def test_a_hub_that_goes_away_is_told_and_a_new_one_serves_again(path):
+    with CanHub(path):
+        wire = Wire(opened(path))
+    with pytest.raises(can.CanOperationError, match='hub'):
+        wire.recv(5.0)
+    with pytest.raises(can.CanOperationError, match='hub'):
+        for _ in range(3):
+            wire.send([(1, b'')])
+    wire.bus.shutdown()
+    with CanHub(path):
+        opened(path).shutdown()
+
+
+def test_a_killed_hub_leaves_a_socket_that_the_next_one_takes_over(path):
+    killed = spawn('-m', 'servo_rig_driver.can_hub', path)
+    opened(path).shutdown()
+    killed.kill()
+    killed.communicate(timeout=10)
+    with CanHub(path):
+        opened(path).shutdown()
+
+
+def test_a_second_hub_on_the_same_path_is_refused(hub, path):
+    with pytest.raises(OSError, match='another hub already serves'):
+        CanHub(path)
+
+
+def test_without_a_hub_the_error_says_how_to_start_one(path):
+    with pytest.raises(can.CanError, match='python -m servo_rig_driver.can_hub'):
+        opened(path, wait=0.0)
+
+
+def test_python_can_messages_keep_identifier_flags_and_data(hub, path):
+    one, other = UnixBus(path), UnixBus(path, can_filters=[{'can_id': 0x18FF, 'can_mask': 0xFFFF}])
+    one.send(can.Message(arbitration_id=0x123, data=b'x', is_extended_id=False))
+    one.send(can.Message(arbitration_id=0x18FF, data=b'12345678', is_extended_id=True))
+    message = other.recv(5.0)
+    assert (message.arbitration_id, message.is_extended_id, bytes(message.data)) == (
+        0x18FF, True, b'12345678')
+    with pytest.raises(ValueError, match='CAN FD'):
+        one.send(can.Message(arbitration_id=1, is_fd=True, data=bytes(12)))
+    one.shutdown()
+    other.shutdown()
+
+
+@given(st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), min_size=1,
+                max_size=can_frames.MOST_FRAMES))
+def test_packets_return_the_frames_they_were_made_of(frames):
+    assert can_frames.from_bytes(b''.join(can_frames.to_bytes(*f) for f in frames)) == frames
+
+
+@given(st.binary(max_size=100))
+def test_any_bytes_are_frames_or_refused(packet):
+    try:
+        frames = can_frames.from_bytes(packet)
+    except can_frames.BadFrame:
+        return
+    assert len(frames) * can_frames.LAYOUT.size == len(packet)
+
+
+def test_too_much_data_for_a_frame_is_refused():
+    with pytest.raises(can_frames.BadFrame, match='9 data bytes'):
+        can_frames.to_bytes(0x123, bytes(9))
+
+
+@pytest.mark.parametrize('section, words', [
+    ({'interface': 'udp'}, "bus.interface = 'udp' is unknown"),
+    ({'chanel': 'x'}, "no setting 'chanel'"),
+    ({'channel': ''}, 'bus.channel is empty'),
+    ({'bitrate': 1}, 'bitrate = 1'),
+])
+def test_a_wrong_bus_setting_is_named(section, words):
+    with pytest.raises(BusError, match=words):
+        bus_settings(section)
+
+
+def test_a_virtual_bus_speaks_the_same_way():
+    wires = [Wire(open_bus(BusSettings('virtual', 'speaks'))) for _ in range(2)]
+    wires[0].send([(0x80, b'\x01'), (0x181, bytes(8))])
+    assert gather(wires[1], 2) == [(0x80, b'\x01'), (0x181, bytes(8))]
+    for wire in wires:
+        wire.bus.shutdown()
