@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from rosbags.typesys.store import Typestore
 
+from .definitions import deserialize
 from .layout import lay_out, Layout, NotConstantError
 
 _SHAPES = 16
@@ -100,7 +101,7 @@ def _one_length(kind: str, lists: dict[str, int]) -> int:
 
 def _decode_one(types: Typestore, kind: str, payload: bytes) -> Run:
     """Decode a message by rosbags: any byte order, any shape."""
-    message = types.deserialize_cdr(payload, kind)
+    message = deserialize(types, kind, payload)
     lists, constants = {}, {}
     for name, (node, _) in types.fielddefs[kind][1]:
         if name in ('header', 'sequence', 'period'):

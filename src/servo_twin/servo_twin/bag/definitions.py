@@ -6,8 +6,12 @@ from collections.abc import Iterator
 from functools import cache
 import os
 from pathlib import Path
+from struct import error as StructError
+from typing import Any
 
+from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
+from rosbags.typesys.base import TypesysError
 from rosbags.typesys.store import Typestore
 
 PACKAGE = 'servo_twin_msgs'
@@ -56,10 +60,19 @@ def own_types() -> Typestore:
 def embedded_types(name: str, encoding: str, text: str) -> Typestore:
     """Return what a bag itself says of message ``name``; ``encoding`` is ros2msg or ros2idl."""
     store = get_typestore(Stores.EMPTY)
-    if encoding == 'ros2msg':
-        store.register(get_types_from_msg(text, name))
-    elif encoding == 'ros2idl':
-        store.register(get_types_from_idl(text))
-    else:
+    if encoding not in ('ros2msg', 'ros2idl'):
         raise ValueError(f'{name}: definition in {encoding!r}; known are ros2msg and ros2idl')
+    try:
+        store.register(get_types_from_msg(text, name) if encoding == 'ros2msg'
+                       else get_types_from_idl(text))
+    except TypesysError as error:
+        raise ValueError(f'{name}: its definition in the bag does not parse: {error}') from None
     return store
+
+
+def deserialize(types: Typestore, name: str, payload: bytes) -> Any:
+    """Return one message as an object; raises ValueError when the bytes are not such a message."""
+    try:
+        return types.deserialize_cdr(payload, name)
+    except (SerdeError, StructError, LookupError, ValueError, AssertionError) as error:
+        raise ValueError(f'{name} of {len(payload)} bytes does not decode: {error}') from None

@@ -47,7 +47,7 @@ class Layout:
     lengths: dict[int, tuple[str, int]]
 
     def dtype(self, itemsize: int, shift: int = 0) -> np.dtype:
-        """Return the record type of ``itemsize`` bytes with the message ``shift`` bytes into it."""
+        """Return the type of records of ``itemsize`` bytes, the message ``shift`` bytes in."""
         return np.dtype({
             'names': list(self.fields),
             'formats': [kind for kind, _ in self.fields.values()],

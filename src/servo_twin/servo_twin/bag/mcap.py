@@ -35,7 +35,8 @@ MESSAGE_HEAD = np.dtype([
 LENGTH_BEFORE_PAYLOAD = 22
 """Bytes that a message record's length counts besides the payload."""
 
-COMPRESSION_LEVEL = 1
+_COMPRESSION = {zstd.CompressionParameter.compression_level: 1,
+                zstd.CompressionParameter.checksum_flag: 1}
 
 
 def text(value: str) -> bytes:
@@ -212,4 +213,4 @@ class McapFile:
 
 
 def _compress(chunk: Chunk) -> bytes:
-    return zstd.compress(b''.join(chunk.parts), COMPRESSION_LEVEL)
+    return zstd.compress(b''.join(chunk.parts), options=_COMPRESSION)

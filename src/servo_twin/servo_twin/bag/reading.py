@@ -13,8 +13,9 @@ import numpy as np
 
 from ..recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .columns import decode, Run
-from .definitions import embedded_types, PACKAGE
+from .definitions import deserialize, embedded_types, PACKAGE
 from .joining import join, stretches, TimeError, Track, track
+from .scanning import DAMAGE
 from .sources import open_source, Source
 from .writing import BagError, SAMPLE_TOPICS, TWIN_TOPICS
 
@@ -156,7 +157,7 @@ def _tracks(source: Source, topics: list[str], warnings: list[str]) -> list[Trac
                 run for _, payloads in rows for run in decode(
                     embedded_types(channel.kind, channel.encoding, channel.definition),
                     channel.kind, payloads)]) for channel, rows in source.load(piece, topics)]
-        except ValueError as error:
+        except DAMAGE as error:
             return f'{source.describe(piece)} is damaged and left out: {error}'
 
     runs: dict[str, list[Run]] = {topic: [] for topic in topics}
@@ -184,11 +185,15 @@ def _info(source: Source, prefix: str, warnings: list[str]) -> dict[str, Any]:
     channels.sort(key=lambda channel: channel.topic != prefix + 'recording')
     for channel in channels:
         payload = source.first(channel.topic)
-        if payload is not None:
+        if payload is None:
+            continue
+        try:
             types = embedded_types(kind, channel.encoding, channel.definition)
-            message = types.deserialize_cdr(payload, kind)
+            message = deserialize(types, kind, payload)
             return {name: getattr(message, name)
                     for name in ('servo', 'servo_file', 'family', 'replicate', 'note')}
+        except DAMAGE as error:
+            warnings.append(f'{channel.topic} is damaged: {error}')
     warnings.append(f'no message on {prefix}recording: servo, family and replicate are unknown')
     return {}
 

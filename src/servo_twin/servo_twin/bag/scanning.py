@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 import mmap
 from pathlib import Path
+from struct import error as StructError
 from struct import unpack_from
 from typing import NamedTuple
 import zlib
@@ -20,6 +21,9 @@ import numpy as np
 from .mcap import CHANNEL, CHUNK, FOOTER, MAGIC, MESSAGE, MESSAGE_HEAD, MESSAGE_INDEX, SCHEMA, zstd
 
 _KNOWN = range(1, 16)
+
+DAMAGE = (ArithmeticError, LookupError, MemoryError, StructError, TypeError, ValueError)
+"""What taking damaged bytes apart may raise."""
 
 
 class Channel(NamedTuple):
@@ -51,13 +55,14 @@ class Chunk:
 
 @dataclass
 class Scan:
-    """What a file holds. ``cut`` says where and how its end is missing, empty for a whole file."""
+    """What a file holds; ``cut`` says how its end is missing, ``damaged`` what makes no sense."""
 
     path: Path
     data: mmap.mmap | bytes
     chunks: list[Chunk] = field(default_factory=list)
     channels: dict[int, Channel] = field(default_factory=dict)
     cut: str = ''
+    damaged: list[str] = field(default_factory=list)
 
     def content(self, chunk: Chunk) -> np.ndarray:
         """Return the records of a chunk, uint8; raises ValueError when they are damaged."""
@@ -72,7 +77,7 @@ class Scan:
                 plain = bytes(stored)
             else:
                 raise ValueError(f'compression {chunk.compression!r}; known are zstd and lz4')
-        except (zstd.ZstdError, RuntimeError) as error:
+        except (zstd.ZstdError, RuntimeError, MemoryError) as error:
             raise ValueError(str(error)) from None
         if len(plain) != chunk.plain_size:
             raise ValueError(f'{len(plain)} bytes where its head says {chunk.plain_size}')
@@ -110,21 +115,16 @@ def scan(path: Path) -> Scan:
     finished = False
     for opcode, begin, after in _records(data, len(MAGIC), len(data)):
         end = after
-        if opcode == CHUNK:
-            result.chunks.append(_chunk(data, begin, end))
-        elif opcode == MESSAGE_INDEX and result.chunks:
-            chunk = result.chunks[-1]
-            chunk.index = chunk.index if chunk.index is not None else {}
-            number = unpack_from('<H', data, begin)[0]
-            entries = np.frombuffer(data, '<u8', (end - begin - 6) // 8, begin + 6)
-            chunk.index[number] = entries.reshape(-1, 2)[:, 1].astype(np.int64)
-        elif opcode in (SCHEMA, CHANNEL):
-            _announce(data, opcode, begin, schemas, result.channels)
-        elif opcode == MESSAGE:
-            loose.append(begin - 9)
-        elif opcode == FOOTER:
-            finished = True
+        finished = opcode == FOOTER
+        if finished:
             break
+        try:
+            _take(result, opcode, begin, after, schemas)
+        except DAMAGE as error:
+            result.damaged.append(f'the record at byte {begin - 9} of {path.name} is damaged and '
+                                  f'left out: {error}')
+        if opcode == MESSAGE:
+            loose.append(begin - 9)
     if not finished:
         result.cut = (f'{path.name} ends after byte {len(data)} without a footer; '
                       f'the last whole record ends at byte {end}')
@@ -135,6 +135,22 @@ def scan(path: Path) -> Scan:
         result.chunks.append(Chunk(0, end, end, '', 0))
         _index_loose(result.chunks[-1], data, loose)
     return result
+
+
+def _take(result: Scan, opcode: int, begin: int, end: int,
+          schemas: dict[int, tuple[str, str, str]]) -> None:
+    """Take in one record of the file."""
+    data = result.data
+    if opcode == CHUNK:
+        result.chunks.append(_chunk(data, begin, end))
+    elif opcode == MESSAGE_INDEX and result.chunks:
+        chunk = result.chunks[-1]
+        chunk.index = chunk.index if chunk.index is not None else {}
+        number = unpack_from('<H', data, begin)[0]
+        entries = np.frombuffer(data, '<u8', (end - begin - 6) // 16 * 2, begin + 6)
+        chunk.index[number] = entries.reshape(-1, 2)[:, 1].astype(np.int64)
+    elif opcode in (SCHEMA, CHANNEL):
+        _announce(data, opcode, begin, schemas, result.channels)
 
 
 def _records(data: mmap.mmap | memoryview, begin: int,
@@ -185,11 +201,11 @@ def _announce_inside(result: Scan, schemas: dict[int, tuple[str, str, str]]) -> 
             continue
         try:
             content = result.content(chunk)
-        except ValueError:
-            continue
-        for opcode, begin, _ in _records(content.data, 0, len(content)):
-            if opcode in (SCHEMA, CHANNEL):
-                _announce(content, opcode, begin, schemas, result.channels)
+            for opcode, begin, _ in _records(content.data, 0, len(content)):
+                if opcode in (SCHEMA, CHANNEL):
+                    _announce(content, opcode, begin, schemas, result.channels)
+        except DAMAGE:
+            continue  # said when its messages are asked for
 
 
 def _index_loose(chunk: Chunk, data: mmap.mmap, places: list[int]) -> None:

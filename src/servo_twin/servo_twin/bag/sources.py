@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 import yaml
 
-from .scanning import Channel, Chunk, rows, Scan, scan
+from .scanning import Channel, Chunk, DAMAGE, rows, Scan, scan
 from .writing import BagError
 
 Rows = Iterable[tuple[np.ndarray, np.ndarray]]
@@ -36,7 +36,7 @@ class Source:
         raise NotImplementedError
 
     def load(self, piece: Any, topics: list[str]) -> Iterator[tuple[Channel, Rows]]:
-        """Yield the channels of ``topics`` in a stretch; raises ValueError for a damaged one."""
+        """Yield the channels of ``topics`` in a stretch; raises DAMAGE for a damaged one."""
         raise NotImplementedError
 
     def describe(self, piece: Any) -> str:
@@ -44,11 +44,14 @@ class Source:
         raise NotImplementedError
 
     def first(self, topic: str) -> bytes | None:
-        """Return the payload of the first message on a topic."""
+        """Return the payload of the first whole message on a topic."""
         for piece in self.pieces([topic]):
-            for _, found in self.load(piece, [topic]):
-                for _, payloads in found:
-                    return bytes(payloads[0])
+            try:
+                for _, found in self.load(piece, [topic]):
+                    for _, payloads in found:
+                        return bytes(payloads[0])
+            except DAMAGE:
+                continue
         return None
 
     def __enter__(self) -> Self:
@@ -76,6 +79,7 @@ class McapSource(Source):
                 if seen.kind != channel.kind:
                     raise BagError(f'{path}: topic {channel.topic} has two types, {seen.kind} '
                                    f'and {channel.kind}')
+            self.warnings += part.damaged
             if part.cut:
                 whole = len(part.chunks)
                 self.warnings.append(f'the bag was cut: {part.cut}; {whole} whole chunks are read')

@@ -172,8 +172,8 @@ class BagWriter:
 
     def _check_time(self, time: int) -> None:
         if not 0 <= time < 2**31 * 10**9:
-            raise BagError(f'{self.path}: time {time / 1e9:.6g} s is outside of [0, 2147483648) s, '
-                           'which is what a ROS stamp holds')
+            raise BagError(f'{self.path}: time {time / 1e9:.6g} s is outside of '
+                           '[0, 2147483648) s, which is what a ROS stamp holds')
 
     def _stamp(self, nanoseconds: int) -> Any:
         seconds, rest = divmod(nanoseconds, 10**9)
