@@ -24,7 +24,7 @@ from types import FunctionType, ModuleType
 import numba
 import numpy as np
 
-from . import folds, ports, rollout, state
+from . import following, folds, ports, rollout, state
 from .folds import FOLDS
 from .part import Correction
 from .servo import Placed, Servo
@@ -46,12 +46,18 @@ class Kernel:
 
     ``run(theta, on, x, u, y, substeps, h, mode)`` advances ``x`` in place over the samples of
     ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
-    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up. Both
-    release the GIL and may run on several threads.
+    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up. ``follow``,
+    ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured motion, see
+    :mod:`.following`. Each is compiled when it is first called, releases the GIL and may run on
+    several threads.
     """
 
     run: FunctionType
     align: FunctionType
+    follow: FunctionType
+    conduct: FunctionType
+    sense: FunctionType
+    govern: FunctionType
     state_size: int
     module: ModuleType
 
@@ -90,7 +96,8 @@ def _kernel(structure: _Structure) -> Kernel:
             digest.update(inspect.getsource(function).encode())
     name = f'servo_twin_kernel_{digest.hexdigest()[:24]}'
     module = sys.modules.get(name) or _imported(name, text)
-    return Kernel(module.run, module.align, size, module)
+    return Kernel(module.run, module.align, module.follow, module.conduct, module.sense,
+                  module.govern, size, module)
 
 
 def cache_folder() -> Path:
@@ -126,6 +133,7 @@ def _source(servo: Servo) -> tuple[str, int]:
     parts.append(f"drive_law = njit(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
     parts.append(f"_mechanism = servo.MECHANISMS[{_key_of('MECHANISMS', servo.mechanism)!r}]")
     parts.append('mechanism_rest = njit(_mechanism.rest)')
+    parts.append('mechanism_pull = njit(_mechanism.pull)')
     parts.append(f"control_law = njit(servo.CONTROLLERS["
                  f"{_key_of('CONTROLLERS', servo.controller)!r}].law)\n")
     folds_text, size = _folds(servo, slots)
@@ -134,7 +142,8 @@ def _source(servo: Servo) -> tuple[str, int]:
         take = f'_mechanism.step.__globals__[{name!r}]'
         parts.append(f'{name} = ' + (f'njit({take})' if isinstance(thing, FunctionType) else take))
     parts.append('\n@njit\n' + _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1))
-    for function in (rollout.align, rollout.run):
+    for function in (rollout.align, rollout.run, following.follow, following.conduct,
+                     following.sense, following.govern):
         parts.append('@njit(nogil=True, cache=True)\n' + _plain(function))
     return '\n'.join(parts), size
 

@@ -28,7 +28,8 @@ class Mechanism(Part):
 
     ``step(p, theta, on, x, current_torque, external, temperature, h)`` advances the state in
     place; it is copied into the kernel and may use the names of :mod:`.folds`.
-    ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest.
+    ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest,
+    ``pull(p, wind_up, rate)`` the torque of the linear mesh.
     """
 
     compliant: ClassVar[bool]

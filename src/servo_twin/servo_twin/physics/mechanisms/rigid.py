@@ -36,6 +36,11 @@ class Rigid(Mechanism):
         return 0.0
 
     @staticmethod
+    def pull(p, wind_up, rate):
+        """Torque of the mesh (N m): not given by the wind-up, which is always zero."""
+        return 0.0
+
+    @staticmethod
     def step(p, theta, on, x, current_torque, external, temperature, h):
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
         inertia = p.rotor_inertia + p.load_inertia / p.ratio**2

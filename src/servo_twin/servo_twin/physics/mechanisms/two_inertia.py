@@ -13,6 +13,8 @@ from ..state import (
 )
 from .slide import slide
 
+# ruff: noqa: F821  (mechanism_pull is this mechanism's pull, compiled)
+
 
 class TwoInertia(Mechanism):
     r"""
@@ -40,6 +42,11 @@ class TwoInertia(Mechanism):
         return torque / p.stiffness
 
     @staticmethod
+    def pull(p, wind_up, rate):
+        """Torque on the load (N m) of the linear mesh at a wind-up (rad) and its rate (rad/s)."""
+        return p.stiffness * wind_up + p.damping * rate
+
+    @staticmethod
     def step(p, theta, on, x, current_torque, external, temperature, h):
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
 
@@ -50,7 +57,7 @@ class TwoInertia(Mechanism):
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0
         rate = (x[MOTOR_SPEED] / p.ratio - x[LOAD_SPEED]) if touching else 0.0
-        torque = p.stiffness * wind_up + p.damping * rate
+        torque = mechanism_pull(p, wind_up, rate)
         torque += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h)
         x[TORQUE] = torque
 

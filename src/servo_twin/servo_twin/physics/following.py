@@ -1,0 +1,101 @@
+"""
+What the laws of a servo say along a motion that was measured, part by part.
+
+Nothing is integrated here but the memories of the laws and the current: each part of the servo is
+shown what its neighbours were measured to do, so an error of one part does not spread to the
+others and nothing drifts. Copied into each kernel, as :mod:`.rollout` is.
+"""
+# ruff: noqa: F821
+
+MOTION = (
+    'motor_angle', 'motor_speed', 'load_angle', 'load_speed', 'load_acceleration', 'torque',
+    'wind_up', 'wind_up_rate', 'current', 'external', 'temperature',
+)
+FOLLOWED = (
+    'motor_push', 'motor_resistance', 'load_push', 'load_resistance', 'mesh_torque', 'torque',
+)
+
+
+def follow(theta, on, x, motion, out, h):
+    """
+    Evaluate the laws along `motion`, shape (samples, len(MOTION)); fill `out`, likewise FOLLOWED.
+
+    The wind-up is ``motor / ratio - load`` with its zero taken off; torque (N m on the load) may
+    be NaN, then it is what the load side takes. A resistance is signed against the motion. While
+    a shaft stands still its resistance is the full budget, which it need not spend: leave such
+    samples out.
+    """
+    mechanism = mechanism_of(theta)
+    motor_way, load_way = 1.0, 1.0
+    motor_turned, load_turned = motion[0, 0], motion[0, 2]
+    carried = 0.0
+    for k in range(motion.shape[0]):
+        motor, motor_speed, load, load_speed = (motion[k, 0], motion[k, 1], motion[k, 2],
+                                                motion[k, 3])
+        wind_up, rate, current, temperature = (motion[k, 6], motion[k, 7], motion[k, 8],
+                                               motion[k, 10])
+        time = k * h
+        if motor_speed * motor_way < 0.0:
+            motor_way, motor_turned = -motor_way, motor
+        if load_speed * load_way < 0.0:
+            load_way, load_turned = -load_way, load
+        measured = motion[k, 5]
+        torque = measured if measured == measured else carried
+
+        teeth = Teeth(motor, load, load_way, abs(load - load_turned), torque)
+        left = wind_up - mesh_error(theta, on, x, teeth, h)
+        half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
+        left -= min(max(left, -half), half)
+        touching = half == 0.0 or left != 0.0
+        rate = rate if touching else 0.0
+        out[k, 4] = mechanism_pull(mechanism, left, rate)
+        out[k, 4] += mesh_torque(theta, on, x, WindUp(left, rate, load), h)
+
+        at_load = Shaft(load, load_speed, load_way, torque, abs(load - load_turned), current,
+                        temperature, time)
+        push = load_torque(theta, on, x, at_load, h)
+        resistance = -load_way * max(0.0, load_friction(theta, on, x, at_load, h))
+        carried = (mechanism.load_inertia * motion[k, 4] + motion[k, 9] - push - resistance)
+        out[k, 2], out[k, 3] = push, resistance
+
+        felt = torque / mechanism.ratio
+        at_motor = Shaft(motor, motor_speed, motor_way, felt, abs(motor - motor_turned), current,
+                         temperature, time)
+        out[k, 0] = motor_torque(theta, on, x, at_motor, h)
+        out[k, 1] = -motor_way * max(0.0, motor_friction(theta, on, x, at_motor, h))
+        out[k, 5] = torque
+
+
+def conduct(theta, on, x, voltage, motor_speed, current, substeps, h):
+    """Fill `current` (A) with what the drive makes of `voltage` (V) at `motor_speed` (rad/s)."""
+    drive = drive_of(theta)
+    for k in range(len(voltage)):
+        current[k] = x[CURRENT]
+        for _ in range(substeps):
+            signal = Signal(voltage[k], motor_speed[k], x[TIME])
+            arrived = command_path(theta, on, x, signal, h)
+            x[CURRENT] = drive_law(drive, x[CURRENT], arrived, motor_speed[k], h)
+            signal = Signal(x[CURRENT], motor_speed[k], x[TIME])
+            x[CURRENT] = current_path(theta, on, x, signal, h)
+            x[TIME] += h
+
+
+def sense(theta, on, x, truth, readings, period):
+    """Fill `readings` with what the sensors make of `truth`; both (samples, 4) as OUTPUTS."""
+    for k in range(truth.shape[0]):
+        time = k * period
+        motor, load = truth[k, 0], truth[k, 1]
+        readings[k, 0] = read_motor_position(theta, on, x, Reading(motor, motor, time), period)
+        readings[k, 1] = read_load_position(theta, on, x, Reading(load, load, time), period)
+        readings[k, 2] = read_torque(theta, on, x, Reading(truth[k, 2], load, time), period)
+        readings[k, 3] = read_current(theta, on, x, Reading(truth[k, 3], motor, time), period)
+
+
+def govern(theta, on, x, references, motor, load, command, period):
+    """Fill `command` (V) with the controller's answer to `references` (position, speed)."""
+    controller = controller_of(theta)
+    ratio = mechanism_of(theta).ratio
+    for k in range(len(motor)):
+        memory = x[CONTROLLER:CONTROLLER + CONTROLLER_SIZE]
+        command[k] = control_law(controller, memory, references[k, 0], references[k, 1],
+                                 motor[k], load[k], ratio, period)
