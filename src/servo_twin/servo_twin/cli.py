@@ -36,7 +36,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _overview(argv: list[str]) -> int:
-    lines = ['usage: servo-twin COMMAND ...', '', 'A servo and its digital twin, side by side.', '']
+    lines = ['usage: servo-twin COMMAND ...', '',
+             'A servo and its digital twin, side by side.', '']
     lines += [f'  {name:<12}{summary}' for name, (_, summary) in COMMANDS.items()]
     lines += ['', 'servo-twin COMMAND --help says more.']
     wanted = not argv or argv[0] in ('-h', '--help', 'help')
