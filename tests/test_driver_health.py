@@ -53,3 +53,14 @@ def test_it_waits_for_every_node_to_tell_its_state():
     assert not beats.all_in(Heartbeats.OPERATIONAL)
     beats.beat(2, 0x80 | Heartbeats.OPERATIONAL, 1)
     assert beats.all_in(Heartbeats.OPERATIONAL)
+
+
+def test_it_tells_an_event_for_a_while_and_counts_it():
+    health = RigHealth()
+    health.event('command.refused', 'mode 9', 0, lasts=1.0)
+    health.event('command.refused', 'mode 8', 500_000_000, lasts=1.0)
+    health.fade(1_400_000_000)
+    assert [(t.text, t.since) for t in health.troubles] == [('mode 8', 0)]
+    health.fade(1_500_000_000)
+    assert health.troubles == ()
+    assert health.counted('command.refused') == 2

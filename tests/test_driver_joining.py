@@ -2,81 +2,68 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-import pytest
 
-from servo_rig_driver.joining import SampleJoiner
+from servo_rig_driver.joining import SampleJoiner, sync_counter
 
 
 def test_it_joins_the_answers_to_one_sync():
-    join = SampleJoiner(2, 'order')
+    join = SampleJoiner(2)
     join.ask(7)
-    assert join.answer(1, 'b') == []
-    assert join.answer(0, 'a') == [(7, ['a', 'b'])]
+    assert join.answer(1, 'b', sync_counter(7)) is None
+    assert join.answer(0, 'a', sync_counter(7)) == (7, ['a', 'b'])
 
 
-@given(st.data(), st.integers(1, 4))
-def test_it_joins_by_order_however_late_the_answers_come(data, kinds):
-    join, out = SampleJoiner(kinds, 'order'), []
-    asked, answered = 0, [0] * kinds
+def test_it_counts_syncs_from_1_to_240_as_cia_301_says():
+    assert [sync_counter(k) for k in (0, 1, 239, 240, 241)] == [1, 2, 240, 1, 2]
+
+
+@given(st.data(), st.integers(1, 4), st.sampled_from([0, 1000]))
+def test_it_joins_by_counter_however_late_the_answers_come(data, kinds, start):
+    join, out = SampleJoiner(kinds), []
+    asked, answered = start, [start] * kinds
     while len(out) < 30:
         behind = [kind for kind in range(kinds) if answered[kind] < asked]
-        if asked < 30 and (not behind or data.draw(st.booleans())):
+        if asked < start + 30 and (not behind or data.draw(st.booleans())):
             join.ask(asked)
             asked += 1
             continue
         kind = data.draw(st.sampled_from(behind))
-        out += join.answer(kind, (kind, answered[kind]))
+        sample = join.answer(kind, (kind, answered[kind]), sync_counter(answered[kind]))
+        out += [sample] if sample else []
         answered[kind] += 1
-    assert [number for number, _ in out] == list(range(30))
+    assert [number for number, _ in out] == list(range(start, start + 30))
     assert all(row == [(kind, number) for kind in range(kinds)] for number, row in out)
     assert (join.lost, join.unasked, join.waiting) == (0, 0, 0)
 
 
-def test_it_loses_one_sample_by_one_lost_frame_when_joining_to_the_last_sync():
-    join, out = SampleJoiner(2, 'last'), []
-    for number in range(5):
+def test_it_keeps_the_order_through_a_stall_longer_than_the_counter_is_wide():
+    join, out = SampleJoiner(2), []
+    for number in range(1000):
         join.ask(number)
-        out += join.answer(0, number)
-        if number != 2:
-            out += join.answer(1, number)
-    assert [number for number, _ in out] == [0, 1, 3, 4]
-    assert all(row == [number, number] for number, row in out)
-    assert join.lost == 1
+    for kind in (1, 0):
+        out += [join.answer(kind, number, sync_counter(number)) for number in range(1000)]
+    assert out[1000:] == [(number, [number, number]) for number in range(1000)]
+
+
+@given(st.sets(st.tuples(st.integers(0, 1), st.integers(0, 59)), max_size=40), st.booleans())
+def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
+    join, out = SampleJoiner(2), []
+    for number in range(60):
+        join.ask(number)
+        for kind in (0, 1):
+            if (kind, number) not in lost:
+                sample = join.answer(kind, number, sync_counter(number) if counted else None)
+                out += [sample] if sample else []
+    join.restart()
+    gone = {number for _, number in lost}
+    assert out == [(k, [k, k]) for k in range(60) if k not in gone]
+    assert join.lost == len(gone)
 
 
 def test_it_counts_answers_that_nobody_asked_for():
-    join = SampleJoiner(1, 'order')
-    assert join.answer(0, 'x') == []
+    join = SampleJoiner(1)
+    assert join.answer(0, 'x', 1) is None
     join.ask(0)
-    assert join.answer(0, 'y') == [(0, ['y'])]
-    assert join.unasked == 1
-
-
-def test_it_holds_samples_in_doubt_and_releases_them_when_all_is_answered():
-    join = SampleJoiner(1, 'order')
-    join.ask(0)
-    join.ask(1)
-    join.doubt()
-    assert join.answer(0, 'a') == []
-    assert join.answer(0, 'b') == [(0, ['a']), (1, ['b'])]
-    assert not join.in_doubt
-
-
-def test_it_gives_nothing_shifted_out_after_a_lost_answer():
-    join = SampleJoiner(2, 'order')
-    for number in range(3):
-        join.ask(number)
-    join.doubt()  # the answer of kind 1 to SYNC 0 was no frame
-    out = join.answer(0, 0) + join.answer(0, 1) + join.answer(1, 1)
-    out += join.answer(0, 2) + join.answer(1, 2)
-    assert out == []
-    join.restart()
-    assert join.lost == 3
-    join.ask(9)
-    join.answer(0, 9)
-    assert join.answer(1, 9) == [(9, [9, 9])]
-
-
-def test_it_refuses_an_unknown_rule():
-    with pytest.raises(ValueError, match=r"join = 'luck' is unknown; it is one of"):
-        SampleJoiner(1, 'luck')
+    assert join.answer(0, 'y', 1) == (0, ['y'])
+    assert join.answer(0, 'y', None) is None
+    assert join.unasked == 2

@@ -1,14 +1,10 @@
 """
 Joins the answers of several nodes to one SYNC into one sample.
 
-Pure logic. TPDOs carry no number, so the SYNC that an answer belongs to has to be inferred:
-
-``order``
-    The n-th answer of a kind belongs to the n-th SYNC. True on a bus that loses no frame (the
-    Unix-socket and the virtual bus), however late an answer comes.
-``last``
-    An answer belongs to the last SYNC that went out before it came. True where every node answers
-    within a period (hardware), also when a frame is lost.
+Pure logic. An answer is what one node sends after one SYNC. Which SYNC that was is told by the
+counter that SYNC carries (CiA 301, object 1019h) where the nodes echo it: frames may then be late
+by any time, or lost, and no sample is ever made of two instants. Nodes that do not echo it are
+taken to answer the last SYNC before, which holds as long as they answer within a period.
 """
 
 from __future__ import annotations
@@ -16,30 +12,26 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-RULES = ('order', 'last')
+from .frames import sync_counter, SYNC_COUNTS
+
 Sample = tuple[int, list[Any]]
 """The number of a SYNC, and the answers to it by kind."""
 
 
 class SampleJoiner:
     """
-    Collects ``kinds`` answers to each SYNC.
+    Collects ``kinds`` answers to each SYNC, one a node.
 
     ``lost`` counts the samples that were asked for and will never be complete, ``unasked`` the
-    answers for which there was no SYNC. Raises ValueError for an unknown rule.
+    answers for which there was no SYNC.
     """
 
-    def __init__(self, kinds: int, rule: str) -> None:
-        if rule not in RULES:
-            raise ValueError(f"join = '{rule}' is unknown; it is one of {list(RULES)}")
+    def __init__(self, kinds: int) -> None:
         self.kinds = kinds
-        self.by_order = rule == 'order'
         self.lost = 0
         self.unasked = 0
-        self.in_doubt = False
         self._open: deque[list[Any]] = deque()
-        self._held: list[Sample] = []
-        self._answered = [0] * kinds
+        self._next = [0] * kinds
         self._closed = 0
 
     @property
@@ -49,56 +41,49 @@ class SampleJoiner:
 
     def restart(self) -> None:
         """Forget all SYNCs, as when nobody will answer them any more; they count as lost."""
-        self.lost += len(self._open) + len(self._held)
+        self.lost += len(self._open)
         self._open.clear()
-        self._held.clear()
-        self._answered = [0] * self.kinds
+        self._next = [0] * self.kinds
         self._closed = 0
-        self.in_doubt = False
-
-    def doubt(self) -> None:
-        """
-        Hold samples back from now on, after a frame that may have been an answer, or too many.
-
-        They are released once every SYNC is answered, which shows that nothing was shifted; when
-        that does not come about, restart().
-        """
-        self.in_doubt = self.by_order
 
     def ask(self, number: int) -> None:
-        """Note that SYNC ``number`` went out."""
+        """Note that SYNC ``number`` went out; the numbers rise."""
         self._open.append([number, self.kinds, *[None] * self.kinds])
 
-    def answer(self, kind: int, content: Any) -> list[Sample]:
-        """Take an answer; return the samples that it completes, in their order, mostly none."""
-        row = self._row(kind)
-        if row is None or row[2 + kind] is not None:
+    def answer(self, kind: int, content: Any, counter: int | None) -> Sample | None:
+        """
+        Take an answer; return the sample that it completes, if any.
+
+        ``counter`` is what the node echoed, None where it echoes nothing. Samples come in the
+        order of their numbers: one that completes closes all before it.
+        """
+        row = self._last(kind) if counter is None else self._counted(kind, counter)
+        if row is None:
             self.unasked += 1
-            return []
+            return None
         row[2 + kind] = content
         row[1] -= 1
         if row[1]:
-            return []
+            return None
         while self._open[0] is not row:
             self._open.popleft()
+            self._closed += 1
             self.lost += 1
         self._open.popleft()
         self._closed += 1
-        sample = row[0], row[2:]
-        if not self.in_doubt:
-            return [sample]
-        self._held.append(sample)
-        if self._open:
-            return []
-        self.in_doubt = False
-        released, self._held = self._held, []
-        return released
+        return row[0], row[2:]
 
-    def _row(self, kind: int) -> list[Any] | None:
-        if not self.by_order:
-            return self._open[-1] if self._open else None
-        place = self._answered[kind] - self._closed
-        if not 0 <= place < len(self._open):
-            return None
-        self._answered[kind] += 1
-        return self._open[place]
+    def _last(self, kind: int) -> list[Any] | None:
+        row = self._open[-1] if self._open else None
+        return None if row is None or row[2 + kind] is not None else row
+
+    def _counted(self, kind: int, counter: int) -> list[Any] | None:
+        first = max(0, self._next[kind] - self._closed)
+        for place in range(first, len(self._open)):
+            row = self._open[place]
+            if sync_counter(row[0]) == counter:
+                self._next[kind] = self._closed + place + 1
+                return row
+            if place - first >= SYNC_COUNTS:
+                return None
+        return None

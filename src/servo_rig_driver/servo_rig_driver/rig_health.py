@@ -22,13 +22,19 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Trouble:
-    """One thing that is, or was, wrong; ``until`` is None as long as it lasts."""
+    """
+    One thing that is, or was, wrong.
+
+    ``until`` is None as long as it lasts. ``fades`` is the instant at which a passing event, such
+    as a refused message, is no longer told; None for a state that lasts until it is over.
+    """
 
     key: str
     level: Level
     text: str
     since: int
     until: int | None = None
+    fades: int | None = None
 
 
 class RigHealth:
@@ -47,13 +53,26 @@ class RigHealth:
 
     def trouble(self, key: str, text: str, now: int, level: Level = Level.ERROR) -> None:
         """Say that something is wrong; saying it again changes text and level, not ``since``."""
+        self._note(key, text, now, level, None)
+
+    def event(self, key: str, text: str, now: int, level: Level = Level.WARN,
+              lasts: float = 5.0) -> None:
+        """Say that something happened; it is told for ``lasts`` seconds and counted by its key."""
+        self.count(key)
+        self._note(key, text, now, level, now + int(lasts * 1e9))
+
+    def _note(self, key: str, text: str, now: int, level: Level, fades: int | None) -> None:
         with self._lock:
             known = self._troubles.get(key)
-            if known is not None and (known.text, known.level) == (text, level):
-                return
             since = now if known is None else known.since
-            self._troubles[key] = Trouble(key, level, text, since)
-            self.changes += 1
+            self._troubles[key] = Trouble(key, level, text, since, fades=fades)
+            self.changes += known is None or (known.text, known.level) != (text, level)
+
+    def fade(self, now: int) -> None:
+        """End the events that have been told long enough."""
+        for trouble in list(self._troubles.values()):
+            if trouble.fades is not None and trouble.fades <= now:
+                self.over(trouble.key, now)
 
     def over(self, key: str, now: int) -> None:
         """Say that a trouble has passed; one that is not there is none."""

@@ -91,7 +91,6 @@ class SetpointPlayer:
         self.capacity = capacity
         self.horizon = horizon
         self.expired = 0
-        self.since_last: int | None = None
         self._queue: deque[Setpoint] = deque()
         self._now_playing: Setpoint | None = None
         self._lock = Lock()
@@ -182,7 +181,6 @@ class SetpointPlayer:
             self._now_playing = None
             if playing.mode is not Mode.OFF:
                 self.expired += 1
-                self.since_last = playing.instant
             return None
         return playing
 
@@ -191,6 +189,11 @@ class SetpointPlayer:
         with self._lock:
             self._queue.clear()
             self._now_playing = None
+
+    @property
+    def playing(self) -> bool:
+        """Whether a set-point was handed out last."""
+        return self._now_playing is not None
 
     @property
     def waiting(self) -> int:
