@@ -1,0 +1,106 @@
+"""A bag that grows on disk: rosbags' MCAP writer, with its chunks written out in time."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+
+_FOREVER = QosTime(9223372036, 854775807)
+
+
+class RecordingFile:
+    """
+    Writes raw messages to a rosbag2 directory with MCAP storage and zstd chunks.
+
+    ``topics`` maps full topic names to message types, ``latched`` names those that are transient
+    local. A chunk goes to disk when it holds ``chunk_bytes`` or, with :meth:`flush`, when its
+    first message is ``chunk_seconds`` old: a killed process loses no more. Raises
+    FileExistsError when ``path`` exists, FileNotFoundError for a type without a definition.
+    """
+
+    def __init__(self, path: Path, topics: dict[str, str], shares: list[Path],
+                 latched: frozenset[str] = frozenset(), chunk_bytes: int = 1 << 20,
+                 chunk_seconds: float = 0.5) -> None:
+        if path.exists():
+            raise FileExistsError(f'{path} exists already; choose another output or remove it')
+        self.path = path
+        self.counts = dict.fromkeys(topics, 0)
+        self._chunk_bytes, self._chunk_seconds = chunk_bytes, chunk_seconds
+        self._began: float | None = None
+        types = _typestore(sorted(set(topics.values())), shares)
+        self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._writer.open()
+        self._connections: dict[str, Connection] = {
+            topic: self._writer.add_connection(topic, kind, typestore=types,
+                                               offered_qos_profiles=[_qos(topic in latched)])
+            for topic, kind in topics.items()}
+
+    def write(self, topic: str, time: int, data: bytes) -> None:
+        """Write one serialized message received at ``time``, ns."""
+        self._writer.write(self._connections[topic], time, data)
+        self.counts[topic] += 1
+        if self._began is None:
+            self._began = monotonic()
+        if self._writer.storage.chunk.bio.tell() > self._chunk_bytes:
+            self.flush(now=True)
+
+    def flush(self, now: bool = False) -> None:
+        """Write the pending chunk out when it is old enough, or ``now``."""
+        if self._began is None or not (now or monotonic() - self._began >= self._chunk_seconds):
+            return
+        storage = self._writer.storage
+        if storage.chunk.msgs:
+            storage.close_chunk()
+        storage.bio.flush()
+        self._began = None
+
+    def close(self) -> None:
+        """Write the summary and metadata.yaml."""
+        self._writer.close()
+
+    def abort(self) -> None:
+        """Close without summary, leaving what is on disk; after an error in writing."""
+        with suppress(OSError):
+            self._writer.abort()
+
+
+def _typestore(kinds: list[str], shares: list[Path]):
+    """Return the types of Jazzy, and those of further packages from their .msg files."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for package in sorted({kind.split('/')[0] for kind in kinds if kind not in store.fielddefs}):
+        folders = [share / package / 'msg' for share in shares]
+        files = [file for folder in folders for file in sorted(folder.glob('*.msg'))]
+        if not files:
+            raise FileNotFoundError(
+                f'no message definitions of {package}; looked in '
+                f'{", ".join(str(folder) for folder in folders) or "no folder"}; source the '
+                'workspace that has it')
+        found: dict = {}
+        for file in files:
+            found |= get_types_from_msg(file.read_text('utf8'), f'{package}/msg/{file.stem}')
+        store.register({name: fields for name, fields in found.items()
+                        if name not in store.fielddefs})
+    missing = [kind for kind in kinds if kind not in store.fielddefs]
+    if missing:
+        raise FileNotFoundError(f'no definition of {missing}; a type is written package/msg/Name')
+    return store
+
+
+def _qos(latched: bool) -> Qos:
+    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
+    return Qos(QosHistory.KEEP_LAST, 1000, QosReliability.RELIABLE, durability, _FOREVER,
+               _FOREVER, QosLiveliness.AUTOMATIC, _FOREVER, False)
