@@ -207,7 +207,10 @@ def test_it_puts_the_commands_on_the_path(shell, tmp_path):
     program = (f'. {ROOT}/env.sh && . {ROOT}/env.sh && command -v servo-twin servo-identify '
                'driver && python -c "import servo_twin, rclpy, servo_twin_msgs.msg" && '
                'printf %s "$PYTHONPATH"')
-    variables = {name: value for name, value in os.environ.items() if name in ('HOME', 'LANG')}
+    kept = {'HOME', 'LANG'}
+    if machine.sourced_ros():
+        kept |= {'ROS_DISTRO', 'AMENT_PREFIX_PATH', 'PYTHONPATH', 'LD_LIBRARY_PATH'}
+    variables = {name: os.environ[name] for name in kept & os.environ.keys()}
     answer = subprocess.run([shell, '-c', program], cwd=folder, capture_output=True, text=True,
                             env=variables | {'PATH': '/usr/bin:/bin'}, check=False)
     assert answer.returncode == 0, answer.stderr

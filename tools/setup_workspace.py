@@ -40,6 +40,11 @@ def wanted_stamp(root: Path, sourced: bool) -> dict[str, str]:
             'build': build_print(root, packages)}
 
 
+def _tail(log_path: Path) -> str:
+    lines = log_path.read_text(errors='replace').splitlines()
+    return '\n'.join([line for line in lines if not line.startswith('WARNING:')][-TAIL:])
+
+
 def _say(text: str, end: str = '\n') -> None:
     print(text, end=end, flush=True)
 
@@ -92,8 +97,7 @@ def set_up(root: Path) -> bool:
                 bring_up(root, Workspace(root, sourced, log), wanted)
             except StageError as error:
                 log.flush()
-                tail = log_path.read_text(errors='replace').splitlines()[-TAIL:]
-                raise StageError(f'{error}; the end of {log_path}:\n' + '\n'.join(tail)) from error
+                raise StageError(f'{error}; the end of {log_path}:\n{_tail(log_path)}') from error
     finally:
         os.close(lock)
     return True
