@@ -1,0 +1,90 @@
+"""Which numbers of a servo are free, between which bounds, and on what scale they matter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo, ServoError
+
+_ELEMENT = re.compile(r'^(?P<path>.+)\[(?P<index>\d+)\]$')
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """
+    The free numbers of a servo.
+
+    ``names`` are paths, with ``[i]`` behind those of a row; ``index`` is where each stands in the
+    flat vector `theta`; ``low`` and ``high`` bound it; ``scale`` is the size of a change that
+    matters, in the unit of the number. All of shape (numbers,).
+    """
+
+    names: tuple[str, ...]
+    index: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    scale: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def freedom_of(servo: Servo, free: Sequence[str], bounds: Mapping[str, tuple[float, float]] | None,
+               tolerance: bool = True) -> Freedom:
+    """
+    Free parameters by path: ``mechanism.stiffness``, a row ``effects.te.cosine``, ``...[3]``.
+
+    Bounds are those of the declaration, cut by the tolerance of the servo file (unless
+    ``tolerance`` is false) and by ``bounds``. Raises ServoError for an unknown path, an index
+    beyond its row and bounds that leave nothing.
+    """
+    if not free:
+        raise ServoError(f'{servo.name}: no parameter is free; there are {list(servo.values)}')
+    slots, declared, theta = servo.slots(), dict(servo.declarations()), servo.theta
+    bounds = dict(bounds or {})
+    names, index, low, high, scale = [], [], [], [], []
+    for given in free:
+        match = _ELEMENT.match(given)
+        path = match['path'] if match else given
+        if path not in slots:
+            near = [p for p in slots if p.rpartition('.')[0] == path.rpartition('.')[0]]
+            raise ServoError(f'{servo.name}: there is no parameter {path!r} to free; '
+                             f'there are {near or list(slots)}')
+        slot, row = slots[path], declared[path].row
+        size = slot.stop - slot.start
+        elements = [int(match['index'])] if match else range(size)
+        for i in elements:
+            if i >= size or (match and not row):
+                raise ServoError(f'{servo.name}: {given}: {path} holds {size} number(s)')
+            name = f'{path}[{i}]' if row else path
+            if name in names:
+                raise ServoError(f'{servo.name}: {name} is freed twice')
+            edges = [declared[path].bounds]
+            if tolerance and path in servo.tolerance:
+                edges.append(servo.tolerance[path])
+            edges += [bounds[key] for key in (path, name) if key in bounds]
+            below, above = max(e[0] for e in edges), min(e[1] for e in edges)
+            if not below < above:
+                raise ServoError(f'{servo.name}: {name}: bounds leave [{below:g}, {above:g}]')
+            names.append(name)
+            index.append(slot.start + i)
+            low.append(below)
+            high.append(above)
+            default = declared[path].default
+            scale.append(_scale(theta[slot.start + i], default[0] if row else default, below, above))
+    unknown = [p for p in bounds if p not in names and p not in slots]
+    if unknown:
+        raise ServoError(f'{servo.name}: bounds are given for {unknown}; free are {names}')
+    return Freedom(tuple(names), np.array(index), np.array(low), np.array(high), np.array(scale))
+
+
+def _scale(value: float, default: float, low: float, high: float) -> float:
+    size = max(abs(value), 0.01 * abs(default))
+    width = high - low
+    if size == 0.0:
+        size = 0.01 * width if np.isfinite(width) else 1.0
+    return min(size, width)

@@ -1,0 +1,199 @@
+"""
+Output-error least squares: simulate, compare, adjust.
+
+Closed-loop data. The command that was applied is recorded without error, so simulating with it
+(``measured_input``) is unbiased by encoder noise that the controller feeds back: a residual is
+correlated with later commands only, and no simulated value depends on those. Disturbances that the
+model lacks do come back through the controller; ``closed_loop`` simulates the controller with the
+same reference instead, which no disturbance of the plant has touched, and is the answer there.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.recording import Recording
+
+from .estimate import Estimate, servo_with
+from .freedom import Freedom, freedom_of
+from .information import UNSURE, foreseen, spread
+from .problem import Problem
+from .segments import CHANNELS, courses_of
+from .shooting import Shooting, Unknowns
+from .solve import solved
+
+RELATIVE_MARGIN = 1e-3
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a fit is: its stage, steps taken, cost, warnings known so far."""
+
+    stage: str
+    iteration: int
+    cost: float
+    warnings: tuple[str, ...] = ()
+
+
+def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
+        mode: str = 'measured_input', horizon: float | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None, tolerance: bool = True,
+        channels: Sequence[str] | None = None, delays: bool = False, robust: bool = False,
+        weights: str = 'residual', iterations: int = 40, precision: float = 0.1,
+        on: np.ndarray | None = None,
+        progress: Callable[[Progress], None] | None = None) -> Estimate:
+    """
+    Fit free parameters of a servo to recordings.
+
+    ``free`` paths of parameters (a row is freed element by element, or ``path[i]``); ``mode``
+    measured_input, closed_loop or forced_current; ``horizon`` s between restarts (None: by the
+    data); ``bounds`` by path, cut by declaration and (unless ``tolerance`` is false) by the servo
+    file's tolerance; ``channels`` to compare (None: all measured); ``delays``: estimate how late
+    each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
+    ``weights``: 'noise' divides a channel by its noise floor, 'residual' by what the best fit
+    leaves where that is larger; ``on``: switches of the effects. ``progress`` is told before the
+    first step (with the warnings) and after each, and may raise to stop.
+    Raises ValueError (ServoError) for what cannot be fitted.
+    """
+    if weights not in ('noise', 'residual'):
+        raise ValueError(f"weights = {weights!r}; there are ['noise', 'residual']")
+    begun = time.perf_counter()
+    freedom = freedom_of(servo, free, bounds, tolerance)
+    courses = courses_of(servo, recordings, mode, horizon, channels)
+    shooting = Shooting(servo, courses, mode, on)
+    try:
+        problem = Problem(shooting, freedom, delays, robust)
+        unknowns = shooting.beginning(_inside(servo.theta, freedom))
+        return _fitted(servo, problem, unknowns, mode, weights, iterations, precision,
+                       progress or (lambda told: None), begun)
+    finally:
+        shooting.close()
+
+
+def foresee(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
+            mode: str = 'measured_input', horizon: float | None = None,
+            channels: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Return the warnings of a fit without fitting: one Jacobian, no optimisation."""
+    freedom = freedom_of(servo, free, None)
+    shooting = Shooting(servo, courses_of(servo, recordings, mode, horizon, channels), mode)
+    try:
+        problem = Problem(shooting, freedom, False, False)
+        normal = problem.linearised(shooting.beginning(_inside(servo.theta, freedom)))
+        return tuple(foreseen(normal, freedom.names)[0])
+    finally:
+        shooting.close()
+
+
+def _inside(theta: np.ndarray, freedom: Freedom) -> np.ndarray:
+    theta = theta.copy()
+    theta[freedom.index] = np.clip(theta[freedom.index], freedom.low, freedom.high)
+    return theta
+
+
+def _reweigh(problem: Problem, residual: np.ndarray) -> float:
+    """Weigh each channel of each recording by what is left of it; return the largest change."""
+    before = problem.factor.copy()
+    raw = residual / before[problem.course]
+    for i in range(len(before)):
+        rows = raw[problem.course == i]
+        used = rows.any(axis=0)
+        rms = np.sqrt(np.mean(rows**2, axis=0))
+        problem.factor[i, used] = 1.0 / np.maximum(1.0, rms[used])
+    return float(np.abs(np.log(problem.factor / before)).max())
+
+
+def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weights: str,
+            iterations: int, precision: float, progress: Callable[[Progress], None],
+            begun: float) -> Estimate:
+    freedom = problem.freedom
+    first, _ = problem.evaluate(unknowns)
+    normal = problem.linearised(unknowns)
+    warned, held = foreseen(normal, freedom.names)
+    progress(Progress('check', 0, normal.cost, tuple(warned)))
+    taken = 0
+
+    def told(iteration: int, cost: float) -> None:
+        progress(Progress('fit', taken + iteration, cost))
+
+    rounds = 4 if weights == 'residual' else 1
+    for turn in range(rounds):
+        last = turn == rounds - 1
+        if weights == 'residual' and _reweigh(problem, normal.residual) < 0.2 and turn:
+            break
+        unknowns, normal, done = solved(problem, unknowns, iterations,
+                                        precision if last else 1e3 * precision, held, told)
+        taken += done
+    if weights == 'residual' and not last:
+        unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
+        taken += done
+
+    covariance = spread(normal, problem.owner, held)
+    count = len(freedom)
+    std = np.sqrt(np.diag(covariance)[:count])
+    warned += _afterwards(freedom, unknowns, std, held[:count])
+    deviation = np.outer(std, std)
+    with np.errstate(invalid='ignore'):
+        correlation = covariance[:count, :count] / deviation
+    std = np.where(held[:count], np.nan, std * freedom.scale)
+    late_std = np.sqrt(np.diag(covariance)[count:count + len(problem.late)]) * problem.late_scale
+    names = freedom.names
+    values = {n: float(unknowns.theta[i]) for n, i in zip(names, freedom.index, strict=True)}
+    errors = {n: float(s) for n, s in zip(names, std, strict=True)}
+    bags = tuple(_bag(c.recording) for c in problem.shooting.courses)
+    scaled = first * problem.factor[problem.course]
+    return Estimate(
+        servo_with(servo, names, values, errors, bags, f'fit, output error, {mode}'), names,
+        values, errors, {n: servo.unit(n.partition('[')[0]) for n in names}, correlation,
+        tuple(dict.fromkeys(warned)),
+        _rms(problem, normal.residual / problem.factor[problem.course]), _rms(problem, first),
+        _floors(problem), float(0.5 * np.vdot(normal.residual, normal.residual)),
+        float(0.5 * np.vdot(scaled, scaled)),
+        {CHANNELS[c]: float(unknowns.delays[c]) for c in problem.late},
+        {CHANNELS[c]: float(s) for c, s in zip(problem.late, late_std, strict=True)},
+        mode, _horizon(problem), taken, time.perf_counter() - begun, bags)
+
+
+def _afterwards(freedom: Freedom, unknowns: Unknowns, std: np.ndarray,
+                held: np.ndarray) -> list[str]:
+    said = []
+    value = unknowns.theta[freedom.index]
+    edge = RELATIVE_MARGIN * np.minimum(freedom.scale, freedom.high - freedom.low)
+    for k, name in enumerate(freedom.names):
+        if held[k]:
+            continue
+        for bound, beyond in ((freedom.low[k], value[k] < freedom.low[k] + edge[k]),
+                              (freedom.high[k], value[k] > freedom.high[k] - edge[k])):
+            if beyond:
+                said.append(f'{name} = {value[k]:.6g} is at its bound {bound:g}: not identified; '
+                            f'widen the tolerance or look for an effect that is missing')
+        if std[k] > UNSURE:
+            said.append(f'{name} is not identified: its standard error is '
+                        f'{100 * std[k]:.0f} % of {freedom.scale[k]:.3g}')
+    return said
+
+
+def _rms(problem: Problem, residual: np.ndarray) -> dict[str, float]:
+    error = residual * problem.noise
+    seen = np.isfinite(problem.measured)
+    return {name: float(np.sqrt(np.mean(error[seen[:, c], c] ** 2)))
+            for c, name in enumerate(CHANNELS) if seen[:, c].any()}
+
+
+def _floors(problem: Problem) -> dict[str, float]:
+    seen = np.isfinite(problem.measured).any(axis=0)
+    return {name: float(np.sqrt(np.nanmean(problem.noise[:, c] ** 2)))
+            for c, name in enumerate(CHANNELS) if seen[c]}
+
+
+def _horizon(problem: Problem) -> float:
+    lengths = [(c.stops - c.starts) * c.period for c in problem.shooting.courses]
+    return float(np.median(np.concatenate(lengths)))
+
+
+def _bag(recording: Recording) -> str:
+    return f'{recording.name}#{recording.digest[:12]}' if recording.digest else recording.name

@@ -1,0 +1,209 @@
+"""
+The weighted least squares of a fit: residuals, their derivatives and the normal equations.
+
+Written as bundle adjustment is: parameters that all share (physics, delays, zeros) and unknowns of
+one horizon each (offsets of its start) that are eliminated block by block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .freedom import Freedom
+from .segments import CHANNELS
+from .shooting import Shooting, Unknowns, moved
+
+STEP = 3e-4
+"""Step of the differences, as a share of a parameter's scale; kinks of friction are smaller."""
+
+
+@dataclass(frozen=True)
+class Normal:
+    """
+    Normal equations at a point, starts eliminated.
+
+    ``cost`` half the weighted sum of squares with priors; ``gradient`` (p,), ``hessian`` (p, p) in
+    scaled parameters; ``scores`` (horizons, p) share of each horizon in the gradient; ``back`` and
+    ``still`` give the starts of a step: ``still + back @ step``; ``residual`` (rows, channels) the
+    weighted residual there.
+    """
+
+    cost: float
+    gradient: np.ndarray
+    hessian: np.ndarray
+    scores: np.ndarray
+    back: np.ndarray
+    still: np.ndarray
+    residual: np.ndarray
+
+
+class Problem:
+    """Parameters, delays and zeros against residuals; all in units of their scales."""
+
+    def __init__(self, shooting: Shooting, freedom: Freedom, delays: bool, robust: bool) -> None:
+        self.shooting, self.freedom, self.robust = shooting, freedom, robust
+        courses = shooting.courses
+        self.firsts, self.owner = shooting.edges()
+        self.measured = shooting.stacked([c.measured for c in courses])
+        self.noise = shooting.stacked([np.broadcast_to(c.noise, c.measured.shape)
+                                       for c in courses])
+        self.course = np.repeat(self.owner, np.diff(np.append(self.firsts, len(self.measured))))
+        self.period = np.array([c.period for c in courses])[self.course]
+        self.factor = np.ones((len(courses), len(CHANNELS)))
+        seen = np.isfinite(self.measured).any(axis=0)
+        self.late = np.flatnonzero(seen) if delays else np.array([], dtype=int)
+        self.zeroed = np.flatnonzero(shooting.both)
+        self.late_scale = min(c.period for c in courses)
+        self.start_scale, self.start_prior = self._starts()
+        self.zero_scale = 1e-5 if not len(self.zeroed) else float(np.median(
+            self.start_scale[:, 0]))
+
+    @property
+    def size(self) -> int:
+        """How many numbers all horizons share."""
+        return len(self.freedom) + len(self.late) + len(self.zeroed)
+
+    def _starts(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return steps and prior deviations of the starts' offsets, (horizons, offsets)."""
+        prior = []
+        compliance = self.shooting.compliance()
+        for course in self.shooting.courses:
+            ratio = self.shooting.servo.values['mechanism.ratio']
+            floors = [course.noise[1], course.noise[0] / ratio]
+            floor = max(f for f in floors if np.isfinite(f))
+            own = course.begin[:, 3] if np.isfinite(course.begin[:, 3]).any() else (
+                course.begin[:, 2] / ratio)
+            cutoff = 2.0 * np.pi * min(50.0, 0.2 / course.period)
+            pace = np.sqrt(np.nanmean(own**2))
+            speed = np.hypot(floor * cutoff, 0.02 * pace)
+            torque = course.begin[:, 4][np.isfinite(course.begin[:, 4])]
+            carried = np.sqrt(np.mean(torque**2)) if len(torque) else 0.0
+            wind_up = 3.0 * floor + 0.1 * carried * compliance
+            deviations = (2.0 * floor + pace * course.period, speed, wind_up, wind_up * cutoff)
+            prior.append(np.tile(deviations[:self.shooting.offsets], (len(own), 1)))
+        prior = np.maximum(np.concatenate(prior), 1e-12)
+        return 0.1 * prior, prior
+
+    def residual(self, unknowns: Unknowns, y: list[np.ndarray]) -> np.ndarray:
+        """Weighted residual twin minus rig, (rows, channels); zero where nothing is compared."""
+        error = (self.shooting.stacked(y) - self.measured) / self.noise
+        error *= self.factor[self.course]
+        blind = ~np.isfinite(self.measured)
+        if not np.isfinite(error[~blind]).all():
+            return np.full_like(error, np.inf)
+        error[blind] = 0.0
+        return error
+
+    def cost_of(self, residual: np.ndarray, unknowns: Unknowns) -> float:
+        """Half the (robust) sum of squares, priors of the starts included."""
+        if not np.isfinite(residual).all():
+            return np.inf
+        prior = 0.5 * np.sum((unknowns.starts / self.start_prior) ** 2)
+        if self.robust:
+            size = np.abs(residual)
+            return float(np.sum(np.where(size < 1.5, 0.5 * size**2, 1.5 * size - 1.125)) + prior)
+        return float(0.5 * np.vdot(residual, residual) + prior)
+
+    def evaluate(self, unknowns: Unknowns) -> tuple[np.ndarray, float]:
+        """Return residual and cost."""
+        residual = self.residual(unknowns, self.shooting.simulate([unknowns])[0])
+        return residual, self.cost_of(residual, unknowns)
+
+    def steps(self, unknowns: Unknowns) -> list[tuple[Unknowns, float]]:
+        """Return the points of the differences and what one unit of each column is worth."""
+        free, points = self.freedom, []
+        for k, index in enumerate(free.index):
+            by = STEP * free.scale[k]
+            if unknowns.theta[index] + by > free.high[k]:
+                by = -by
+            points.append((moved(unknowns, index, by), by / free.scale[k]))
+        for column in range(self.shooting.offsets):
+            starts = unknowns.starts.copy()
+            starts[:, column] += self.start_scale[:, column]
+            points.append((replace(unknowns, starts=starts), 1.0))
+        if len(self.zeroed):
+            zeros = unknowns.zeros + self.zero_scale
+            points.append((replace(unknowns, zeros=zeros), 1.0))
+        return points
+
+    def linearised(self, unknowns: Unknowns) -> Normal:
+        """Return the normal equations at a point."""
+        points = self.steps(unknowns)
+        rolled = self.shooting.simulate([unknowns] + [p for p, _ in points])
+        residual = self.residual(unknowns, rolled[0])
+        rows, own = residual.size, self.shooting.offsets
+        moves = []
+        for (point, worth), y in zip(points, rolled[1:], strict=True):
+            change = (self.residual(point, y) - residual) / worth
+            moves.append(np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0).reshape(rows))
+        count = len(self.freedom)
+        shared = moves[:count]
+        stacked = self.shooting.stacked(rolled[0])
+        for c in self.late:
+            rate = np.gradient(stacked[:, c]) / self.period
+            rate[self.firsts] = rate[np.minimum(self.firsts + 1, len(rate) - 1)]
+            column = np.zeros_like(residual)
+            weight = self.factor[self.course, c] / self.noise[:, c]
+            column[:, c] = np.where(np.isfinite(self.measured[:, c]),
+                                    -rate * weight * self.late_scale, 0.0)
+            shared.append(column.reshape(rows))
+        for i in self.zeroed:
+            mask = np.repeat(self.course == i, residual.shape[1])
+            shared.append(np.where(mask, moves[count + own], 0.0))
+        return self._normal(unknowns, residual, np.array(shared),
+                            np.array(moves[count:count + own]))
+
+    def _normal(self, unknowns: Unknowns, residual: np.ndarray, shared: np.ndarray,
+                own: np.ndarray) -> Normal:
+        flat = residual.reshape(-1)
+        weighted = flat
+        cost = self.cost_of(residual, unknowns)
+        if self.robust:
+            root = np.sqrt(np.minimum(1.0, 1.5 / np.maximum(np.abs(flat), 1e-300)))
+            weighted, shared, own = flat * root, shared * root, own * root
+        edges = self.firsts * residual.shape[1]
+        prior = (self.start_scale / self.start_prior) ** 2
+        offsets = len(own)
+        inner = np.empty((len(edges), offsets, offsets))
+        cross = np.empty((len(edges), offsets, len(shared)))
+        slope = np.empty((len(edges), offsets))
+        for i in range(offsets):
+            slope[:, i] = np.add.reduceat(own[i] * weighted, edges)
+            slope[:, i] += unknowns.starts[:, i] * self.start_scale[:, i] / (
+                self.start_prior[:, i] ** 2)
+            for k in range(len(shared)):
+                cross[:, i, k] = np.add.reduceat(own[i] * shared[k], edges)
+            for j in range(offsets):
+                inner[:, i, j] = np.add.reduceat(own[i] * own[j], edges)
+            inner[:, i, i] += prior[:, i]
+        back = -np.linalg.solve(inner, cross)
+        still = -np.linalg.solve(inner, slope[:, :, None])[:, :, 0]
+        scores = np.array([np.add.reduceat(s * weighted, edges) for s in shared]).T
+        scores += np.einsum('hik,hi->hk', back, slope)
+        hessian = shared @ shared.T + np.einsum('hik,hil->kl', back, cross)
+        return Normal(cost, scores.sum(axis=0), 0.5 * (hessian + hessian.T), scores, back, still,
+                      residual)
+
+    def stepped(self, unknowns: Unknowns, normal: Normal, step: np.ndarray) -> Unknowns:
+        """Return the unknowns after a step of the shared numbers, in units of their scales."""
+        count, free = len(self.freedom), self.freedom
+        theta = unknowns.theta.copy()
+        theta[free.index] = np.clip(theta[free.index] + step[:count] * free.scale, free.low,
+                                    free.high)
+        delays = unknowns.delays.copy()
+        delays[self.late] += step[count:count + len(self.late)] * self.late_scale
+        zeros = unknowns.zeros.copy()
+        zeros[self.zeroed] += step[count + len(self.late):] * self.zero_scale
+        starts = unknowns.starts + (normal.still + normal.back @ step) * self.start_scale
+        return Unknowns(theta, starts, zeros, delays)
+
+    def room(self, unknowns: Unknowns) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far each shared number may move down and up, in units of its scale."""
+        free = self.freedom
+        value = unknowns.theta[free.index]
+        late = unknowns.delays[self.late] / self.late_scale
+        wide = np.full(len(self.zeroed), np.inf)
+        return (np.concatenate([(free.low - value) / free.scale, -20.0 - late, -wide]),
+                np.concatenate([(free.high - value) / free.scale, 20.0 - late, wide]))

@@ -1,0 +1,73 @@
+"""Bounded Levenberg-Marquardt on normal equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from .problem import Normal, Problem
+from .shooting import Unknowns
+
+
+def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
+           held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, Normal, int]:
+    """
+    Walk downhill until a step lowers the cost by less than ``tolerance`` of what one residual costs:
+    that is a small part of a standard error.
+
+    ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
+    called at each accepted step and may raise to stop the fit. Returns unknowns, the normal
+    equations there and how many steps were taken.
+    """
+    damping = 1e-3
+    normal = problem.linearised(unknowns)
+    if not np.isfinite(normal.cost):
+        raise ValueError('the simulation diverges at the values to start from; '
+                         'look at the step of the servo file and at its values')
+    done = 0
+    while done < iterations:
+        low, high = problem.room(unknowns)
+        gained = 0.0
+        while damping < 1e9:
+            step = _step(normal, damping, low, high, held)
+            trial = problem.stepped(unknowns, normal, step)
+            _, cost = problem.evaluate(trial)
+            if cost < normal.cost:
+                gained = (normal.cost - cost) / normal.cost
+                break
+            damping *= 6.0
+            if np.abs(step).max() < 1e-9:
+                break
+        if gained == 0.0:
+            break
+        done += 1
+        damping = max(damping / 8.0, 1e-9)
+        unknowns = trial
+        normal = problem.linearised(unknowns)
+        told(done, normal.cost)
+        if gained * normal.residual.size < tolerance:
+            break
+    return unknowns, normal, done
+
+
+def _step(normal: Normal, damping: float, low: np.ndarray, high: np.ndarray,
+          held: np.ndarray) -> np.ndarray:
+    free = ~held
+    step = np.zeros(len(held))
+    if not free.any():
+        return step
+    hessian = normal.hessian[np.ix_(free, free)]
+    size = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
+    scaled = hessian / np.outer(size, size)
+    scaled[np.diag_indices_from(scaled)] += damping
+    values, vectors = np.linalg.eigh(scaled)
+    root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
+    gradient = normal.gradient[free] / size
+    below = np.minimum(low[free] * size, 0.0) - 1e-12
+    above = np.maximum(high[free] * size, 0.0) + 1e-12
+    answer = lsq_linear((vectors * root).T, -(vectors.T @ gradient) / root, (below, above),
+                        method='bvls')
+    step[free] = np.clip(answer.x / size, low[free], high[free])
+    return step
