@@ -66,6 +66,16 @@ def follow(theta, on, x, motion, out, h):
         out[k, 5] = torque
 
 
+def lose(theta, on, x, motion, lost, h):
+    """Fill `lost` (rad at the load) with what the shape of the teeth takes along `motion`."""
+    way, turned = 1.0, motion[0, 2]
+    for k in range(motion.shape[0]):
+        if motion[k, 3] * way < 0.0:
+            way, turned = -way, motion[k, 2]
+        teeth = Teeth(motion[k, 0], motion[k, 2], way, abs(motion[k, 2] - turned), motion[k, 5])
+        lost[k] = mesh_error(theta, on, x, teeth, h)
+
+
 def conduct(theta, on, x, voltage, motor_speed, current, substeps, h):
     """Fill `current` (A) with what the drive makes of `voltage` (V) at `motor_speed` (rad/s)."""
     drive = drive_of(theta)

@@ -46,7 +46,7 @@ class Kernel:
 
     ``run(theta, on, x, u, y, substeps, h, mode)`` advances ``x`` in place over the samples of
     ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
-    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up. ``follow``,
+    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up. ``follow``, ``lose``,
     ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured motion, see
     :mod:`.following`. Each is compiled when it is first called, releases the GIL and may run on
     several threads.
@@ -55,6 +55,7 @@ class Kernel:
     run: FunctionType
     align: FunctionType
     follow: FunctionType
+    lose: FunctionType
     conduct: FunctionType
     sense: FunctionType
     govern: FunctionType
@@ -88,16 +89,14 @@ def _kernel(structure: _Structure) -> Kernel:
     text, size = _source(servo)
     digest = hashlib.sha256(text.encode())
     digest.update(numba.__version__.encode())
-    owners = [owner for _, owner in servo.owners()] + [folds, ports, state]
-    for owner in owners:
-        digest.update(Path(inspect.getsourcefile(owner)).read_bytes())
-    for function in _borrowed(servo).values():
-        if isinstance(function, FunctionType):
-            digest.update(inspect.getsource(function).encode())
+    here = Path(__file__).parent
+    files = {Path(inspect.getsourcefile(owner)) for _, owner in servo.owners()}
+    for file in sorted(files.union(here.glob('*.py'), here.glob('mechanisms/*.py'))):
+        digest.update(file.read_bytes())  # all that laws may borrow from, not the laws alone
     name = f'servo_twin_kernel_{digest.hexdigest()[:24]}'
     module = sys.modules.get(name) or _imported(name, text)
-    return Kernel(module.run, module.align, module.follow, module.conduct, module.sense,
-                  module.govern, size, module)
+    return Kernel(module.run, module.align, module.follow, module.lose, module.conduct,
+                  module.sense, module.govern, size, module)
 
 
 def cache_folder() -> Path:
@@ -142,8 +141,8 @@ def _source(servo: Servo) -> tuple[str, int]:
         take = f'_mechanism.step.__globals__[{name!r}]'
         parts.append(f'{name} = ' + (f'njit({take})' if isinstance(thing, FunctionType) else take))
     parts.append('\n@njit\n' + _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1))
-    for function in (rollout.align, rollout.run, following.follow, following.conduct,
-                     following.sense, following.govern):
+    for function in (rollout.align, rollout.run, following.follow, following.lose,
+                     following.conduct, following.sense, following.govern):
         parts.append('@njit(nogil=True, cache=True)\n' + _plain(function))
     return '\n'.join(parts), size
 
