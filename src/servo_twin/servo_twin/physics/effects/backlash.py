@@ -13,7 +13,7 @@ class Backlash(Clearance):
     The teeth carry no torque while the wind-up is inside the gap.
     """
 
-    source = 'Nordin, Gutman: Automatica 38(10), 2002, dead-zone model'
+    source = 'Nordin, Gutman: Automatica 38(10), 2002, dead-zone model; paper 001 eq. 9'
 
     width = Parameter(1e-3, 'rad', (0.0, 1.0), 'From one flank to the other.', off=0.0)
 

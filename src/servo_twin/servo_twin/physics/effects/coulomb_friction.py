@@ -13,7 +13,7 @@ class CoulombFriction(Friction):
     Holds for steady sliding; at rest it resists with at most the same level.
     """
 
-    source = 'paper 003 eq. 5'
+    source = 'paper 001 eq. 14'
 
     level = Parameter(1.0, 'N m', (0.0, 1e5), 'What it resists with at any speed.', off=0.0)
 

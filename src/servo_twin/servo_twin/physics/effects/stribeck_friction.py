@@ -15,7 +15,7 @@ class StribeckFriction(Friction):
     Holds for steady sliding; presliding and the lag of friction behind speed need LuGre.
     """
 
-    source = 'Armstrong-Helouvry, Dupont, Canudas de Wit: Automatica 30(7), 1994; paper 003 eq. 6'
+    source = 'Armstrong-Helouvry, Dupont, Canudas de Wit: Automatica 30(7), 1994; paper 001 eq. 14'
 
     excess = Parameter(1.0, 'N m', (0.0, 1e5), 'Static above sliding level.', off=0.0)
     fade = Parameter(0.03, 'rad/s', (1e-5, 1e4), 'Speed at which the excess is gone.',

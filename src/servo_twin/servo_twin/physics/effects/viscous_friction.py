@@ -13,7 +13,7 @@ class ViscousFriction(Friction):
     Holds for a full film at constant temperature.
     """
 
-    source = 'paper 003 eq. 5'
+    source = 'paper 001 eq. 14'
 
     slope = Parameter(1.0, 'N m s/rad', (0.0, 1e6), 'Rise with speed.', off=0.0)
 

@@ -1,0 +1,30 @@
+"""Friction that fades as the machine warms up."""
+
+from math import exp
+
+from ..effect import Parameter
+from ..ports import Friction
+
+
+class FrictionDrift(Friction):
+    r"""
+    What cold grease adds: it fades with time, or follows a measured temperature.
+
+    .. math:: \tau_f = \tau_0\,e^{-t/t_0} + \kappa\,(\vartheta - \vartheta_0)
+
+    Time counts from the start of the run. Holds for steady use and within some ten degrees of the
+    reference; the viscosity of grease itself is exponential in temperature.
+    """
+
+    source = 'Simoni, Beschi, Legnani, Visioli: IROS 2015, friction with temperature effects'
+
+    excess = Parameter(1.0, 'N m', (-1e5, 1e5), 'At the start of the run.', off=0.0)
+    settling = Parameter(300.0, 's', (0.1, 1e6), 'Time in which it falls to a third.',
+                         grid=(10.0, 100.0, 1000.0))
+    slope = Parameter(0.0, 'N m/degC', (-1e4, 1e4), 'Rise with temperature.', off=0.0)
+    reference = Parameter(20.0, 'degC', (-100.0, 300.0), 'Where the slope starts to count.')
+
+    @staticmethod
+    def law(p, s, motion, h):
+        fading = p.excess * exp(-motion.time / p.settling)
+        return fading + p.slope * (motion.temperature - p.reference)
