@@ -32,7 +32,7 @@ class VoltageDrive(MotorDrive):
     Implicit Euler, so that an inductance of zero is allowed.
     """
 
-    source = 'paper 003 eq. 1; paper 004 eq. 1'
+    source = 'paper 004 eq. 1'
 
     gain = Parameter(1.0, 'V/V', (-1e4, 1e4), 'Volts at the winding for one volt of command.')
     resistance = Parameter(1.0, 'ohm', (1e-6, 1e6), 'Of the winding and the leads.')

@@ -24,7 +24,7 @@ from types import FunctionType, ModuleType
 import numba
 import numpy as np
 
-from . import following, folds, ports, rollout, state
+from . import following, ports, rollout, state
 from .folds import FOLDS
 from .part import Correction
 from .servo import Placed, Servo

@@ -56,7 +56,8 @@ class Servo:
 
     ``values`` maps the path of every parameter (``drive.gain``, ``mechanism.ratio``,
     ``sensors.load_encoder.noise``, ``effects.bearing.level``) to its value; what is left out gets
-    its default. ``tolerance`` maps paths to the (low, high) within which the true value must lie.
+    its default, and rows of one effect are filled up to the longest of them with what they are
+    when off. ``tolerance`` maps paths to the (low, high) within which the true value must lie.
     ``linear`` says that angles are metres and torques newtons (a linear axis). Immutable;
     raises ServoError.
     """
@@ -98,6 +99,7 @@ class Servo:
                     near = [p for p in declared if p.rpartition('.')[0] == path.rpartition('.')[0]]
                     raise ServoError(f'{self.name}: there is no parameter {path!r} ({kind}); '
                                      f'there are {near or list(declared)}')
+        self._fill_rows(values)
         object.__setattr__(self, 'values', values)
 
     def _checked(self, path: str, parameter: Parameter, value) -> Value:
@@ -114,6 +116,19 @@ class Servo:
             if problem:
                 raise ServoError(f'{self.name}: {path} = {problem} ({parameter.meaning})')
         return value
+
+    def _fill_rows(self, values: dict[str, Value]) -> None:
+        """Make the rows of each effect equally long: laws run over them side by side."""
+        for path, owner in self.owners():
+            rows = [f'{path}.{name}' for name, p in owner.parameters.items() if p.row]
+            longest = max((len(values[row]) for row in rows), default=0)
+            for row in rows:
+                lacking, off = longest - len(values[row]), owner.parameters[
+                    row.rpartition('.')[2]].off
+                if lacking and off is None:
+                    raise ServoError(f'{self.name}: {row} has {len(values[row])} numbers, and the '
+                                     f'longest row of {path} has {longest}; all must have as many')
+                values[row] += (off,) * lacking
 
     def owners(self) -> Iterator[tuple[str, type[Declared]]]:
         """Yield (path, declaring class) of every part and effect, in the order of `theta`."""
