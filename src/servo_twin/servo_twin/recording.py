@@ -87,7 +87,7 @@ PREDICTED = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
 COMPARED = ('motor_position', 'load_position', 'torque', 'current')
 """Channels with a residual, rig minus twin, in the order of ``channel_noise``."""
 
-BALANCES = ('drive', 'motor', 'transmission', 'load', 'controller', 'sensor')
+BALANCES = ('drive', 'motor', 'transmission', 'load', 'controller', 'sensor', 'torque_balance')
 """Balances of the residual, each divided by its noise floor, in the order of ``balance_noise``."""
 
 
@@ -98,9 +98,9 @@ class Predictions:
 
     ``prediction`` maps :data:`PREDICTED`, ``residual`` maps :data:`COMPARED` and :data:`BALANCES`
     to arrays of shape (samples,); sample k answers the rig's sample number ``sequence + k``.
-    ``channel_noise`` has shape (4,) in rad, rad, N m, A, ``balance_noise`` (6,) in A, N m, rad,
-    N m, V, rad: one standard deviation each, NaN where unknown. ``restarts``: how often the twin
-    re-initialised its state.
+    ``channel_noise`` has shape (4,) in rad, rad, N m, A, ``balance_noise`` (7,) in A (V of a
+    voltage drive), N m, rad, N m, V, rad/s, N m: one standard deviation each, NaN where unknown.
+    ``restarts``: how often the twin re-initialised its state.
     """
 
     name: str

@@ -1,0 +1,251 @@
+"""The lockstep model: samples in, what the servo's sensors would have read out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite, nan
+
+import numpy as np
+
+from .physics import state
+from .physics.kernel import kernel_of
+from .physics.servo import Servo, ServoError, Value
+from .physics.simulate import initial_state, substeps_of
+from .physics.state import INPUTS, OUTPUTS
+from .samples import CHANNELS, Inputs, LOAD_POSITION, MOTOR_POSITION, reference_of, TORQUE
+
+LIVE_MODES = ('measured_input', 'closed_loop', 'observer')
+"""The ways of running that need nothing but the past; `forced_current` looks one sample ahead."""
+
+_CHUNK = 8192  # samples a call of the kernel: bounds what is run anew when a state blows up
+
+
+def prepare(servo: Servo) -> None:
+    """Compile all that a twin of this servo calls, so that no sample waits for it later."""
+    Twin(servo, servo.step).step(0, np.zeros((1, len(CHANNELS))))
+
+
+class Twin:
+    """
+    A servo that runs beside a rig, sample by sample.
+
+    Blocks of samples go in by :meth:`step`, readings of the twin's sensors come out; how the
+    samples are cut into blocks changes no bit of the answer. Values (:meth:`set`) and the servo
+    itself (:meth:`load`) may be exchanged between two blocks.
+
+    The twin starts itself: angles and torque are those of the first sample, the speed is zero, and
+    for ``catch`` seconds it runs as an observer so that it takes up the rig's speed. It does so
+    again after more than ``bridge`` missing samples, after a sequence that went back, and when its
+    state is no longer finite. Up to ``bridge`` missing samples are stepped over with the last
+    input held. A command, external torque or temperature that is NaN is held too; where the
+    reference is NaN in ``closed_loop`` the rig's loop is open: the twin takes the rig's command.
+
+    ``restarts``, ``bridged`` (samples) and ``samples`` count; ``why`` says what caused the last
+    restart. Raises ServoError for a mode that does not exist or that the servo cannot run in.
+    """
+
+    def __init__(self, servo: Servo, period: float, mode: str = 'measured_input',
+                 bridge: int = 50, catch: float = 0.1) -> None:
+        if not period > 0.0:
+            raise ServoError(f'{servo.name}: period = {period} s, it must be positive')
+        self.period = period
+        self.bridge = bridge
+        self.catch = catch
+        self.restarts = self.bridged = self.samples = 0
+        self.why = ''
+        self.breaks: tuple[int, ...] = ()
+        """Rows of the last block at which samples were missing before, or the state began anew."""
+        self.next: int | None = None
+        """Running number that the next sample should have."""
+        self._x: np.ndarray | None = None
+        self._origin = 0
+        self._catching = 0
+        self._looped = False
+        self._inputs = Inputs()
+        self._last = np.zeros(len(INPUTS))
+        self._take(servo)
+        self.mode = mode
+
+    @property
+    def mode(self) -> str:
+        """The way of running, one of LIVE_MODES; may be changed between two blocks."""
+        return self._mode
+
+    @mode.setter
+    def mode(self, mode: str) -> None:
+        if mode not in LIVE_MODES:
+            raise ServoError(f'there is no mode {mode!r}; there are {list(LIVE_MODES)}')
+        if mode == 'closed_loop' and self._reference is None:
+            raise ServoError(f'{self.servo.name}: closed_loop needs a controller; '
+                             f'the servo file has none')
+        self._mode = mode
+        self._looped = False
+
+    def step(self, sequence: int, samples: np.ndarray) -> np.ndarray:
+        """
+        Answer a block of samples, shape (n, len(CHANNELS)), numbered from ``sequence`` on.
+
+        Returns what the twin's sensors read at the same instants, shape (n, len(OUTPUTS)), SI.
+        NaN is what is not measured. Rows after which something was not continuous are in
+        :attr:`breaks` afterwards.
+        """
+        self._breaks: list[int] = []
+        self._follow(sequence)
+        u, looped = self._inputs.take(samples, self._reference)
+        y = np.empty((len(u), len(OUTPUTS)))
+        at = 0
+        while at < len(u):
+            fresh = self._x is None
+            if fresh:
+                self._begin(sequence + at, samples[at])
+                if sequence + at != self._origin:
+                    self._breaks.append(at)
+            end = min(len(u), at + _CHUNK)
+            self._run(u[at:end], y[at:end], looped[at:end], u[at - 1] if at else self._last)
+            good = np.isfinite(y[at:end]).all(axis=1)
+            if good.all():
+                at = end
+                continue
+            bad = at + int(good.argmin())
+            self._restart(f'the state was not finite at sample {sequence + bad}')
+            if fresh and bad == at:  # not even the first sample: pass it over
+                y[bad] = nan
+                bad += 1
+            at = bad
+        if len(u):
+            self._last = u[-1]
+        self.samples += len(u)
+        self.next = sequence + len(u)
+        self.breaks = tuple(sorted(set(self._breaks)))
+        return y
+
+    def set(self, changes: Mapping[str, Value]) -> None:
+        """Change values by path, from the next sample on. Raises ServoError, changing nothing."""
+        servo = self.servo.with_values(changes)
+        for path, value in servo.values.items():
+            now = self.servo.values[path]
+            if isinstance(now, tuple) and len(value) != len(now):
+                raise ServoError(f'{servo.name}: {path} has {len(now)} numbers, not {len(value)}; '
+                                 f'another length is another servo file')
+        turned = servo.values['mechanism.ratio'] != self.servo.values['mechanism.ratio']
+        self._take(servo)
+        if turned and self._x is not None:
+            self._align()
+
+    def load(self, servo: Servo) -> bool:
+        """
+        Run another servo from the next sample on; raises ServoError, changing nothing.
+
+        Keeps angles, speeds and the memories of effects that both have when the mechanism and its
+        ratio are the same, and says True; starts anew otherwise. Call :func:`prepare` before.
+        """
+        if self._mode == 'closed_loop' and reference_of(servo) is None:
+            raise ServoError(f'{servo.name}: closed_loop needs a controller; '
+                             f'the servo file has none')
+        before, x = self.servo, self._x
+        kept = x is not None and before.mechanism is servo.mechanism and (
+            before.values['mechanism.ratio'] == servo.values['mechanism.ratio'])
+        kernel = kernel_of(servo)
+        self._take(servo)
+        if x is None:
+            return False
+        if not kept:
+            self._restart(f'{servo.name} was loaded in place of {before.name}')
+            return False
+        self._x = np.zeros(kernel.state_size)
+        self._x[:state.CONTROLLER] = x[:state.CONTROLLER]
+        if before.controller is servo.controller:
+            self._x[state.CONTROLLER:state.EFFECTS] = x[state.CONTROLLER:state.EFFECTS]
+        else:
+            self._looped = False
+        memories = _memories(before)
+        for place, slot in _memories(servo).items():
+            if place in memories:
+                self._x[slot] = x[memories[place]]
+        self._align()
+        return True
+
+    def _take(self, servo: Servo) -> None:
+        self.servo = servo
+        self._kernel = kernel_of(servo)
+        self._theta, self._on = servo.theta, servo.switches
+        self._substeps, self._h = substeps_of(servo, self.period)
+        self._reference = reference_of(servo)
+
+    def _align(self) -> None:
+        self._kernel.align(self._theta, self._on, self._x, self._x[state.TORQUE])
+
+    def _follow(self, sequence: int) -> None:
+        """Bring the state to the sample numbered ``sequence``."""
+        if self.next is None or sequence == self.next:
+            return
+        missing = sequence - self.next
+        self._breaks.append(0)
+        if missing < 0:
+            self._origin = sequence
+            self._restart(f'the sequence went back from {self.next - 1} to {sequence}')
+        elif missing > self.bridge:
+            self._restart(f'{missing} samples were missing before {sequence}, '
+                          f'at most {self.bridge} are bridged')
+        elif self._x is not None:
+            held = np.tile(self._last, (missing, 1))
+            held[:, INPUTS.index('motor_position'):] = nan
+            self._run(held, np.empty((missing, len(OUTPUTS))), np.full(missing, self._looped),
+                      self._last)
+            self.bridged += missing
+
+    def _restart(self, why: str) -> None:
+        self._x = None
+        self.restarts += 1
+        self.why = why
+
+    def _begin(self, sequence: int, sample: np.ndarray) -> None:
+        """Make the state of the first sample."""
+        if self.next is None:
+            self._origin = self.next = sequence
+        motor, load, torque = (v if isfinite(v) else nan for v in (
+            sample[MOTOR_POSITION], sample[LOAD_POSITION], sample[TORQUE]))
+        self._x = initial_state(self.servo, motor, load, torque)
+        self._x[state.TIME] = (sequence - self._origin) * self.period
+        self._catching = round(self.catch / self.period)
+        self._looped = False
+
+    def _run(self, u: np.ndarray, y: np.ndarray, looped: np.ndarray, before: np.ndarray) -> None:
+        """Run over inputs, the row ``before`` them: as an observer to catch up, then as told."""
+        caught = min(self._catching, len(u))
+        if caught:
+            self._call(u[:caught], y[:caught], state.OBSERVER)
+            self._catching -= caught
+            before = u[caught - 1]
+        if caught == len(u):
+            return
+        u, y, looped = u[caught:], y[caught:], looped[caught:]
+        if self._mode != 'closed_loop':
+            self._call(u, y, state.MODES[self._mode])
+            return
+        edges = [0, *(np.flatnonzero(looped[1:] != looped[:-1]) + 1), len(u)]
+        for start, end in zip(edges, edges[1:], strict=False):
+            if looped[start] and not self._looped:
+                self._close(u[start - 1] if start else before)
+            self._looped = bool(looped[start])
+            mode = state.CLOSED_LOOP if self._looped else state.MEASURED_INPUT
+            self._call(u[start:end], y[start:end], mode)
+
+    def _close(self, before: np.ndarray) -> None:
+        """Close the loop without a bump: the integral takes the command of the sample before."""
+        memory = self._x[state.CONTROLLER:state.EFFECTS]
+        memory[:] = 0.0
+        if self.servo.values.get('controller.ki', 0.0) > 0.0:
+            memory[-1] = before[state.VOLTAGE]
+
+    def _call(self, u: np.ndarray, y: np.ndarray, mode: int) -> None:
+        self._kernel.run(self._theta, self._on, self._x, u, y, self._substeps, self._h, mode)
+
+
+def _memories(servo: Servo) -> dict[tuple, slice]:
+    """Where the memory of each effect stands in the state, by name, effect and site."""
+    slots, start = {}, state.EFFECTS
+    for placed in servo.effects:
+        slots[placed.name, placed.effect, placed.site] = slice(start, start + placed.effect.memory)
+        start += placed.effect.memory
+    return slots
