@@ -230,9 +230,12 @@ class Driver(LifecycleNode):
         self._told_changes = self.health.changes
         lasting = {trouble.key: trouble for trouble in self.health.troubles}
         for key, trouble in lasting.items():
-            if self._told_troubles.get(key) != trouble.text:
-                log = self.get_logger()
-                (log.error if trouble.level is Level.ERROR else log.warning)(trouble.text)
+            if self._told_troubles.get(key) == trouble.text:
+                continue
+            if trouble.level is Level.ERROR:  # rclpy wants one line for each severity
+                self.get_logger().error(trouble.text)
+            else:
+                self.get_logger().warning(trouble.text)
         for key in self._told_troubles.keys() - lasting.keys():
             self.get_logger().info(f'over: {self._told_troubles[key]}')
         self._told_troubles = {key: trouble.text for key, trouble in lasting.items()}

@@ -1,0 +1,145 @@
+"""The driver's transitions and parameters, led by hand; and a drive that stays broken."""
+
+from driver_bench import DriverProcess, Listener, wait_for
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, SetParameters
+from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
+import yaml
+
+from servo_rig_driver.can_hub import CanHub
+from servo_rig_driver.parameters import DECLARED
+
+pytestmark = pytest.mark.ros
+
+CONFIGURE, CLEANUP = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_CLEANUP
+ACTIVATE, DEACTIVATE = Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_DEACTIVATE
+
+
+class Hands:
+    """Calls the services of one driver."""
+
+    def __init__(self, ears: Listener) -> None:
+        self.node = ears.node
+
+    def call(self, kind: type, name: str, **request: object):
+        client = self.node.create_client(kind, f'driver/{name}')
+        assert client.wait_for_service(15.0), f'no service {name}'
+        future = client.call_async(kind.Request(**request))
+        wait_for(future.done, f'{name} answers')
+        self.node.destroy_client(client)
+        return future.result()
+
+    def change(self, transition: int) -> bool:
+        return self.call(ChangeState, 'change_state',
+                         transition=Transition(id=transition)).success
+
+    def state(self) -> str:
+        return self.call(GetState, 'get_state').current_state.label
+
+    def set(self, name: str, value: float):
+        given = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
+        return self.call(SetParameters, 'set_parameters',
+                         parameters=[Parameter(name=name, value=given)]).results[0]
+
+
+@pytest.fixture(scope='module')
+def led(tmp_path_factory):
+    """A driver that waits for a hand, on a bus with a rig that has one fault reset."""
+    channel = str(tmp_path_factory.mktemp('led') / 'rig.can')
+    with CanHub(channel), ScriptedRig(channel) as rig:
+        ears = Listener('led')
+        driver = DriverProcess('led', bus__channel=channel, autostart='false', block_size=10,
+                               sync_period=0.002, fault_resets=1, fault_reset_pause=0.05,
+                               diagnostics_period=0.2)
+        try:
+            yield rig, ears, Hands(ears)
+        finally:
+            driver.close()
+            ears.close()
+
+
+def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
+    rig, ears, hands = led
+    assert hands.state() == 'unconfigured'
+    assert hands.change(CONFIGURE)
+    assert rig.count == 0
+    assert hands.change(ACTIVATE)
+    wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
+    wait_for(lambda: ears.current, 'samples come')
+    ears.command(1, [3.0], ears.now())
+    wait_for(lambda: rig.taken[-1][1] == 3.0, 'the command is played')
+    assert hands.change(DEACTIVATE)
+    assert rig.status == DISABLED
+    assert rig.taken[-1][1] == 0.0
+    asked, last = rig.count, ears.current[-1].sequence
+    assert hands.change(ACTIVATE)
+    wait_for(lambda: rig.count > asked, 'SYNC runs again')
+    wait_for(lambda: ears.current[-1].sequence > last + 10, 'the sequence runs on')
+    assert hands.change(DEACTIVATE)
+    assert hands.change(CLEANUP)
+    assert hands.state() == 'unconfigured'
+
+
+def test_it_gives_a_broken_drive_up_until_it_is_activated_again(led):
+    rig, ears, hands = led
+    assert hands.change(CONFIGURE)
+    assert hands.change(ACTIVATE)
+    wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
+    rig.stubborn = True
+    rig.fail(0x3210)
+    ears.hears('drive', 'reset 1 of 1 times, given up', 2)
+    assert rig.status == FAULT
+    rig.stubborn = False
+    assert hands.change(DEACTIVATE)
+    assert hands.change(ACTIVATE)
+    wait_for(lambda: rig.status == ENABLED, 'the drive is enabled again')
+    assert hands.change(DEACTIVATE)
+    assert hands.change(CLEANUP)
+
+
+def test_it_says_why_it_cannot_be_configured(led):
+    _, ears, hands = led
+    refused = hands.set('limit.position_lower', 100.0)
+    assert 'is above limit.position_upper' in refused.reason
+    parameters = [Parameter(name='dictionaries', value=ParameterValue(
+        type=ParameterType.PARAMETER_STRING, string_value='nowhere'))]
+    hands.call(SetParameters, 'set_parameters', parameters=parameters)
+    assert not hands.change(CONFIGURE)
+    ears.hears('bus', "'nowhere' is neither a folder nor one of the shipped sets", 2)
+    parameters[0].value.string_value = 'rv_bench'
+    hands.call(SetParameters, 'set_parameters', parameters=parameters)
+    assert hands.change(CONFIGURE)
+    ears.hears('bus', 'ok', 0)
+
+
+def test_it_judges_parameters_while_it_is_configured(led):
+    _, _, hands = led
+    assert 'command_timeout' in hands.set('command_timeout', -1.0).reason
+    assert hands.set('command_timeout', 0.2).successful
+    assert 'clean the node up first' in hands.set('sync_period', 0.005).reason
+
+
+def test_it_describes_every_parameter_with_unit_and_range(led):
+    _, _, hands = led
+    names = [declared.name for declared in DECLARED]
+    told = hands.call(DescribeParameters, 'describe_parameters', names=names).descriptors
+    for declared, descriptor in zip(DECLARED, told, strict=True):
+        assert descriptor.description
+        assert f'[{declared.unit}]' in descriptor.description or not declared.unit
+        numeric = isinstance(declared.default, (int, float)) and not isinstance(
+            declared.default, bool)
+        assert bool(descriptor.floating_point_range or descriptor.integer_range) == numeric
+
+
+def test_it_ships_a_file_with_all_its_parameters():
+    from driver_bench import CONFIG
+    shipped = yaml.safe_load(CONFIG.read_text())['/**/driver']['ros__parameters']
+    flat = {}
+    for key, entry in shipped.items():
+        flat.update({f'{key}.{name}': value for name, value in entry.items()}
+                    if isinstance(entry, dict) else {key: entry})
+    expected = {declared.name: declared.default for declared in DECLARED}
+    assert flat == {**expected, 'autostart': True}
