@@ -1,0 +1,93 @@
+"""
+Uneven times brought onto an even grid.
+
+A recording has one period. Times that follow one within a hundredth of it are taken as even and
+the values stay as they are, to the last bit. Others are resampled: measurements linearly between
+their neighbours, held commands (voltage and references) by the last value before. Across a hole of
+more than three periods nothing is made up: those rows are NaN.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity')
+"""Columns that hold from their sample to the next."""
+
+_EVEN = 0.01
+"""Periods that a time may lie off the even grid."""
+
+_HOLE = 3.0
+"""Periods between two samples beyond which nothing is interpolated."""
+
+
+def even(path: Path, columns: dict[str, np.ndarray], period: float,
+         warnings: list[str]) -> tuple[float, float, dict[str, np.ndarray]]:
+    """
+    Return (start, period, columns without ``t``) on an even grid.
+
+    ``period``: s, of the grid; 0 takes it from the times. Raises ValueError for times that are not
+    numbers or run backwards and for less than two samples. Says in ``warnings`` what it changed.
+    """
+    time = columns['t']
+    rest = {name: column for name, column in columns.items() if name != 't'}
+    _check(path, time)
+    repeated = np.flatnonzero(np.diff(time) == 0.0) + 1
+    if len(repeated):
+        warnings.append(f'{len(repeated)} rows repeat the time of the row before, the first is '
+                        f'row {repeated[0] + 1} at t = {time[repeated[0]]:.9g} s; they are left '
+                        'out')
+        time = np.delete(time, repeated)
+        rest = {name: np.delete(column, repeated) for name, column in rest.items()}
+    if len(time) < 2:
+        raise ValueError(f'{path} has {len(time)} samples; a recording needs two')
+    mean = (time[-1] - time[0]) / (len(time) - 1)
+    own = _round(mean, len(time))
+    off = np.abs(time - time[0] - own * np.arange(len(time))).max() / own
+    if off <= _EVEN and (not period or abs(period - own) * len(time) <= _EVEN * own):
+        return float(time[0]), period or own, rest
+    step = period or float(np.median(np.diff(time)))
+    shortest, longest = np.diff(time).min(), np.diff(time).max()
+    warnings.append(
+        f'times are not even ({shortest:.6g} to {longest:.6g} s apart): resampled to '
+        f'{step:.6g} s, measurements linearly, commands by their last value')
+    return float(time[0]), step, _resample(time, rest, step, warnings)
+
+
+def _check(path: Path, time: np.ndarray) -> None:
+    bad = np.flatnonzero(~np.isfinite(time))
+    if len(bad):
+        raise ValueError(f'{path}: t = {time[bad[0]]} in row {bad[0] + 1}; every row needs a time')
+    back = np.flatnonzero(np.diff(time) < 0.0)
+    if len(back):
+        k = back[0]
+        raise ValueError(f'{path}: time runs backwards from {time[k]:.9g} s in row {k + 1} to '
+                         f'{time[k + 1]:.9g} s in row {k + 2}')
+
+
+def _round(mean: float, samples: int) -> float:
+    """Return the shortest decimal that is the period within what the times can tell."""
+    for digits in range(1, 12):
+        short = float(f'{mean:.{digits - 1}e}')
+        if abs(short - mean) * samples <= 0.1 * _EVEN * mean:
+            return short
+    return mean
+
+
+def _resample(time: np.ndarray, columns: dict[str, np.ndarray], step: float,
+              warnings: list[str]) -> dict[str, np.ndarray]:
+    grid = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
+    last = np.clip(np.searchsorted(time, grid + 1e-9 * step, 'right') - 1, 0, len(time) - 1)
+    following = np.minimum(last + 1, len(time) - 1)
+    usual = max(step, float(np.median(np.diff(time))))
+    hole = (time[following] - time[last] > _HOLE * usual) & (grid > time[last] + 1e-9 * step)
+    if hole.any():
+        warnings.append(f'{int(hole.sum())} rows lie in holes of more than {_HOLE:g} periods, the '
+                        f'first at t = {grid[hole][0]:.9g} s; they are NaN')
+    result = {}
+    for name, column in columns.items():
+        value = column[last] if name in HELD else np.interp(grid, time, column)
+        result[name] = np.where(hole, np.nan, value)
+    return result

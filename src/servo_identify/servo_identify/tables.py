@@ -1,0 +1,163 @@
+"""Tables as their files have them: names and numbers, not yet anybody's units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.mat', '.json')
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    A file's columns, float64 of shape (rows,), under the file's own names.
+
+    ``facts`` holds what the file says once: numbers and texts beside the columns.
+    """
+
+    path: Path
+    columns: dict[str, np.ndarray]
+    facts: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.columns:
+            raise ValueError(f'{self.path} has no column {name!r}; it has {list(self.columns)}')
+        return self.columns[name]
+
+
+def read_table(path: Path, rows: str = '') -> Table:
+    """
+    Read a CSV, Parquet, MAT or JSON file.
+
+    ``rows`` names the list of records in a JSON file, where it is not the whole. Raises ValueError
+    for another suffix, a file that does not parse, text among numbers and columns of unequal
+    length, OSError for a file that cannot be read.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}')
+    if not path.is_file():
+        raise FileNotFoundError(f'{path} does not exist')
+    reader = {'.parquet': _parquet, '.mat': _mat}.get(suffix, _csv)
+    table = _json(path, rows) if suffix == '.json' else reader(path)
+    if not table.columns or not len(next(iter(table.columns.values()))):
+        raise ValueError(f'{path} has no rows')
+    return table
+
+
+def _csv(path: Path) -> Table:
+    from pyarrow import ArrowInvalid, csv
+
+    comments = 0
+    with path.open(encoding='utf8', errors='replace') as file:
+        for header in file:
+            if not header.startswith('#'):
+                break
+            comments += 1
+        else:
+            raise ValueError(f'{path} has no rows')
+    delimiter = max(',;\t', key=header.count)
+    names = [name.strip().strip('"') for name in header.rstrip('\r\n').split(delimiter)]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f'{path}: columns {twice} are there twice')
+    try:
+        found = csv.read_csv(
+            path, read_options=csv.ReadOptions(skip_rows=comments + 1, column_names=names),
+            parse_options=csv.ParseOptions(delimiter=delimiter),
+            convert_options=csv.ConvertOptions(strings_can_be_null=True))
+    except ArrowInvalid as error:
+        raise ValueError(f'{path} is no table: {error}') from None
+    return Table(path, _from_arrow(path, found))
+
+
+def _parquet(path: Path) -> Table:
+    from pyarrow import ArrowException, parquet
+
+    try:
+        return Table(path, _from_arrow(path, parquet.read_table(path)))
+    except ArrowException as error:
+        raise ValueError(f'{path} is no Parquet file: {error}') from None
+
+
+def _from_arrow(path: Path, found: Any) -> dict[str, np.ndarray]:
+    from pyarrow import types
+
+    columns = {}
+    for name, column in zip(found.column_names, found.columns, strict=True):
+        kind = column.type
+        if types.is_null(kind):
+            columns[name] = np.full(len(column), np.nan)
+        elif types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind):
+            columns[name] = column.cast('float64').to_numpy()
+        else:
+            columns[name] = _numbers(path, name, column.to_pylist())
+    return columns
+
+
+def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
+    column = np.empty(len(values))
+    for k, value in enumerate(values):
+        try:
+            column[k] = np.nan if value is None else float(value)
+        except (TypeError, ValueError):
+            raise ValueError(f'{path}: column {name!r} has {value!r} in row {k + 1}, '
+                             'which is no number') from None
+    return column
+
+
+def _mat(path: Path) -> Table:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        found = loadmat(path, squeeze_me=True)
+    except NotImplementedError:
+        raise ValueError(f"{path} is a MAT file of version 7.3; save it with '-v7'") from None
+    except (MatReadError, ValueError, TypeError, EOFError) as error:
+        raise ValueError(f'{path} is no MAT file: {error}') from None
+    arrays, facts = {}, {}
+    for name, value in found.items():
+        if not isinstance(name, str) or name.startswith('__'):
+            continue
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in 'fiub':
+            arrays[name] = value.astype(np.float64)
+        elif np.ndim(value) == 0 and not isinstance(value, np.ndarray):
+            facts[name] = value
+    return _longest(path, arrays, facts)
+
+
+def _json(path: Path, rows: str) -> Table:
+    try:
+        content = json.loads(path.read_text('utf8'))
+    except ValueError as error:
+        raise ValueError(f'{path} is no JSON file: {error}') from None
+    facts = {}
+    if isinstance(content, dict):
+        facts = {name: value for name, value in content.items()
+                 if isinstance(value, (str, int, float, bool))}
+        if rows:
+            if rows not in content:
+                raise ValueError(f'{path} has no list {rows!r}; it has {list(content)}')
+            content = content[rows]
+    if isinstance(content, dict):
+        arrays = {name: _numbers(path, name, value) for name, value in content.items()
+                  if isinstance(value, list)}
+        return _longest(path, arrays, facts)
+    if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
+        raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
+    names = list(content[0]) if content else []
+    return Table(path, {name: _numbers(path, name, [row.get(name) for row in content])
+                        for name in names}, facts)
+
+
+def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:
+    """Return the columns that are as long as the longest; others are no columns of the table."""
+    length = max((len(column) for column in arrays.values()), default=0)
+    return Table(path, {name: column for name, column in arrays.items() if len(column) == length},
+                 facts)
