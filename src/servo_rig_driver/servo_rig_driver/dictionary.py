@@ -1,9 +1,10 @@
 """
-Reads the object dictionaries (EDS files) of a rig's three nodes: the drive, the encoder on the load
-and the torque sensor with the load simulator. Scales and units come from there and nowhere else.
+Reads the object dictionaries (EDS files) of a rig's three nodes.
 
-Shipped sets are folders below eds/; a folder of one's own is given by its path. `Factor` and `Unit`
-are the keys that the canopen library reads beside those of CiA 306.
+They are the drive, the encoder on the load, and the torque sensor with the load simulator. Scales
+and units come from there and nowhere else. Shipped sets are folders below eds/; a folder of one's
+own is given by its path. `Factor` and `Unit` are the keys that the canopen library reads beside
+those of CiA 306.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ def load_dictionaries(name: str = 'rv_bench',
     """
     Read the three EDS files of a shipped set or of a folder.
 
-    Raises DictionaryError when there is no such set or folder, a file is missing or broken, or node
-    ids are not three different numbers from 1 to 127.
+    Raises DictionaryError when there is no such set or folder, a file is missing or broken, or
+    node ids are not three different numbers from 1 to 127.
     """
     if set(ids) != set(NODE_IDS):
         raise DictionaryError(f'node ids are given for {sorted(ids)}; needed are '

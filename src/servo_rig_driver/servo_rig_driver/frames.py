@@ -1,8 +1,8 @@
 """
 The PDOs of a rig as one table, built from the mappings in the object dictionaries.
 
-Bytes in, named values in SI units out, and back; no I/O. A value's name is the ParameterName of its
-object in snake case; objects with a Factor are floats, those without are integers. The most
+Bytes in, named values in SI units out, and back; no I/O. A value's name is the ParameterName of
+its object in snake case; objects with a Factor are floats, those without are integers. The most
 negative integer of a float object stands for "not measured": NaN.
 """
 
@@ -73,6 +73,12 @@ class Field:
         """The integer that stands for NaN, None for an object that always has a value."""
         return None if self.factor is None or not self.signed else -(1 << self.bits - 1)
 
+    def to_integer(self, value: float) -> int:
+        """Return the integer on the wire, held at the ends of its range; NaN as not_measured."""
+        if isnan(value):
+            return self.low if self.not_measured is None else self.not_measured
+        return min(max(round(value / (self.factor or 1)), self.low), self.high)
+
     def quantise(self, values: np.ndarray) -> np.ndarray:
         """Return what arrives at the other end of the wire for an array of values; it clamps."""
         scale = self.factor or 1
@@ -96,7 +102,7 @@ class Frame:
         self.names = tuple(field.name for field in fields)
         codes = [_CODES[field.bits] for field in fields]
         self._struct = Struct('<' + ''.join(code if field.signed else code.upper()
-                                            for code, field in zip(codes, fields)))
+                                            for code, field in zip(codes, fields, strict=True)))
         self.length = self._struct.size
         self._factors = tuple(1 if field.factor is None else field.factor for field in fields)
         self._odd = tuple(k for k, field in enumerate(fields) if field.bits == 24)
@@ -139,7 +145,7 @@ class Frame:
 
     def decode(self, data: bytes) -> dict[str, float]:
         """Return the values by name; raises FrameError for a wrong length."""
-        return dict(zip(self.names, self.unpack(data)))
+        return dict(zip(self.names, self.unpack(data), strict=True))
 
     def encode(self, values: Mapping[str, float]) -> bytes:
         """Return the bytes for values by name; raises FrameError for a missing or unknown name."""

@@ -1,0 +1,93 @@
+r"""
+The mesh: tooth pairs that come to bear one by one, each flank with an error of its own.
+
+Pair j bears on the forward flank once :math:`x_j = w - e_f(\theta_l) - b - s_j > 0` with
+:math:`w = \theta_m/N - \theta_l`, and on the reverse flank likewise with :math:`e_r`. The torque is
+the sum of their springs; where few pairs bear, the mesh is soft. The play 2b is larger under load
+and varies over the turn. The flanks' errors change the ratio at once, so the torque on the load is
+:math:`T(1 + e')` and the mesh neither makes nor loses energy by them.
+"""
+
+from math import cos, sin, sqrt
+
+import numba as nb
+
+from .friction import MESH_REACHES, MESH_SLIP
+
+PAIRS = 5
+STAGGER = (0.0, 0.15, 0.35, 0.6, 1.0)
+EDGE = 1e-6  # rad, rounding of the first contact
+
+
+@nb.njit
+def flank_errors(P, angle):
+    """Return error and slope of the forward flank, then of the reverse flank: rad, rad/rad."""
+    forward = forward_slope = reverse = reverse_slope = 0.0
+    if P.error_tooth > 0.0:
+        order = P.error_order
+        c, s = cos(order * angle), sin(order * angle)
+        c2, s2 = c * c - s * s, 2.0 * c * s
+        c3, s3 = c2 * c - s2 * s, s2 * c + c2 * s
+        size = P.error_tooth * P.error_amplitude
+        forward += size * (c + 0.45 * s2 + 0.2 * c3)
+        forward_slope += size * order * (-s + 0.9 * c2 - 0.6 * s3)
+        other = P.error_direction
+        reverse += size * ((1.0 - 0.3 * other) * c - 0.5 * other * s + 0.45 * s2 + 0.2 * c3
+                           + 0.15 * other * c2)
+        reverse_slope += size * order * (-(1.0 - 0.3 * other) * s - 0.5 * other * c + 0.9 * c2
+                                         - 0.6 * s3 - 0.3 * other * s2)
+    if P.error_turn > 0.0:
+        c, s = cos(angle + 0.4), sin(angle + 0.4)
+        both = P.error_turn * (8e-5 * s + 8e-5 * c * s)
+        slope = P.error_turn * (8e-5 * c + 8e-5 * (c * c - s * s))
+        forward, reverse = forward + both, reverse + both
+        forward_slope, reverse_slope = forward_slope + slope, reverse_slope + slope
+    return forward, forward_slope, reverse, reverse_slope
+
+
+@nb.njit
+def half_play(P, S):
+    """Return half the free play at the load, rad."""
+    if P.mesh_backlash == 0.0:
+        return 0.0
+    c = cos(S.load_angle - 0.7)
+    play = 0.5 * P.mesh_gap * P.mesh_backlash
+    play *= max(0.0, 1.0 + 0.35 * P.mesh_backlash_position * (0.7 * c + 0.6 * c * c - 0.3))
+    return play * (1.0 + 0.5 * P.mesh_backlash_load * S.slow_torque / (S.slow_torque + 30.0))
+
+
+@nb.njit
+def flank(P, wind_up, play):
+    """Return torque and slope of one flank: N m, N m/rad."""
+    torque = slope = 0.0
+    per_pair = P.machine_stiffness / PAIRS
+    for j in range(PAIRS):
+        x = wind_up - play - STAGGER[j] * P.mesh_stagger * P.mesh_softening
+        root = sqrt(x * x + EDGE * EDGE)
+        torque += per_pair * 0.5 * (x + root)
+        slope += per_pair * 0.5 * (1.0 + x / root)
+    return torque, slope
+
+
+@nb.njit
+def mesh(P, S):
+    """Set wind-up, transmitted torque and slope; return the torque on the load and on the motor."""
+    wind_up = S.motor_angle / P.machine_ratio - S.load_angle
+    forward, forward_slope, reverse, reverse_slope = flank_errors(P, S.load_angle)
+    play = half_play(P, S)
+    ahead, ahead_slope = flank(P, wind_up - forward, play)
+    behind, behind_slope = flank(P, reverse - wind_up, play)
+    micro = 0.0
+    if P.mesh_hysteresis > 0.0:
+        for j in range(len(MESH_REACHES)):
+            reach = MESH_REACHES[j] * 4e-5
+            z = S.mesh_bristles[j] + wind_up - S.wind_up
+            z = min(max(z, -reach), reach)
+            S.mesh_bristles[j] = z
+            micro += P.mesh_hysteresis * MESH_SLIP / len(MESH_REACHES) * z / reach
+    S.wind_up = wind_up
+    S.mesh_slope = ahead_slope + behind_slope
+    on_motor = ahead - behind + micro
+    on_load = ahead * (1.0 + forward_slope) - behind * (1.0 + reverse_slope) + micro
+    S.mesh_torque = on_load
+    return on_load, on_motor / P.machine_ratio

@@ -1,0 +1,292 @@
+"""
+The emulated rig's three CANopen nodes: frames in, frames out, around a Bench.
+
+PDOs are packed by the frame table, SDOs answered by canopen's LocalNode. Time is handed in, s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import logging
+from struct import Struct
+
+from canopen import LocalNode, Network
+
+from ..dictionary import DriveMode
+from ..frames import Frame, FrameError, FrameTable, HEARTBEAT_ID, NMT_ID, SYNC_ID
+from . import sampling
+from .bench import Bench
+from .drive_states import DriveStates, QUICK_STOP
+
+BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
+SYNC_LOST = 0.1  # s after which an enabled drive without SYNC fails
+AT_REST = 0.05  # rad/s at the motor, where a quick stop ends
+LENGTH_ERROR, NO_RPDO, NO_SYNC = 0x8210, 0x8250, 0x8700
+
+_NMT = {1: OPERATIONAL, 2: STOPPED, 0x80: PRE_OPERATIONAL, 0x81: BOOT_UP, 0x82: BOOT_UP}
+_EMERGENCY = Struct('<HB5x')
+_MODES = {DriveMode.VOLTAGE: sampling.VOLTAGE_MODE, DriveMode.CURRENT: sampling.CURRENT_MODE,
+          DriveMode.TORQUE: sampling.CURRENT_MODE, DriveMode.VELOCITY: sampling.VELOCITY_MODE,
+          DriveMode.POSITION: sampling.POSITION_MODE}
+_TARGETS = {DriveMode.VOLTAGE: 'command_voltage', DriveMode.CURRENT: 'target_current',
+            DriveMode.VELOCITY: 'target_velocity', DriveMode.POSITION: 'target_position'}
+
+_SETTINGS = (0x1017, 0x2010)  # producer heartbeat time, set-point watchdog
+
+log = logging.getLogger('emulated_rig')
+
+
+class RigNodes:
+    """
+    Drive, load encoder and torque sensor of one emulated rig.
+
+    ``send`` takes a list of frames. ``refused`` counts frames of the wrong length, ``syncs`` the
+    SYNCs answered.
+    """
+
+    def __init__(self, bench: Bench, frames: FrameTable,
+                 send: Callable[[list[tuple[int, bytes]]], None]) -> None:
+        self.bench = bench
+        self.frames = frames
+        self.drive = DriveStates()
+        self.refused = 0
+        self.syncs = 0
+        self._send = send
+        self._states = dict.fromkeys(frames.ids, PRE_OPERATIONAL)
+        self._next_beat = dict.fromkeys(frames.ids, 0.0)
+        self._network = Network()
+        self._network.send_message = lambda can_id, data, remote=False: send([(can_id,
+                                                                               bytes(data))])
+        self._local = {name: self._node(name) for name in frames.ids}
+        self._settings = {(name, index): node.object_dictionary[index].default
+                          * node.object_dictionary[index].factor
+                          for name, node in self._local.items() for index in _SETTINGS
+                          if index in node.object_dictionary}
+        self._received = {frame.cob_id: (frame, self._taker(frame))
+                          for frame in frames.values() if not frame.transmitted}
+        self._tpdos = {name: [frame for frame in frames.values() if frame.transmitted
+                              and frame.name.startswith(name + '.')] for name in frames.ids}
+        self._by_sdo_id = {0x600 + number for number in frames.ids.values()}
+        self.mode = DriveMode.NONE
+        self._targets: dict[str, float] = {}
+        self._pending: dict[str, float] = {}
+        self._external = self._pending_external = 0.0
+        self._silent = self._silent_load = 0
+        self._last_sync: float | None = None
+        self._values: dict[str, dict[str, float]] = {name: {} for name in frames.ids}
+
+    def boot(self) -> None:
+        """Announce all nodes on the bus."""
+        self._send([(HEARTBEAT_ID + number, bytes([BOOT_UP]))
+                    for number in self.frames.ids.values()])
+
+    def take(self, identifier: int, data: bytes, now: float) -> None:
+        """Answer one frame; what concerns no node of the rig is ignored."""
+        if identifier == SYNC_ID:
+            self._sync(data, now)
+        elif identifier in self._received:
+            frame, take = self._received[identifier]
+            try:
+                take(frame.unpack(data))
+            except FrameError as error:
+                self.refused += 1
+                log.error('refused: %s', error)
+                self._emergency(LENGTH_ERROR)
+        elif identifier == NMT_ID:
+            self._manage(data)
+        elif identifier in self._by_sdo_id:
+            self._network.notify(identifier, bytearray(data), now)
+
+    def tick(self, now: float) -> None:
+        """Send the heartbeats that are due and see whether SYNC has stopped."""
+        for name, node in self._local.items():
+            if now >= self._next_beat[name] and self._settings[name, 0x1017]:
+                self._next_beat[name] = now + self._settings[name, 0x1017]
+                self._send([(HEARTBEAT_ID + node.id, bytes([self._states[name]]))])
+        if self._last_sync is not None and now - self._last_sync > SYNC_LOST:
+            if self.drive.enabled or self.drive.state is QUICK_STOP:
+                self._fail(NO_SYNC)
+            self.bench.answer(sampling.OFF, 0.0, 0.0)
+            self.bench.advance(min(now - self._last_sync, 1.0))
+            self._last_sync = now
+
+    def _sync(self, data: bytes, now: float) -> None:
+        if len(data) > 1:
+            self.refused += 1
+            log.error('refused: SYNC has %d bytes, expected 0 or 1', len(data))
+            return
+        self._last_sync = now
+        self.syncs += 1
+        self._watch()
+        self._targets.update(self._pending)
+        self._pending.clear()
+        self._external = self._pending_external
+        mode, reference = self._set_point()
+        out = self.bench.answer(mode, reference, self._external)
+        if self.drive.state is QUICK_STOP and abs(out[sampling.SPEED]) < AT_REST:
+            self.drive.stopped()
+        counter = data[0] if data else 0
+        self._keep(out, counter)
+        answers = []
+        for name, frames in self._tpdos.items():
+            if self._states[name] == OPERATIONAL:
+                values = self._values[name]
+                answers += [(frame.cob_id, frame.pack([values[key] for key in frame.names], True))
+                            for frame in frames if self.syncs % frame.transmission_type == 0]
+        if answers:
+            self._send(answers)
+        self.bench.advance()
+
+    def _keep(self, out: list[float], counter: int) -> None:
+        self._values['drive'].update(
+            position_actual_value=out[sampling.MOTOR], velocity_actual_value=out[sampling.SPEED],
+            statusword=self.drive.statusword, motor_current=out[sampling.CURRENT],
+            modes_of_operation_display=self.mode, sample_counter=counter,
+            applied_voltage=out[sampling.VOLTAGE],
+            current_reference=out[sampling.CURRENT_REFERENCE])
+        self._values['load_encoder'].update(position_value=out[sampling.LOAD],
+                                            sample_counter=counter)
+        self._values['torque_sensor'].update(
+            transmitted_torque=out[sampling.TORQUE], external_torque=out[sampling.EXTERNAL_NOW],
+            gearbox_temperature=out[sampling.TEMPERATURE], sample_counter=counter)
+
+    def _set_point(self) -> tuple[float, float]:
+        if self.drive.state is QUICK_STOP:
+            return sampling.VELOCITY_MODE, 0.0
+        if not self.drive.enabled or self.mode not in _MODES:
+            return sampling.OFF, 0.0
+        if self.mode is DriveMode.TORQUE:
+            drive = self._local['drive'].sdo
+            torque = drive[0x6071].phys * drive[0x6076].phys
+            return _MODES[self.mode], torque / self.bench.rig.values['machine.torque_constant']
+        target = self._targets.get(_TARGETS[self.mode])
+        if target is None:  # none since the mode began: hold still
+            if self.mode is not DriveMode.POSITION:
+                return _MODES[self.mode], 0.0
+            angle = float(self.bench.out[sampling.MOTOR])
+            target = self._targets['target_position'] = (
+                angle / self.bench.rig.values['machine.ratio'])
+        return _MODES[self.mode], target
+
+    def _watch(self) -> None:
+        self._silent += 1
+        most = self._settings['drive', 0x2010]
+        if most and self._silent > most and self.drive.enabled:
+            self._fail(NO_RPDO)
+        self._silent_load += 1
+        most = self._settings['torque_sensor', 0x2010]
+        if most and self._silent_load > most:
+            self._pending_external = 0.0
+
+    def _taker(self, frame: Frame) -> Callable[[list[float]], None]:
+        if frame.name == 'drive.rpdo1':
+            return lambda values: self._control(int(values[0]), int(values[1]))
+        if frame.name.startswith('drive.'):
+            return lambda values: self._target(frame.names, values)
+        return self._load
+
+    def _control(self, word: int, mode: int) -> None:
+        if self._states['drive'] != OPERATIONAL:
+            return
+        self._silent = 0
+        self.set_mode(mode)
+        failed = self.drive.error
+        self.drive.command(word)
+        if failed and not self.drive.error:
+            self._emergency(0)
+        if not self.drive.enabled:
+            self._targets.clear()
+
+    def _target(self, names: tuple[str, ...], values: list[float]) -> None:
+        if self._states['drive'] == OPERATIONAL:
+            self._silent = 0
+            self._pending.update(zip(names, values, strict=True))
+
+    def _load(self, values: list[float]) -> None:
+        if self._states['torque_sensor'] == OPERATIONAL:
+            self._silent_load = 0
+            self._pending_external = values[0]
+
+    def set_mode(self, mode: int) -> None:
+        """Change the mode of operation; a mode that the drive does not have is ignored."""
+        if mode == self.mode or mode not in DriveMode._value2member_map_:
+            return
+        if mode == DriveMode.CURRENT and not self.bench.rig.values['drive.current_loop']:
+            return
+        self.mode = DriveMode(mode)
+        self._targets.clear()
+        self._pending.clear()
+
+    def _fail(self, error: int) -> None:
+        self.drive.fail(error)
+        self._targets.clear()
+        self._emergency(error)
+        log.warning('the drive failed with error %04Xh', error)
+
+    def _emergency(self, error: int) -> None:
+        self._send([(0x80 + self.frames.ids['drive'],
+                     _EMERGENCY.pack(error, int(self.drive.error != 0)))])
+
+    def _manage(self, data: bytes) -> None:
+        if len(data) != 2 or data[0] not in _NMT:
+            self.refused += 1
+            log.error('refused: NMT %s', data.hex(' ') or 'without data')
+            return
+        for name, number in self.frames.ids.items():
+            if data[1] not in (0, number):
+                continue
+            state = _NMT[data[0]]
+            if state == BOOT_UP:
+                self._send([(HEARTBEAT_ID + number, bytes([BOOT_UP]))])
+                state = PRE_OPERATIONAL
+                if name == 'drive':
+                    self.drive = DriveStates()
+                    self.mode = DriveMode.NONE
+            if name == 'drive' and state != OPERATIONAL:
+                self.drive.switch_off()
+            if name == 'torque_sensor' and state != OPERATIONAL:
+                self._pending_external = 0.0
+            self._states[name] = state
+
+    def _node(self, name: str) -> LocalNode:
+        node = LocalNode(self.frames.ids[name], self.frames.dictionaries.nodes[name])
+        node.nmt.start_heartbeat = lambda milliseconds: None  # tick() sends them
+        node.associate_network(self._network)
+        keys = {(field.index, field.subindex): field for frame in self.frames.values()
+                if frame.transmitted and frame.name.startswith(name + '.')
+                for field in frame.fields}
+
+        def read(index: int, subindex: int, od: object) -> int | None:
+            if name == 'drive' and index in (0x603F, 0x1001, 0x6041, 0x6061):
+                return {0x603F: self.drive.error, 0x1001: int(self.drive.error != 0),
+                        0x6041: self.drive.statusword, 0x6061: int(self.mode)}[index]
+            field = keys.get((index, subindex))
+            value = self._values[name].get(field.name) if field else None
+            return None if value is None else field.to_integer(value)
+
+        def wrote(index: int, subindex: int, od: object, data: bytes) -> None:
+            self._written(name, index, od.decode_raw(data), od.factor)
+
+        node.add_read_callback(read)
+        node.add_write_callback(wrote)
+        return node
+
+    def _written(self, name: str, index: int, raw: int, factor: float) -> None:
+        if index in _SETTINGS:
+            self._settings[name, index] = raw * factor
+        if name == 'torque_sensor' and index == 0x9300:
+            self._pending_external = raw * factor
+        if name != 'drive':
+            return
+        if index == 0x1006 and raw > 0:
+            self.bench.period = raw * factor
+        elif index == 0x2011 and raw:
+            self._fail(raw)
+        elif index == 0x6060:
+            self.set_mode(raw)
+        elif index == 0x6040:
+            self._control(raw, self.mode)
+        elif index in (0x2000, 0x2002, 0x60FF, 0x607A):
+            self._pending[{0x2000: 'command_voltage', 0x2002: 'target_current',
+                           0x60FF: 'target_velocity', 0x607A: 'target_position'}[index]] = (
+                raw * factor)
