@@ -11,7 +11,7 @@ ROOM = _LENGTH + 3
 _FILLED, _NEWEST, _WAITED = _LENGTH, _LENGTH + 1, _LENGTH + 2
 
 
-@njit
+@njit(error_model='numpy')
 def delayed(s, value, delay, h):
     """
     Return what ``value`` was ``delay`` seconds ago; call it once every ``h`` seconds.

@@ -5,7 +5,7 @@ from math import cos, sin
 from numba import njit
 
 
-@njit
+@njit(error_model='numpy')
 def wave(cosine, sine, phase):
     """
     Return the sum of ``cosine[i] cos((i+1) phase) + sine[i] sin((i+1) phase)``.

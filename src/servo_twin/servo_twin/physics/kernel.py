@@ -36,6 +36,9 @@ from numba import njit
 from servo_twin.physics import catalogue, part, servo
 from servo_twin.physics.ports import Reading, Shaft, Signal, Teeth, WindUp
 from servo_twin.physics.state import *
+from servo_twin.physics.views import borrowed
+
+compiled = njit(error_model='numpy', forceinline=True)
 '''
 
 
@@ -128,22 +131,22 @@ def _source(servo: Servo) -> tuple[str, int]:
         parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")
         values = _values(kind, part.parameters, slots, servo)
         body = f'    return {kind.title()}({values})' if values else f'    return {kind.title()}()'
-        parts.append(f'@njit\ndef {kind}_of(theta):\n{body}\n')
-    parts.append(f"drive_law = njit(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
+        parts.append(f'@compiled\ndef {kind}_of(theta):\n{body}\n')
+    parts.append(f"drive_law = compiled(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
     parts.append(f"_mechanism = servo.MECHANISMS[{_key_of('MECHANISMS', servo.mechanism)!r}]")
-    parts.append('mechanism_rest = njit(_mechanism.rest)')
-    parts.append('mechanism_pull = njit(_mechanism.pull)')
-    parts.append(f"control_law = njit(servo.CONTROLLERS["
+    parts.append('mechanism_rest = compiled(_mechanism.rest)')
+    parts.append('mechanism_pull = compiled(_mechanism.pull)')
+    parts.append(f"control_law = compiled(servo.CONTROLLERS["
                  f"{_key_of('CONTROLLERS', servo.controller)!r}].law)\n")
     folds_text, size = _folds(servo, slots)
     parts.append(folds_text)
     for name, thing in _borrowed(servo).items():
         take = f'_mechanism.step.__globals__[{name!r}]'
-        parts.append(f'{name} = ' + (f'njit({take})' if isinstance(thing, FunctionType) else take))
-    parts.append('\n@njit\n' + _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1))
+        parts.append(f'{name} = ' + (f'compiled({take})' if isinstance(thing, FunctionType) else take))
+    parts.append('\n@compiled\n' + _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1))
     for function in (rollout.align, rollout.run, following.follow, following.lose,
                      following.conduct, following.sense, following.govern):
-        parts.append('@njit(nogil=True, cache=True)\n' + _plain(function))
+        parts.append("@njit(error_model='numpy', nogil=True, cache=True)\n" + _plain(function))
     return '\n'.join(parts), size
 
 
@@ -180,7 +183,7 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
     for index, placed in enumerate(servo.effects):
         effect = placed.effect
         texts.append(f'Values{index} = namedtuple({placed.name!r}, {list(effect.parameters)})')
-        texts.append(f'law{index} = njit(catalogue.find({effect.name!r}).law)')
+        texts.append(f'law{index} = compiled(catalogue.find({effect.name!r}).law)')
         values = _values(f'effects.{placed.name}', effect.parameters, slots, servo)
         memories = f'x[{memory}:{memory + effect.memory}]' if effect.memory else '()'
         memory += effect.memory
@@ -190,7 +193,7 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
         chain = key[0] in ('drive', 'sensor')
         start = 'motion.value' if chain else '0.0'
         lines = ''.join(members[key])
-        texts.append(f'\n@njit\ndef {fold.__name__}(theta, on, x, motion, h):\n'
+        texts.append(f'\n@compiled\ndef {fold.__name__}(theta, on, x, motion, h):\n'
                      f'    total = {start}\n{lines}    return total\n')
     return '\n'.join(texts), memory
 

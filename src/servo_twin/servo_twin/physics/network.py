@@ -14,7 +14,7 @@ _Q0, _Q1 = 3.00198505138664455042e-6, 2.52448340349684104192e-3
 _Q2, _Q3 = 2.27265548208155028766e-1, 2.0
 
 
-@njit
+@njit(error_model='numpy')
 def tanh(x):
     r"""
     Hyperbolic tangent, without branches and calls, so that the compiler does several at once.
@@ -37,7 +37,7 @@ def tanh(x):
     return (up + (power - 1.0) * rest) / (up + (power + 1.0) * rest)
 
 
-@njit
+@njit(error_model='numpy')
 def two_layers(w1, w2, threshold, v, x1, x2, s):
     """
     Return the sum over nodes j of ``v[j] tanh(w1[j] x1 + w2[j] x2 - threshold[j])``.
