@@ -20,6 +20,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
+
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config' / 'driver.yaml'

@@ -1,8 +1,8 @@
 """
 A rig that does what a test tells it: three nodes on a bus, no physics.
 
-Sample number n (the n-th SYNC since NMT start) reads n thousandths in every channel, so that a test
-sees whether a sample was joined from answers to one SYNC.
+Sample number n (the n-th SYNC since NMT start) reads n thousandths in every channel, so that a
+test sees whether a sample was joined from answers to one SYNC.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class ScriptedRig:
     """
     Answers SYNC until close().
 
-    ``taken`` keeps what the drive was told: (mode, values of the last target frame, controlword) at
-    each SYNC. ``silent`` holds nodes that say nothing, ``stubborn`` refuses fault resets.
+    ``taken`` keeps what the drive was told: (mode, target of that mode, controlword) at each SYNC.
+    ``silent`` holds nodes that say nothing, ``stubborn`` refuses fault resets.
     """
 
     def __init__(self, channel: str, interface: str = 'unix_bus') -> None:

@@ -1,5 +1,7 @@
 """The master's side of CiA 402, against a small drive written from the standard's state table."""
 
+from itertools import pairwise
+
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -93,7 +95,7 @@ def test_it_gives_up_a_broken_drive_after_the_allowed_resets():
     master.enable = True
     drive.word, drive.broken = 0x0218, True
     sent = lead(master, drive, 2000)
-    edges = sum(now == 0x80 and then != 0x80 for then, now in zip([0] + sent, sent))
+    edges = sum(now == 0x80 and then != 0x80 for then, now in pairwise([0, *sent]))
     assert edges == 3
     assert master.given_up
     assert sent[-1] == Controlword.DISABLE_VOLTAGE

@@ -6,7 +6,7 @@ import itertools
 from driver_bench import DriverProcess, instant, Listener, value, wait_for
 import numpy as np
 import pytest
-from scripted_rig import ENABLED, FAULT, ScriptedRig
+from scripted_rig import ENABLED, ScriptedRig
 
 from servo_rig_driver.bus import BusSettings, open_bus, Wire
 from servo_rig_driver.can_hub import CanHub

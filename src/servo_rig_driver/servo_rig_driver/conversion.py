@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from array import array
-from datetime import datetime, timezone
+from datetime import datetime, UTC
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState
+
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from .rig_health import Level, RigHealth, Trouble
@@ -71,7 +72,8 @@ class JointStates:
         velocity = [float('nan')] * 2
         if self._before:
             elapsed = (instant - self._before[0]) / SECOND
-            velocity = [(now - then) / elapsed for now, then in zip(here, self._before[1:])]
+            velocity = [(now - then) / elapsed for now, then in zip(here, self._before[1:],
+                                                                     strict=True)]
         self._before = (instant, *here)
         state = JointState(name=self.names, position=array('d', here), velocity=velocity,
                            effort=[float('nan'), block.columns['torque'][last]])
@@ -124,5 +126,5 @@ def _status(name: str, troubles: list[Trouble] | tuple[Trouble, ...], else_: str
 
 
 def _utc(instant: int) -> str:
-    moment = datetime.fromtimestamp(instant / SECOND, tz=timezone.utc)
+    moment = datetime.fromtimestamp(instant / SECOND, tz=UTC)
     return moment.isoformat(timespec='milliseconds').replace('+00:00', 'Z')

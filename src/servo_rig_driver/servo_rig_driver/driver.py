@@ -25,6 +25,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
+
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from . import conversion, parameters
@@ -162,7 +163,7 @@ class Driver(LifecycleNode):
         messages = conversion.to_messages(block, self._joint_states.frame)
         state = self._joint_states.from_block(block)
         try:
-            for topic, message in zip(self._topics, messages):
+            for topic, message in zip(self._topics[:3], messages, strict=True):
                 topic.publish(message)
             if state is not None:
                 self._topics[-1].publish(state)
@@ -186,9 +187,9 @@ class Driver(LifecycleNode):
         if receipt.too_old:
             age = (now - conversion.to_instant(message.header.stamp)) * 1e-9
             self.health.event('command.too_old', f'{receipt.too_old} of {receipt.received} '
-                              f'set-points were older than command_timeout = '
-                              f'{self._player.timeout:g} s on arrival (the block began {age:.3f} s '
-                              'ago)', now)
+                              'set-points were older than command_timeout = '
+                              f'{self._player.timeout:g} s on arrival (the block began '
+                              f'{age:.3f} s ago)', now)
 
     # Parameters.
 

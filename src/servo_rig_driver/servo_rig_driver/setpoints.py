@@ -53,7 +53,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Setpoint:
-    """One set-point: ``instant`` in ns, ``reference`` in V, A, rad/s or rad by mode, N m or None."""
+    """One set-point: ``instant`` in ns, ``reference`` in the mode's unit, N m or None."""
 
     instant: int
     mode: Mode
