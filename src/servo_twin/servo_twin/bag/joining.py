@@ -75,7 +75,7 @@ def stretches(item: Track) -> list[Track]:
         raise TimeError(
             f'{item.topic}: time runs backwards from {item.stamp[k] / 1e9:.9f} s at sequence '
             f'{item.sequence[k]} to {item.stamp[k + 1] / 1e9:.9f} s at sequence '
-            f'{item.sequence[k + 1]}')
+            f'{item.sequence[k + 1]}; a clock was set back, or two rigs publish on this topic')
     edges = [0, *(np.flatnonzero((ahead < 0) & (later > 0)) + 1), len(item.sequence)]
     return [item.part(begin, end) for begin, end in zip(edges, edges[1:], strict=False)]
 
