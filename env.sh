@@ -1,5 +1,5 @@
-# Puts the workspace into the calling shell: `. ./env.sh`, from any folder (bash, zsh; sh from the root).
-# Afterwards `servo-twin`, `servo-identify`, `driver`, `recorder`, `emulated_rig` and `can_hub` are on the PATH.
+# Puts the workspace into the calling shell: `. ./env.sh`, from any folder (in plain sh: from here).
+# Afterwards servo-twin, servo-identify, driver, recorder, emulated_rig and can_hub are commands.
 
 if [ -n "${BASH_SOURCE:-}" ]; then
   _servo_root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -18,6 +18,12 @@ _servo_prepend() {
   esac
 }
 
+# Prints the folders that the ROS 2 wheels keep their shared libraries in, with colons between.
+_servo_wheel_libraries() {
+  printf %s "$_servo_root/.venv/lib"
+  find "$_servo_root/.venv/$_servo_packages" -maxdepth 1 -name 'ros_*.libs' -exec printf ':%s' {} +
+}
+
 _servo_activate() {
   if [ ! -f "$_servo_root/.venv/workspace.stamp" ]; then
     echo "env.sh: $_servo_root is not set up yet; run 'make setup' there first." >&2
@@ -28,10 +34,12 @@ _servo_activate() {
   unset PYTHONHOME
   export VIRTUAL_ENV="$_servo_root/.venv"
   _servo_prepend PATH "$_servo_root/.venv/bin"
-  # Inside a sourced ROS 2 the wheels' libraries are not installed, and ROS's own paths stay behind ours.
+  # Inside a sourced ROS 2 there are no wheels, and ROS's own paths stay behind ours.
   if [ -d "$_servo_root/.venv/share/ament_index" ]; then
     _servo_prepend AMENT_PREFIX_PATH "$_servo_root/.venv"
-    _servo_prepend LD_LIBRARY_PATH "$_servo_root/.venv/lib"
+    _servo_prepend LD_LIBRARY_PATH "$(_servo_wheel_libraries)"
+    # The wheels would start every Python twice, to set LD_LIBRARY_PATH in an order by chance.
+    export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
   fi
   _servo_prepend AMENT_PREFIX_PATH "$_servo_root/install"
   _servo_prepend LD_LIBRARY_PATH "$_servo_root/install/lib"
@@ -44,7 +52,7 @@ _servo_activate() {
 
 _servo_activate
 _servo_status=$?
-unset -f _servo_prepend _servo_activate
+unset -f _servo_prepend _servo_wheel_libraries _servo_activate
 unset _servo_root _servo_value _servo_packages _servo_package
 # The status of this line is the status of sourcing the file.
 eval "unset _servo_status; [ $_servo_status -eq 0 ]"

@@ -30,8 +30,8 @@ def packages_print(root: Path, environment: str) -> str:
 
 
 def build_print(root: Path, packages: str) -> str:
-    """Return the hash of the installed packages and of the sources that need a build."""
-    parts: list[str | bytes] = [packages]
+    """Return the hash of the installed packages, of how to build and of the sources built."""
+    parts: list[str | bytes] = [packages, (root / 'tools' / 'stages.py').read_bytes()]
     for path in sorted((root / 'src').rglob('*')):
         name = path.relative_to(root)
         if path.is_file() and (path.name in BUILT_FROM or 'servo_twin_msgs' in name.parts):

@@ -33,7 +33,8 @@ class Workspace:
         kept = dict(os.environ)
         if not self.sourced:
             # What another environment put there must not answer for what is missing here.
-            for name in ('PYTHONPATH', 'AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH'):
+            for name in ('PYTHONPATH', 'AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH',
+                         'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE'):
                 kept.pop(name, None)
         self.log.write(f'\n$ {" ".join(map(str, command))}\n')
         self.log.flush()
@@ -94,7 +95,8 @@ class Workspace:
         path = f'{self.venv / "bin"}{os.pathsep}{os.environ["PATH"]}'
         status = self.run(
             self.python, '-c', COLCON, 'build', '--merge-install', '--symlink-install',
-            '--base-paths', 'src', '--cmake-args', '-G', 'Ninja', '-DBUILD_TESTING=OFF',
+            '--base-paths', 'src', '--cmake-args', '-G', 'Ninja',
+            '-DBUILD_TESTING=OFF', '-DCMAKE_BUILD_TYPE=Release',
             f'-DPython3_EXECUTABLE={self.python}', PATH=path, **prefixes)
         if status:
             raise StageError('colcon could not build the packages of src/')
