@@ -1,5 +1,7 @@
 """A payload that hangs on the load by a spring of its own."""
 
+from math import pi
+
 from ..effect import Parameter
 from ..ports import Torque
 
@@ -21,16 +23,16 @@ class PayloadResonance(Torque):
     memory = 3
 
     inertia = Parameter(0.5, 'kg m2', (0.0, 1e6), 'Of the payload.', off=0.0)
-    frequency = Parameter(60.0, 'rad/s', (0.1, 1e4), 'Natural frequency, load held fast.',
-                          grid=(30.0, 60.0, 120.0, 240.0))
+    frequency = Parameter(10.0, 'Hz', (0.01, 2e3), 'Natural frequency, load held fast.',
+                          grid=(5.0, 10.0, 20.0, 40.0))
     damping = Parameter(0.02, '', (0.0, 10.0), 'Share of critical damping.')
 
     @staticmethod
     def law(p, s, motion, h):
         if s[2] == 0.0:
             s[1], s[2] = motion.speed, 1.0
-        spring = p.frequency * p.frequency
-        damper = 2.0 * p.damping * p.frequency
+        natural = 2.0 * pi * p.frequency
+        spring, damper = natural * natural, 2.0 * p.damping * natural
         faster = -(spring * s[0] + damper * (s[1] - motion.speed)) / (1.0 + h * damper)
         s[1] += h * faster
         s[0] += h * (s[1] - motion.speed)

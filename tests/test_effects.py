@@ -1,0 +1,353 @@
+"""One contract for every effect of the catalogue."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+import inspect
+import re
+
+import every_effect
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from servo_twin.physics import catalogue
+from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.effect import Effect
+from servo_twin.physics.kernel import kernel_of
+from servo_twin.physics.ports import PORTS
+from servo_twin.physics.simulate import initial_state, simulate
+
+EFFECTS = [find(name) for name in names()]
+PLACES = [(placed.effect, placed.site) for placed in every_effect.PLACED]
+each_effect = pytest.mark.parametrize('effect', EFFECTS, ids=lambda e: e.name)
+each_place = pytest.mark.parametrize(
+    ('effect', 'site'), PLACES, ids=[placed.name for placed in every_effect.PLACED])
+
+SIGNED = """
+coulomb_friction viscous_friction stribeck_friction presliding_friction asymmetric_friction
+load_dependent_friction position_dependent_friction quadratic_drag friction_drift cogging
+torque_ripple torque_saturation current_sensor_offset current_sensor_gain gravity spring_load
+current_lag command_delay drive_dead_band drive_saturation nonlinear_stiffness backlash
+load_dependent_backlash position_dependent_backlash hysteresis transmission_error
+load_encoder_eccentricity sensor_delay torque_sensor_gain torque_sensor_offset payload_resonance
+""".split()
+"""The effects among the table of signatures of GAP_METHOD.md; the rest of it are parameters."""
+
+BASE = ('torque', 'angle', 'time', 'current', 'voltage', 'temperature')
+DIMENSIONS = {
+    '': {}, 'N m': {'torque': 1}, 'rad': {'angle': 1}, 'rad2': {'angle': 2}, 'rad3': {'angle': 3},
+    's': {'time': 1}, 's2': {'time': 2}, 'A': {'current': 1}, 'V': {'voltage': 1},
+    'Hz': {'time': -1}, 'degC': {'temperature': 1}, 'kg m2': {'torque': 1, 'time': 2, 'angle': -1}, '1': {},
+}
+MOTION_UNITS = {
+    'angle': 'rad', 'motor_angle': 'rad', 'load_angle': 'rad', 'travel': 'rad', 'speed': 'rad/s',
+    'rate': 'rad/s', 'torque': 'N m', 'current': 'A', 'temperature': 'degC', 'time': 's',
+    'direction': '',
+}
+ANSWER_UNITS = {
+    'friction': 'N m', 'torque': 'N m', 'mesh': 'N m', 'mesh_error': 'rad', 'clearance': 'rad',
+}
+SITE_UNITS = {
+    'command': 'V', 'motor_position': 'rad', 'load_position': 'rad', 'torque': 'N m',
+    'current': 'A',
+}
+
+
+def dimension(unit: str) -> dict[str, int]:
+    """Return the exponents of a unit; KeyError where it is none."""
+    above, _, below = unit.partition('/')
+    powers = dict.fromkeys(BASE, 0)
+    for part, sign in ((above, 1), (below, -1)):
+        for token in re.findall(r'N m|kg m2|\S+', part):
+            for base, power in DIMENSIONS[token].items():
+                powers[base] += sign * power
+    return powers
+
+
+def scale(unit: str, factors: dict[str, float]) -> float:
+    """Return what a number of this unit is multiplied with when the base units change."""
+    total = 1.0
+    for base, power in dimension(unit).items():
+        total *= factors[base] ** power
+    return total
+
+
+def parameters(effect: type[Effect], factors: dict[str, float] | None = None, **changes):
+    """Return an effect's parameters as its law gets them, rescaled."""
+    factors = factors or dict.fromkeys(BASE, 1.0)
+    values = {}
+    for name, parameter in effect.parameters.items():
+        value = np.asarray(changes.get(name, parameter.default), dtype=float)
+        value = value * scale(parameter.unit, factors)
+        values[name] = value if parameter.row else float(value)
+    return namedtuple(effect.name, values)(**values)
+
+
+def motions(effect: type[Effect], seed: int, samples: int = 40) -> list[dict[str, float]]:
+    """Return a random walk of what the port of an effect shows, rows of names to values."""
+    noise = np.random.default_rng(seed)
+    speed = np.cumsum(noise.normal(0.0, 0.3, samples))
+    angle = noise.uniform(-3.0, 3.0) + np.cumsum(speed) * 1e-2
+    torque = np.cumsum(noise.normal(0.0, 30.0, samples))
+    walk = {
+        'angle': angle, 'load_angle': angle, 'motor_angle': 161.0 * angle, 'speed': speed,
+        'rate': speed, 'torque': torque, 'travel': np.abs(angle - angle[0]),
+        'current': torque / 10.0, 'value': torque / 10.0, 'time': np.arange(samples) * 1e-2,
+        'temperature': 20.0 + np.cumsum(noise.normal(0.0, 1.0, samples)),
+        'direction': np.where(speed > 0.0, 1.0, -1.0),
+    }
+    if effect.port == 'mesh':
+        walk['angle'] = angle * 1e-3
+    return [{f: float(walk[f][k]) for f in effect.motion._fields} for k in range(samples)]
+
+
+def answers(law, effect: type[Effect], p, rows, h: float, site: str = '',
+            factors: dict[str, float] | None = None) -> np.ndarray:
+    """Return what a law says along a motion, rescaled, from a memory of zero."""
+    factors = factors or dict.fromkeys(BASE, 1.0)
+    units = {**MOTION_UNITS, 'value': SITE_UNITS.get(site, '')}
+    rates = {field: scale(units[field], factors) for field in effect.motion._fields}
+    memory = np.zeros(effect.memory)
+    return np.array([
+        law(p, memory, effect.motion(**{f: v * rates[f] for f, v in row.items()}),
+            h * factors['time']) for row in rows])
+
+
+# --- declaration
+
+
+def test_the_catalogue_holds_every_effect_of_the_table_of_signatures():
+    assert set(SIGNED) <= set(names())
+
+
+@each_effect
+def test_an_effect_declares_itself_completely(effect):
+    text = inspect.getdoc(effect)
+    assert '.. math::' in text, 'no equation'
+    assert text.splitlines()[0].endswith('.'), 'no first sentence'
+    assert inspect.getmodule(effect).__doc__.strip().endswith('.')
+    assert effect.source
+    assert effect.port in PORTS and effect.sites
+    assert effect.__bases__ == (PORTS[effect.port],), 'an effect is a port made final'
+    assert inspect.getmodule(effect).__name__.rpartition('.')[2] == effect.name
+    assert effect.parameters and effect.amplitudes(), 'nothing in it can vanish'
+
+
+@each_effect
+def test_a_parameter_declares_itself_completely(effect):
+    for name, parameter in effect.parameters.items():
+        assert parameter.meaning.endswith('.'), name
+        dimension(parameter.unit)
+        held = parameter.default if parameter.row else (parameter.default,)
+        for value in (*held, *parameter.grid, *(() if parameter.off is None else (parameter.off,))):
+            assert parameter.refuse(value) is None, f'{name} = {value}'
+        low, high = parameter.bounds
+        assert low < high and np.isfinite([low, high]).all(), name
+        assert not (parameter.grid and parameter.off is not None), f'{name}: a grid is for shapes'
+    assert any(p.default != p.off and p.default != (p.off,) for p in effect.parameters.values()
+               if p.off is not None), 'its defaults are those of no effect'
+
+
+# --- units
+
+
+@each_place
+@settings(max_examples=8, deadline=None)
+@given(powers=st.lists(st.integers(-3, 3), min_size=len(BASE), max_size=len(BASE)),
+       seed=st.integers(0, 2**16))
+def test_a_law_rescales_with_its_declared_units(effect, site, powers, seed):
+    factors = {base: 2.0**power for base, power in zip(BASE, powers, strict=True)}
+    rows = motions(effect, seed)
+    factor = scale(ANSWER_UNITS.get(effect.port) or SITE_UNITS[site], factors)
+    plain = answers(effect.law, effect, parameters(effect), rows, 1e-2, site)
+    scaled = answers(effect.law, effect, parameters(effect, factors), rows, 1e-2, site, factors)
+    assert np.isfinite(plain).all()
+    np.testing.assert_allclose(scaled / factor, plain, rtol=1e-9, atol=1e-12 * np.abs(plain).max())
+
+
+# --- compiled and off
+
+
+@each_effect
+def test_a_compiled_law_says_what_the_plain_law_says(effect):
+    kernel = kernel_of(every_effect.servo())
+    index = next(i for i, p in enumerate(every_effect.PLACED) if p.effect is effect)
+    compiled = getattr(kernel.module, f'law{index}')
+    values = getattr(kernel.module, f'Values{index}')
+    p = values(*parameters(effect))
+    for seed in range(5):
+        rows = motions(effect, seed)
+        np.testing.assert_allclose(answers(compiled, effect, p, rows, 1e-3),
+                                   answers(effect.law, effect, p, rows, 1e-3), rtol=1e-12)
+
+
+@pytest.fixture(scope='module')
+def moving():
+    """Inputs that reverse the servo, stop it and wind it up, and the ideal answer to them."""
+    t = np.arange(150) * 1e-3
+    u = every_effect.inputs(len(t), voltage=4.0 * np.sin(60.0 * t) + 2.0 * np.sin(200.0 * t),
+                            temperature=20.0 + 100.0 * t)
+    return u, run(every_effect.servo(), u, every_effect.only())
+
+
+def run(servo, u, on):
+    return simulate(servo, u, 1e-3, initial_state(servo, 5.0, 0.0, 20.0, on=on), on=on)
+
+
+@pytest.mark.parametrize('placed', every_effect.PLACED, ids=lambda p: p.name)
+def test_an_effect_at_its_off_values_is_switched_off_to_the_last_bit(placed, moving):
+    u, ideal = moving
+    vanished = every_effect.servo(every_effect.off([placed]))
+    assert np.array_equal(run(vanished, u, every_effect.only(placed.name)), ideal)
+
+
+@pytest.mark.parametrize('placed', every_effect.PLACED, ids=lambda p: p.name)
+def test_an_effect_at_its_defaults_changes_what_the_sensors_read(placed, moving):
+    u, ideal = moving
+    low = {'effects.drive_saturation_at_command.limit': 2.0}  # V, the command reaches 6
+    y = run(every_effect.servo(low), u, every_effect.only(placed.name))
+    assert np.isfinite(y).all()
+    assert not np.array_equal(y, ideal)
+
+
+# --- energy
+
+
+def closed_cycle(effect: type[Effect], seed: int, **changes):
+    """Return (torque that the law gives, speed, step) over one cycle after a first one."""
+    steps, h, noise = 4000, 1e-3, np.random.default_rng(seed)
+    t = np.arange(2 * steps) * h
+    angle = np.zeros_like(t)
+    for order in (1, 2, 3):
+        a, phase = noise.normal(0.0, 0.5), noise.uniform(0.0, 6.3)
+        angle += a * np.sin(2.0 * np.pi * order * t / (steps * h) + phase)
+    if effect.port == 'mesh':
+        angle *= 1e-3
+    speed = np.diff(angle, append=angle[0]) / h
+    speed[-1] = speed[steps - 1]
+    way, turned, rows = 1.0, angle[0], []
+    for k in range(len(t)):
+        if speed[k] * way < 0.0:
+            way, turned = -way, angle[k]
+        middle = angle[k] + 0.5 * h * speed[k]
+        seen = {'angle': middle, 'load_angle': middle, 'speed': speed[k], 'rate': speed[k],
+                'direction': way, 'torque': 50.0 * np.sin(3.0 * middle), 'time': 0.0,
+                'travel': abs(angle[k] - turned), 'current': 1.0, 'temperature': 20.0}
+        rows.append({f: seen[f] for f in effect.motion._fields})
+    torque = answers(effect.law, effect, parameters(effect, **changes), rows, h)
+    if effect.port == 'friction':
+        torque = -np.maximum(torque, 0.0) * np.array([row['direction'] for row in rows])
+    if effect.port == 'mesh':
+        torque = -torque  # on the motor, that winds up
+    return torque[steps:], speed[steps:], h
+
+
+DISSIPATING = [e for e in EFFECTS if e.port == 'friction' or e.name in (
+    'presliding_friction', 'dahl_friction', 'hysteresis', 'wind_up_damping')]
+CONSERVATIVE = [find(name) for name in ('gravity', 'spring_load', 'cogging',
+                                        'nonlinear_stiffness')]
+
+
+@pytest.mark.parametrize('effect', DISSIPATING, ids=lambda e: e.name)
+@pytest.mark.parametrize('seed', range(3))
+def test_friction_never_drives(effect, seed):
+    torque, speed, h = closed_cycle(effect, seed)
+    work = h * torque @ speed
+    assert work <= 0.0
+    if effect.port == 'friction':
+        assert (torque * speed <= 0.0).all()
+    elif effect.port == 'torque':
+        assert work < -0.1 * h * np.abs(torque) @ np.abs(speed)
+
+
+@pytest.mark.parametrize('effect', CONSERVATIVE, ids=lambda e: e.name)
+def test_a_conservative_torque_does_no_work_over_a_closed_cycle(effect):
+    torque, speed, h = closed_cycle(effect, 1)
+    assert abs(h * torque @ speed) < 2e-3 * h * np.abs(torque) @ np.abs(speed)
+
+
+# --- one new file
+
+
+NEW = '''"""Friction of a seal."""
+
+from servo_twin.physics.effect import Parameter
+from servo_twin.physics.ports import Friction
+
+
+class SealFriction(Friction):
+    r"""
+    Twice a level.
+
+    .. math:: \\\\tau_f = 2\\\\tau_s
+    """
+
+    source = 'this test'
+
+    level = Parameter(1.0, 'N m', (0.0, 10.0), 'Half of it.', off=0.0)
+
+    @staticmethod
+    def law(p, s, motion, h):
+        return 2.0 * p.level
+'''
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A user's folder with one effect file; what was taken in is forgotten afterwards."""
+    monkeypatch.setattr(catalogue, '_FOREIGN', {})
+    (tmp_path / 'seal_friction.py').write_text(NEW)
+    return tmp_path
+
+
+def test_a_new_effect_is_one_new_file(folder):
+    from servo_twin.servo_file import loads
+    text = ('servo: s\ndrive: {type: current}\nmechanism: {type: rigid, ratio: 1.0, '
+            'load_inertia: 0.0}\neffects: {seal: {effect: {e}, at: motor, level: {l}}}')
+    assert catalogue.register(folder) == ['seal_friction']
+    assert 'seal_friction' in names()
+    new = loads(text.replace('{e}', 'seal_friction').replace('{l}', '0.1'))
+    twice = loads(text.replace('{e}', 'coulomb_friction').replace('{l}', '0.2'))
+    u = every_effect.inputs(100, voltage=2.0)
+    answers_of = [simulate(s, u, 1e-3, initial_state(s)) for s in (new, twice)]
+    assert answers_of[0][-1, 0] > 0.0
+    assert np.array_equal(*answers_of)
+
+
+def test_taking_a_folder_in_twice_is_harmless(folder):
+    assert catalogue.register(folder) == catalogue.register(folder)
+
+
+def test_a_file_of_a_name_that_is_there_is_refused(folder):
+    (folder / 'backlash.py').write_text(NEW)
+    with pytest.raises(ValueError, match="an effect 'backlash' is in the catalogue already"):
+        catalogue.register(folder)
+
+
+def test_a_file_without_an_effect_of_its_name_is_refused(folder):
+    (folder / 'seal_friction.py').rename(folder / 'other.py')
+    with pytest.raises(ValueError, match="must hold an effect class whose name is 'other'"):
+        catalogue.register(folder)
+
+
+def test_a_file_that_does_not_run_is_refused_with_its_error(folder):
+    (folder / 'seal_friction.py').write_text('x = 1 / 0')
+    with pytest.raises(ValueError, match='seal_friction.py: ZeroDivisionError'):
+        catalogue.register(folder)
+
+
+def test_a_folder_without_effects_is_refused(tmp_path):
+    with pytest.raises(ValueError, match='there is no effect file'):
+        catalogue.register(tmp_path)
+
+
+def test_an_unknown_effect_is_refused_with_the_names_there_are():
+    with pytest.raises(KeyError, match="there is no effect 'stiction'; there are"):
+        find('stiction')
+
+
+def test_an_effect_is_final():
+    with pytest.raises(TypeError, match='Backlash is final'):
+        type('Wider', (find('backlash'),), {})
