@@ -1,7 +1,7 @@
 """
 The emulated rig without its bus: the same simulation, the same counts, the same wire format.
 
-`Bench` answers one SYNC after the other; `run` makes a whole recording as fast as the machine goes.
+`Bench` answers one SYNC after the other; `run` makes a whole recording in one go.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ _TRANSITIONS = {
 
 class DriveStates:
     """
-    The state of one drive, ``error`` its last error code (603Fh) and ``mode`` what it runs (6061h).
+    The state of one drive; ``error`` is its error code (603Fh), 0 without a fault.
 
     A fault is left by a rising edge of bit 7 of the controlword, never by itself.
     """

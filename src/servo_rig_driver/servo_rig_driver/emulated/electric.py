@@ -11,7 +11,7 @@ LATENCY = 60e-6  # s
 
 @nb.njit
 def delayed(ring, at, back):
-    """Return the value of a ring ``back`` substeps ago, between the stored ones in a straight line."""
+    """Return the value of a ring ``back`` substeps ago, interpolated between two of them."""
     back = min(max(back, 0.0), RING - 2.0)
     whole = int(back)
     part = back - whole
@@ -34,7 +34,7 @@ def command_at_drive(P, S, h):
 
 @nb.njit
 def advance_current(P, S, h):
-    """Step the winding by h, exactly for what stands still meanwhile: the command and the speed."""
+    """Step the winding by h, exactly where command and speed stand still meanwhile."""
     u = command_at_drive(P, S, h)
     emf = P.machine_torque_constant * S.motor_speed
     supply = P.drive_supply - P.withheld_supply_sag * abs(S.current)

@@ -7,19 +7,18 @@ budget of the load bearing is a product,
 .. math:: F = F_0\,A(a)\,P(\theta)\,D(\omega)\,e^{-\gamma\Delta T} + \mu(\sqrt{T^2+T_0^2}-T_0)
 
 with the ageing of the contacts :math:`A = 1 + B \ln(1 + \omega_s a)`,
-:math:`\dot a = 1/d - |\omega| a / d` (rate and state, Dieterich 1979, Ruina 1983), so that the level
-falls with the logarithm of speed and lags behind it; bumps over the turn in the form of von Mises'
-density; lubricant that thins as Eyring's fluid, :math:`c\,\omega_e \mathrm{asinh}(\omega/\omega_e)`.
+:math:`\dot a = 1/d - |\omega| a / d` (rate and state, Dieterich 1979, Ruina 1983), so that the
+level falls with the logarithm of speed and lags behind it; bumps over the turn in the form of von
+Mises' density; lubricant that thins as Eyring's fluid,
+:math:`c\,\omega_e \mathrm{asinh}(\omega/\omega_e)`.
 """
 
 from math import asinh, cos, exp, log1p, sqrt
 
 import numba as nb
 
-CHARACTERISTIC = 2e-4  # rad at the load in which contacts renew
 OLDEST = 1e4  # s/rad
 WEAKENING = 0.06
-MESH_SLIP = 1.0  # N m
 
 LOAD_SHARES = (0.28, 0.27, 0.25, 0.20)
 LOAD_REACHES = (0.25, 0.6, 1.2, 2.4)
@@ -30,7 +29,7 @@ MESH_REACHES = (0.4, 1.0, 2.0)
 
 @nb.njit
 def slide(deflections, shares, reaches, move, budget, reach):
-    """Move bristles by ``move`` and let them slip; returns their force and the stiffness that held."""
+    """Move bristles and let them slip; return their force and the stiffness of those that hold."""
     force, held = 0.0, 0.0
     for k in range(len(shares)):
         limit = reaches[k] * reach
@@ -69,7 +68,9 @@ def load_budget(P, S):
         way = 1.0 if S.load_speed > 0.0 else -1.0
         level *= max(0.0, 1.0 + 0.05 * P.friction_asymmetry * way)
     level *= 1.0 + P.withheld_friction_drift / (1.0 + S.time / P.withheld_friction_drift_time)
-    level += 0.06 * P.friction_load * (sqrt(S.mesh_torque ** 2 + 1.0) - 1.0)
+    edge = 0.05 * P.friction_load_coulomb
+    level += (P.friction_load * P.friction_load_coefficient
+              * (sqrt(S.mesh_torque ** 2 + edge * edge) - edge))
     level += P.withheld_load_drag
     if P.withheld_local_spot > 0.0:
         away = (S.load_angle - P.withheld_local_spot_angle) / P.withheld_local_spot_width
@@ -103,11 +104,11 @@ def viscous_slope(P, slope, speed, scale, temperature):
 def age(P, S, h):
     """Renew the contacts of the load over the step h and keep the time of rest."""
     speed = abs(S.load_speed)
-    rate = speed / CHARACTERISTIC
+    rate = speed / P.friction_renewal_angle
     if rate * h > 1e-6:
         steady = 1.0 / speed
         S.age = steady + (S.age - steady) * exp(-rate * h)
     else:
-        S.age += h / CHARACTERISTIC
+        S.age += h / P.friction_renewal_angle
     S.age = min(S.age, OLDEST)
     S.rest = S.rest + h if S.load_stuck > 0.0 and speed < 1e-3 else S.rest * exp(-h / 0.01)

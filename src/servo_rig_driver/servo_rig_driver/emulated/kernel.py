@@ -29,7 +29,7 @@ def payload_stiffness(P):
 
 @nb.njit
 def forces(P, S, load_move, motor_move):
-    """Set the torques that depend on positions, after bristles were moved by what the shafts did."""
+    """Set the torques that depend on positions; the bristles move by what the shafts did."""
     on_load, on_motor = _mesh(P, S)
     least = max(P.friction_presliding, 0.02)
     reach = P.friction_presliding_angle * least

@@ -2,17 +2,17 @@ r"""
 The mesh: tooth pairs that come to bear one by one, each flank with an error of its own.
 
 Pair j bears on the forward flank once :math:`x_j = w - e_f(\theta_l) - b - s_j > 0` with
-:math:`w = \theta_m/N - \theta_l`, and on the reverse flank likewise with :math:`e_r`. The torque is
-the sum of their springs; where few pairs bear, the mesh is soft. The play 2b is larger under load
-and varies over the turn. The flanks' errors change the ratio at once, so the torque on the load is
-:math:`T(1 + e')` and the mesh neither makes nor loses energy by them.
+:math:`w = \theta_m/N - \theta_l`, and on the reverse flank likewise with :math:`e_r`. The torque
+is the sum of their springs; where few pairs bear, the mesh is soft. The play 2b is larger under
+load and varies over the turn. The flanks' errors change the ratio at once, so the torque on the
+load is :math:`T(1 + e')` and the mesh neither makes nor loses energy by them.
 """
 
 from math import cos, sin, sqrt
 
 import numba as nb
 
-from .friction import MESH_REACHES, MESH_SLIP
+from .friction import MESH_REACHES
 
 PAIRS = 5
 STAGGER = (0.0, 0.15, 0.35, 0.6, 1.0)
@@ -38,8 +38,9 @@ def flank_errors(P, angle):
                                          - 0.6 * s3 - 0.3 * other * s2)
     if P.error_turn > 0.0:
         c, s = cos(angle + 0.4), sin(angle + 0.4)
-        both = P.error_turn * (8e-5 * s + 8e-5 * c * s)
-        slope = P.error_turn * (8e-5 * c + 8e-5 * (c * c - s * s))
+        size = P.error_turn * P.error_turn_amplitude
+        both = size * (s + c * s)
+        slope = size * (c + c * c - s * s)
         forward, reverse = forward + both, reverse + both
         forward_slope, reverse_slope = forward_slope + slope, reverse_slope + slope
     return forward, forward_slope, reverse, reverse_slope
@@ -53,7 +54,8 @@ def half_play(P, S):
     c = cos(S.load_angle - 0.7)
     play = 0.5 * P.mesh_gap * P.mesh_backlash
     play *= max(0.0, 1.0 + 0.35 * P.mesh_backlash_position * (0.7 * c + 0.6 * c * c - 0.3))
-    return play * (1.0 + 0.5 * P.mesh_backlash_load * S.slow_torque / (S.slow_torque + 30.0))
+    wide = S.slow_torque / (S.slow_torque + P.mesh_opening_torque)
+    return play * (1.0 + 0.5 * P.mesh_backlash_load * wide)
 
 
 @nb.njit
@@ -71,7 +73,7 @@ def flank(P, wind_up, play):
 
 @nb.njit
 def mesh(P, S):
-    """Set wind-up, transmitted torque and slope; return the torque on the load and on the motor."""
+    """Set wind-up, transmitted torque and slope; return the torques on load and motor."""
     wind_up = S.motor_angle / P.machine_ratio - S.load_angle
     forward, forward_slope, reverse, reverse_slope = flank_errors(P, S.load_angle)
     play = half_play(P, S)
@@ -80,11 +82,11 @@ def mesh(P, S):
     micro = 0.0
     if P.mesh_hysteresis > 0.0:
         for j in range(len(MESH_REACHES)):
-            reach = MESH_REACHES[j] * 4e-5
+            reach = MESH_REACHES[j] * P.mesh_slip_angle
             z = S.mesh_bristles[j] + wind_up - S.wind_up
             z = min(max(z, -reach), reach)
             S.mesh_bristles[j] = z
-            micro += P.mesh_hysteresis * MESH_SLIP / len(MESH_REACHES) * z / reach
+            micro += P.mesh_hysteresis * P.mesh_slip_torque / len(MESH_REACHES) * z / reach
     S.wind_up = wind_up
     S.mesh_slope = ahead_slope + behind_slope
     on_motor = ahead - behind + micro

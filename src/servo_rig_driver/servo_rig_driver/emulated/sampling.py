@@ -75,7 +75,7 @@ def _latch(P, S, period, h, noise, out):
 
 @nb.njit
 def _loops(P, S, period, command, out):
-    """Return the command, V, of the drive's loops; shafts' readings come in, the load's units out."""
+    """Return the command, V, that the drive's loops make of the readings in ``out``."""
     angle = out[MOTOR] / P.machine_ratio
     if S.started == 0.0:
         S.started, S.last_angle = 1.0, angle
@@ -133,7 +133,7 @@ def _compiled(sources):
 
     @nb.njit(cache=True, nogil=True)
     def record(parameters, state, period, step, commands, noise, out):
-        """Answer and advance for every row of ``commands`` (n, 3), ``noise`` (n, 6) into ``out``."""
+        """Answer and advance for each row of ``commands`` (n, 3) and ``noise`` (n, 6)."""
         sources  # noqa: B018
         P, S = parameters[0], state[0]
         steps = ceil(period / step - 1e-9)

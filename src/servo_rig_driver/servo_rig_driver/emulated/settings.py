@@ -56,8 +56,8 @@ def load_rig(path: str | Path, overrides: Sequence[str] = ()) -> RigSettings:
     """
     Read a rig file; ``overrides`` are texts like 'friction.level=1.5'.
 
-    What the file leaves out is as on the bench of paper 000. Raises RigFileError for a file that is
-    no YAML mapping, an unknown key, a value that is no number or out of range.
+    What the file leaves out is as on the bench of paper 000. Raises RigFileError for a file that
+    is no YAML mapping, an unknown key, a value that is no number or out of range.
     """
     try:
         content = yaml.safe_load(Path(path).read_text())

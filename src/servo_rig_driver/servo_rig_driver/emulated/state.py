@@ -1,4 +1,4 @@
-"""The memory of the simulation: one record, named fields for people, one address for the kernel."""
+"""The memory of the simulation: one record, with named fields."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STATE = np.dtype([
     ('load_bristles', 'f8', LOAD_BRISTLES),                # rad, deflections
     ('motor_bristles', 'f8', MOTOR_BRISTLES),
     ('mesh_bristles', 'f8', MESH_BRISTLES),
-    ('age', 'f8'),                                         # s/rad, of the contacts (rate and state)
+    ('age', 'f8'),                                         # s/rad, of the contacts
     ('rest', 'f8'),                                        # s, since the load last slid
     ('load_stuck', 'f8'), ('motor_stuck', 'f8'),           # N m/rad, of bristles that hold
     ('wind_up', 'f8'), ('mesh_torque', 'f8'), ('mesh_slope', 'f8'),
@@ -33,7 +33,7 @@ STATE = np.dtype([
 
 
 def fresh_state(temperature: float) -> np.ndarray:
-    """Return an array of one record: everything at rest at zero, the gearbox at ``temperature``."""
+    """Return an array of one record: at rest at zero, the gearbox at ``temperature`` degC."""
     state = np.zeros(1, STATE)
     state['temperature'] = temperature
     state['age'] = 50.0
