@@ -5,10 +5,13 @@ from pathlib import Path
 from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, IndexType
+from mcap.writer import Writer as McapWriter
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+import yaml
 
 from servo_twin.bag import (
     BagError,
@@ -156,13 +159,57 @@ def test_it_reads_what_rosbags_wrote_in_any_storage(tmp_path, storage, compressi
     assert 'no message on /recording' in again.warnings[0]
 
 
+@pytest.mark.parametrize('options', [
+    {'compression': CompressionType.NONE}, {'compression': CompressionType.LZ4},
+    {'compression': CompressionType.ZSTD, 'index_types': IndexType.NONE},
+    {'use_chunking': False}, {'chunk_size': 1000, 'enable_crcs': False},
+    {'repeat_channels': False, 'repeat_schemas': False}])
+def test_it_reads_what_the_mcap_library_wrote(tmp_path, options):
+    types = own_types()
+    with (tmp_path / 'b.mcap').open('wb') as stream:
+        writer = McapWriter(stream, **options)
+        writer.start()
+        for k in range(-1, 400):
+            for topic in ('encoder', 'current'):
+                name = f'servo_twin_msgs/msg/{SAMPLE_TOPICS[topic][0]}'
+                if k < 0:
+                    text = types.generate_msgdef(name, ros_version=2)[0]
+                    schema = writer.register_schema(name, 'ros2msg', text.encode())
+                    writer.register_channel(f'/{topic}', 'cdr', schema)
+                    continue
+                field = SAMPLE_TOPICS[topic][1][0]
+                writer.add_message(1 + (topic == 'current'), k, message(
+                    types, SAMPLE_TOPICS[topic][0], k, k * 10**6, 1, **{field: np.full(1, float(k))}), k)
+        writer.finish()
+    again = read_recording(tmp_path / 'b.mcap')
+    assert np.array_equal(again['motor_position'], np.arange(400.0))
+    assert np.array_equal(again['current'], np.arange(400.0))
+
+
+def test_it_reads_a_bag_in_several_files(tmp_path):
+    folder = tmp_path / 'b'
+    for part in range(12):
+        order = list(range(50 * part, 50 * part + 50))
+        write_by_rosbags(tmp_path / str(part), dict.fromkeys(SAMPLE_TOPICS, order))
+        folder.mkdir(exist_ok=True)
+        (tmp_path / str(part) / f'{part}.mcap').rename(folder / f'b_{part}.mcap')
+    again = read_recording(folder)
+    assert np.array_equal(again['torque'], np.arange(600.0))
+    names = [f'b_{part}.mcap' for part in range(13)]
+    (folder / 'metadata.yaml').write_text(
+        yaml.safe_dump({'rosbag2_bagfile_information': {'relative_file_paths': names}}))
+    again = read_recording(folder)
+    assert len(again) == 600
+    assert "metadata.yaml names files that are not there: ['b_12.mcap']" in again.warnings
+
+
 def test_it_reads_the_twins_answer(tmp_path):
     rig = recording(505, sequence=20)
     random = np.random.default_rng(3)
     answer = Predictions(
         'p', 1e-3, {name: random.standard_normal(505) for name in PREDICTED},
         {name: random.standard_normal(505) for name in COMPARED + BALANCES},
-        np.arange(4.0), np.arange(6.0), rig.start, 20, 2)
+        np.arange(4.0), np.arange(float(len(BALANCES))), rig.start, 20, 2)
     write_predictions(tmp_path / 'b', answer, rig, 10, namespace='rig1')
     again = read_predictions(tmp_path / 'b')
     for name in PREDICTED:
@@ -256,6 +303,7 @@ def test_it_refuses_to_write_over_a_bag_or_without_samples(tmp_path):
     for name, start in (('d', -1.0), ('e', 2.0**31)):
         with pytest.raises(BagError, match='outside of .*ROS stamp'):
             write_recording(tmp_path / name, recording(5, start=start))
+        assert not (tmp_path / name).exists()
 
 
 def test_it_reads_a_message_with_a_frame_and_of_changing_length(tmp_path):

@@ -71,7 +71,7 @@ def test_it_finds_family_and_replicate_beside_the_tables(tmp_path):
 
 def test_it_reads_the_separators_and_comments_that_people_use(tmp_path):
     path = tmp_path / 'a.csv'
-    path.write_text('# a comment\nt;voltage;motor_position\n0;1;2\n0.5;nan;3\n1.0;;4\n')
+    path.write_text('\ufeff# a comment\nt;voltage;motor_position\n0;1;2\n0.5;nan;3\n1.0;;4\n')
     recording = import_table(path, SERVO)
     assert recording.period == 0.5
     assert np.array_equal(recording['voltage'], [1.0, np.nan, np.nan], equal_nan=True)
@@ -120,6 +120,23 @@ def test_it_says_what_is_wrong_with_a_table(tmp_path, capsys, change, text):
     (['t', 'voltage'], 'has neither motor_position nor load_position')])
 def test_it_names_the_columns_that_must_be_there(tmp_path, left, text):
     path = write_csv(tmp_path / 'a.csv', {name: table()[name] for name in left})
+    with pytest.raises(ValueError, match=text):
+        import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('change, text', [
+    ({'load_position': 180 / np.pi}, 'load_position looks like degrees'),
+    ({'motor_position': 180 / np.pi}, 'motor_position / ratio looks like degrees'),
+    ({'motor_position': 1 / 161}, 'look as if one were on the other shaft'),
+    ({'load_position': -1.0}, 'runs against load_position; positive must be the same way'),
+    ({'reference_position': 180 / np.pi}, 'reference_position looks like degrees')])
+def test_it_holds_angles_against_each_other(tmp_path, change, text):
+    angle = np.sin(20.0 * TIME)
+    columns = table(motor_position=161.0 * angle, load_position=angle + 1e-4 * np.cos(900 * TIME),
+                    reference_position=angle)
+    path = write_csv(tmp_path / 'a.csv', columns)
+    assert import_table(path, SERVO).warnings == ()
+    write_csv(path, columns | {name: columns[name] * factor for name, factor in change.items()})
     with pytest.raises(ValueError, match=text):
         import_table(path, SERVO)
 
@@ -183,7 +200,7 @@ def test_it_follows_a_mapping(tmp_path):
         'columns:\n'
         '  voltage: {source: raw, above: 32767, subtract: 65536, scale: 0.5, offset: 1, '
         'times: supply, negate: true}\n'
-        '  motor_position: {source: angle, zero: first}\n'
+        '  motor_position: {source: angle, scale: 161, zero: first}\n'
         '  load_position: {source: angle, zero: mean}\n'
         '  temperature: {value: 25}\n'
         'recording: {family: "{kind}", note: "gain {gain}"}\n')
@@ -192,7 +209,7 @@ def test_it_follows_a_mapping(tmp_path):
         'angle': [7.0, 8.0, 9.0], 'kind': 'sine', 'gain': 3.5})
     recording = import_table(tmp_path / 'a.mat', SERVO, mapping=tmp_path / 'm.yaml')
     assert np.allclose(recording['voltage'], [-20.0, -5.0, -15.0])
-    assert np.array_equal(recording['motor_position'], [0.0, 1.0, 2.0])
+    assert np.array_equal(recording['motor_position'], [0.0, 161.0, 322.0])
     assert np.array_equal(recording['load_position'], [-1.0, 0.0, 1.0])
     assert np.array_equal(recording['temperature'], [25.0, 25.0, 25.0])
     assert (recording.period, recording.family, recording.note) == (0.01, 'sine', 'gain 3.5')

@@ -25,6 +25,7 @@ from servo_twin.recording import Recording
 from .column_units import named_columns
 from .gridding import even
 from .mapping import Mapping, read_mapping
+from .plausibility import check_angles
 from .tables import read_table
 
 _NEEDS_MAPPING = ('.mat', '.json')
@@ -84,6 +85,7 @@ def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
     columns = (plan.apply(table, warnings) if plan
                else named_columns(table, machine.linear, warnings))
     _check(path, columns, warnings)
+    check_angles(path, columns, machine.values['mechanism.ratio'])
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     if not 1e-6 <= step <= 1.0:
         warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')

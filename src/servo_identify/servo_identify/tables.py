@@ -54,7 +54,7 @@ def _csv(path: Path) -> Table:
     from pyarrow import ArrowInvalid, csv
 
     comments = 0
-    with path.open(encoding='utf8', errors='replace') as file:
+    with path.open(encoding='utf-8-sig', errors='replace') as file:
         for header in file:
             if not header.startswith('#'):
                 break

@@ -81,6 +81,7 @@ class McapFile:
     """
 
     def __init__(self, path: Path) -> None:
+        self.path = path
         self._file = path.open('xb')
         self._file.write(MAGIC + record(FILE_HEADER, text('ros2') + text('servo_twin')))
         self.channels: list[ChannelEntry] = []

@@ -63,8 +63,8 @@ class BagWriter:
     Writes a rosbag2 directory with MCAP storage, zstd chunks and embedded definitions.
 
     A context manager: on a clean exit it writes the summary and metadata.yaml; after an exception
-    the bag stays as if its writer had been killed, and can be recovered. Raises BagError when
-    ``path`` exists already.
+    the bag stays as if its writer had been killed, and can be recovered; one without any message
+    is removed. Raises BagError when ``path`` exists already.
     """
 
     def __init__(self, path: Path | str, namespace: str = '') -> None:
@@ -208,6 +208,9 @@ class BagWriter:
             self.close()
         else:
             self._file.abort()
+            if not self._file.channels:
+                self._file.path.unlink()
+                self.path.rmdir()
 
 
 class _Plain(yaml.SafeDumper):
