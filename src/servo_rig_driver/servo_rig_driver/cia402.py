@@ -8,6 +8,7 @@ tables "state coding" of object 6041h and "command coding" of object 6040h.
 from __future__ import annotations
 
 from enum import Enum, IntEnum
+from math import inf
 
 
 class DriveState(Enum):
@@ -72,7 +73,7 @@ class DriveMaster:
     """
     Leads a drive to OPERATION ENABLED, or away from it, one controlword at a time.
 
-    A fault is reset by a rising edge of controlword bit 7, held for ``pulse`` seconds; after each
+    A fault is reset by a rising edge of controlword bit 7, held for ``pulse`` seconds; before each
     try the master waits ``pause`` seconds, and after ``resets`` tries it gives up. Tries are
     forgiven once the drive has been enabled for ``forgive`` seconds on end.
     """
@@ -86,8 +87,8 @@ class DriveMaster:
         self.enable = False
         self.state = DriveState.UNKNOWN
         self.tries = 0
-        self._edge: float | None = None
         self._enabled_since: float | None = None
+        self._no_fault()
 
     @property
     def enabled(self) -> bool:
@@ -98,13 +99,13 @@ class DriveMaster:
     def given_up(self) -> bool:
         """Whether the drive is in fault and all resets have been tried."""
         return (self.state is DriveState.FAULT and self.tries >= self.resets
-                and self._edge is None)
+                and self._retry_at is None)
 
     def forget(self) -> None:
         """Start over, as after a restart of the rig; the tries used up stay used up."""
         self.state = DriveState.UNKNOWN
-        self._edge = None
         self._enabled_since = None
+        self._no_fault()
 
     def step(self, statusword: int, now: float) -> int:
         """
@@ -124,18 +125,24 @@ class DriveMaster:
             return Controlword.DISABLE_VOLTAGE
         if self.state is DriveState.FAULT:
             return self._reset(now)
-        self._edge = None
+        self._no_fault()
         return _UPWARD[self.state]
 
     def _reset(self, now: float) -> int:
-        since_edge = float('inf') if self._edge is None else now - self._edge
-        if since_edge < self.pulse:
+        if now < self._pulse_until:
             return Controlword.FAULT_RESET
-        if since_edge < self.pulse + self.pause:
+        if self._retry_at is None and self.tries < self.resets:
+            self._retry_at = now + self.pause
+        if self._retry_at is None or now < self._retry_at:
             return Controlword.DISABLE_VOLTAGE
         if self.tries >= self.resets:
-            self._edge = None
+            self._retry_at = None
             return Controlword.DISABLE_VOLTAGE
         self.tries += 1
-        self._edge = now
+        self._pulse_until = now + self.pulse
+        self._retry_at = self._pulse_until + self.pause
         return Controlword.FAULT_RESET
+
+    def _no_fault(self) -> None:
+        self._retry_at = None
+        self._pulse_until = -inf

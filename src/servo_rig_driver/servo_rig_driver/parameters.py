@@ -91,7 +91,7 @@ DECLARED = (
              0.05, 60.0),
     Declared('fault_resets', 5, '', 'Fault resets before the drive is given up; forgiven after '
              '10 s enabled', 0, 1000),
-    Declared('fault_reset_pause', 0.5, 's', 'Time between two fault resets', 0.02, 60.0),
+    Declared('fault_reset_pause', 0.5, 's', 'Time before each fault reset', 0.02, 60.0),
     Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '
              'once', 0.05, 60.0),
     Declared('history', 2.0, 's', 'How much the sample topics keep for a slow reader; at least '
