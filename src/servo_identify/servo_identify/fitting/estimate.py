@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+import json
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +18,11 @@ class Estimate:
     Values, how sure they are, and what to know before using them.
 
     ``names`` of the free numbers in order; ``values``, ``std`` (NaN: not identified) and
-    ``units`` by name; ``correlation`` (n, n); ``rms`` the residual of each channel in its unit over
-    all recordings, ``rms_before`` the same at the values to start from, ``noise`` its floor;
-    ``delays`` seconds by which each channel is late, with ``delay_std``; ``cost`` half the weighted
-    sum of squares, ``cost_before`` likewise with the same weights; ``servo`` has the new values,
-    each with its standard error and bags.
+    ``units`` by name; ``correlation`` (n, n); ``rms`` the residual of each channel in its unit
+    over all recordings, ``rms_before`` the same at the values to start from, ``noise`` its floor;
+    ``delays`` seconds by which each channel is late, with ``delay_std``; ``cost`` half the
+    weighted sum of squares, ``cost_before`` likewise with the same weights; ``servo`` has the new
+    values, each with its standard error and bags.
     """
 
     servo: Servo
@@ -85,9 +85,7 @@ def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float]
         worst = max((e for e in errors[path] if np.isfinite(e)), default=None)
         provenance[path] = Provenance(source, worst, bags)
     changes = {p: tuple(v) if isinstance(v, list) else v for p, v in changes.items()}
-    held = {p: edge for p, edge in servo.tolerance.items()}
-    return replace(servo, values={**servo.values, **changes}, provenance=provenance,
-                   tolerance=held)
+    return replace(servo, values={**servo.values, **changes}, provenance=provenance)
 
 
 def _nulled(thing):

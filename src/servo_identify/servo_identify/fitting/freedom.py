@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+import re
 
 import numpy as np
 
@@ -75,7 +75,8 @@ def freedom_of(servo: Servo, free: Sequence[str], bounds: Mapping[str, tuple[flo
             low.append(below)
             high.append(above)
             default = declared[path].default
-            scale.append(_scale(theta[slot.start + i], default[0] if row else default, below, above))
+            typical = default[0] if row else default
+            scale.append(_scale(theta[slot.start + i], typical, below, above))
     unknown = [p for p in bounds if p not in names and p not in slots]
     if unknown:
         raise ServoError(f'{servo.name}: bounds are given for {unknown}; free are {names}')

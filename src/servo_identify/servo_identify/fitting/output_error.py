@@ -10,9 +10,9 @@ same reference instead, which no disturbance of the plant has touched, and is th
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+import time
 
 import numpy as np
 
@@ -21,13 +21,14 @@ from servo_twin.recording import Recording
 
 from .estimate import Estimate, servo_with
 from .freedom import Freedom, freedom_of
-from .information import UNSURE, foreseen, spread
+from .information import foreseen, spread, UNSURE
 from .problem import Problem
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
 from .solve import solved
 
 RELATIVE_MARGIN = 1e-3
+MOST_ROUNDS, STEPS_A_ROUND = 12, 2
 
 
 @dataclass(frozen=True)
@@ -120,17 +121,16 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     def told(iteration: int, cost: float) -> None:
         progress(Progress('fit', taken + iteration, cost))
 
-    rounds = 4 if weights == 'residual' else 1
-    for turn in range(rounds):
-        last = turn == rounds - 1
-        if weights == 'residual' and _reweigh(problem, normal.residual) < 0.2 and turn:
+    # far from the answer one channel would drown the others: weights follow the fit down
+    for _ in range(MOST_ROUNDS):
+        if _reweigh(problem, normal.residual) < 0.2 and taken:
             break
-        unknowns, normal, done = solved(problem, unknowns, iterations,
-                                        precision if last else 1e3 * precision, held, told)
+        unknowns, normal, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
         taken += done
-    if weights == 'residual' and not last:
-        unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
-        taken += done
+    if weights == 'noise':
+        problem.factor[:] = 1.0
+    unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
+    taken += done
 
     covariance = spread(normal, problem.owner, held)
     count = len(freedom)

@@ -13,7 +13,7 @@ import numpy as np
 
 from .freedom import Freedom
 from .segments import CHANNELS
-from .shooting import Shooting, Unknowns, moved
+from .shooting import moved, Shooting, Unknowns
 
 STEP = 3e-4
 """Step of the differences, as a share of a parameter's scale; kinks of friction are smaller."""
@@ -54,6 +54,7 @@ class Problem:
         self.factor = np.ones((len(courses), len(CHANNELS)))
         seen = np.isfinite(self.measured).any(axis=0)
         self.late = np.flatnonzero(seen) if delays else np.array([], dtype=int)
+        self.damping = np.zeros(len(self.firsts))
         self.zeroed = np.flatnonzero(shooting.both)
         self.late_scale = min(c.period for c in courses)
         self.start_scale, self.start_prior = self._starts()
@@ -76,13 +77,10 @@ class Problem:
             own = course.begin[:, 3] if np.isfinite(course.begin[:, 3]).any() else (
                 course.begin[:, 2] / ratio)
             cutoff = 2.0 * np.pi * min(50.0, 0.2 / course.period)
-            pace = np.sqrt(np.nanmean(own**2))
-            speed = np.hypot(floor * cutoff, 0.02 * pace)
-            torque = course.begin[:, 4][np.isfinite(course.begin[:, 4])]
-            carried = np.sqrt(np.mean(torque**2)) if len(torque) else 0.0
-            wind_up = 3.0 * floor + 0.1 * carried * compliance
-            deviations = (2.0 * floor + pace * course.period, speed, wind_up, wind_up * cutoff)
-            prior.append(np.tile(deviations[:self.shooting.offsets], (len(own), 1)))
+            wind_up = 3.0 * floor + 0.5 * course.begin[:, 7] * compliance
+            deviations = (2.0 * floor + np.abs(own) * course.period,
+                          floor * cutoff + 0.5 * course.begin[:, 6], wind_up, wind_up * cutoff)
+            prior.append(np.column_stack(deviations[:self.shooting.offsets]))
         prior = np.maximum(np.concatenate(prior), 1e-12)
         return 0.1 * prior, prior
 
@@ -92,24 +90,42 @@ class Problem:
         error *= self.factor[self.course]
         blind = ~np.isfinite(self.measured)
         if not np.isfinite(error[~blind]).all():
-            return np.full_like(error, np.inf)
+            error[~np.isfinite(error)] = np.inf
         error[blind] = 0.0
         return error
 
-    def cost_of(self, residual: np.ndarray, unknowns: Unknowns) -> float:
-        """Half the (robust) sum of squares, priors of the starts included."""
-        if not np.isfinite(residual).all():
-            return np.inf
-        prior = 0.5 * np.sum((unknowns.starts / self.start_prior) ** 2)
+    def costs(self, residual: np.ndarray, unknowns: Unknowns) -> np.ndarray:
+        """Half the (robust) sum of squares of each horizon, priors of its start included."""
+        prior = 0.5 * np.sum((unknowns.starts / self.start_prior) ** 2, axis=1)
         if self.robust:
             size = np.abs(residual)
-            return float(np.sum(np.where(size < 1.5, 0.5 * size**2, 1.5 * size - 1.125)) + prior)
-        return float(0.5 * np.vdot(residual, residual) + prior)
+            loss = np.where(size < 1.5, 0.5 * size**2, 1.5 * size - 1.125)
+        else:
+            loss = 0.5 * residual**2
+        return np.add.reduceat(loss.sum(axis=1), self.firsts) + prior
 
     def evaluate(self, unknowns: Unknowns) -> tuple[np.ndarray, float]:
         """Return residual and cost."""
         residual = self.residual(unknowns, self.shooting.simulate([unknowns])[0])
-        return residual, self.cost_of(residual, unknowns)
+        return residual, float(self.costs(residual, unknowns).sum())
+
+    def best_starts(self, trials: list[Unknowns]) -> tuple[Unknowns, float]:
+        """
+        Return the unknowns with, for each horizon, the starts of the trial that suits it best.
+
+        A horizon whose first trial (the whole way of the linear model) is not its best takes
+        shorter steps from now on.
+        """
+        rolled = self.shooting.simulate(trials)
+        costs = np.array([self.costs(self.residual(t, y), t)
+                          for t, y in zip(trials, rolled, strict=True)])
+        best = np.argmin(np.where(np.isfinite(costs), costs, np.inf), axis=0)
+        horizon = np.arange(len(best))
+        self.damping = np.where(best == 0, 0.1 * self.damping, np.where(
+            best == len(trials) - 1, 30.0 * self.damping + 1e-3, self.damping))
+        self.damping = np.clip(np.where(self.damping < 1e-4, 0.0, self.damping), 0.0, 1e6)
+        starts = np.array([t.starts for t in trials])[best, horizon]
+        return replace(trials[0], starts=starts), float(costs[best, horizon].sum())
 
     def steps(self, unknowns: Unknowns) -> list[tuple[Unknowns, float]]:
         """Return the points of the differences and what one unit of each column is worth."""
@@ -159,7 +175,7 @@ class Problem:
                 own: np.ndarray) -> Normal:
         flat = residual.reshape(-1)
         weighted = flat
-        cost = self.cost_of(residual, unknowns)
+        cost = float(self.costs(residual, unknowns).sum())
         if self.robust:
             root = np.sqrt(np.minimum(1.0, 1.5 / np.maximum(np.abs(flat), 1e-300)))
             weighted, shared, own = flat * root, shared * root, own * root
@@ -178,6 +194,7 @@ class Problem:
             for j in range(offsets):
                 inner[:, i, j] = np.add.reduceat(own[i] * own[j], edges)
             inner[:, i, i] += prior[:, i]
+            inner[:, i, i] *= 1.0 + self.damping
         back = -np.linalg.solve(inner, cross)
         still = -np.linalg.solve(inner, slope[:, :, None])[:, :, 0]
         scores = np.array([np.add.reduceat(s * weighted, edges) for s in shared]).T
@@ -186,8 +203,13 @@ class Problem:
         return Normal(cost, scores.sum(axis=0), 0.5 * (hessian + hessian.T), scores, back, still,
                       residual)
 
-    def stepped(self, unknowns: Unknowns, normal: Normal, step: np.ndarray) -> Unknowns:
-        """Return the unknowns after a step of the shared numbers, in units of their scales."""
+    def stepped(self, unknowns: Unknowns, normal: Normal, step: np.ndarray,
+                share: float = 1.0) -> Unknowns:
+        """
+        Return the unknowns after a step of the shared numbers, in units of their scales.
+
+        The starts go ``share`` of the way that the linear model says.
+        """
         count, free = len(self.freedom), self.freedom
         theta = unknowns.theta.copy()
         theta[free.index] = np.clip(theta[free.index] + step[:count] * free.scale, free.low,
@@ -196,7 +218,8 @@ class Problem:
         delays[self.late] += step[count:count + len(self.late)] * self.late_scale
         zeros = unknowns.zeros.copy()
         zeros[self.zeroed] += step[count + len(self.late):] * self.zero_scale
-        starts = unknowns.starts + (normal.still + normal.back @ step) * self.start_scale
+        way = (normal.still + normal.back @ step) * self.start_scale
+        starts = unknowns.starts + share * way
         return Unknowns(theta, starts, zeros, delays)
 
     def room(self, unknowns: Unknowns) -> tuple[np.ndarray, np.ndarray]:

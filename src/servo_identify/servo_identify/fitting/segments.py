@@ -30,9 +30,10 @@ class Course:
     One recording made ready.
 
     ``inputs`` (samples, 8) for the kernel; ``measured`` (samples, channels) with NaN where there
-    is nothing to compare; ``starts`` and ``stops`` of the horizons; ``begin`` (horizons, 6):
+    is nothing to compare; ``starts`` and ``stops`` of the horizons; ``begin`` (horizons, 8):
     motor angle, load angle, motor speed, load speed, torque, current at each start, NaN where not
-    measured; ``noise`` (5,) one standard deviation of each channel.
+    measured, then how much load speed and torque stir there; ``noise`` (5,) one standard
+    deviation of each channel.
     """
 
     recording: Recording
@@ -148,8 +149,9 @@ def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None
                          f'{recording.name} ({recording.period:g} s each)')
     samples = len(recording)
     count = max(1, round(samples * recording.period / length))
-    edges = np.linspace(0, samples, count + 1).astype(int)
-    begin = _begin(recording)[edges[:-1]]
+    begin = _begin(recording, float(servo.values['mechanism.ratio']))
+    edges = _quiet(begin, np.linspace(0, samples, count + 1).astype(int))
+    begin = begin[edges[:-1]]
     usable = np.isfinite(begin[:, 0]) | np.isfinite(begin[:, 1])
     if needed:
         given = np.isfinite(recording[needed])
@@ -160,10 +162,28 @@ def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None
                   edges[1:][usable], begin[usable], noise_of(servo, recording))
 
 
-def _begin(recording: Recording) -> np.ndarray:
+def _quiet(begin: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Move each inner edge, by at most a sixth of a horizon, to where the speed is calmest."""
+    reach = max(1, len(begin) // (len(edges) - 1) // 6)
+    moved = [edges[0]]
+    for edge in edges[1:-1]:
+        window = begin[edge - reach:edge + reach + 1, 6]
+        moved.append(edge - reach + int(np.argmin(window)))
+    return np.array([*moved, edges[-1]])
+
+
+def _stir(signal: np.ndarray, period: float) -> np.ndarray:
+    """Root mean square over 50 ms of what a slower low pass takes away; zero where not known."""
+    rough = np.nan_to_num(signal - smoothed(signal, period, 8.0)) ** 2
+    width = max(1, round(0.05 / period))
+    return np.sqrt(np.convolve(rough, np.ones(width) / width, 'same'))
+
+
+def _begin(recording: Recording, ratio: float) -> np.ndarray:
     angles = [smoothed(recording[c], recording.period)
               for c in ('motor_position', 'load_position')]
     speeds = [np.gradient(angle, recording.period) for angle in angles]
     torque = smoothed(recording['torque'], recording.period)
-    current = recording['current']
-    return np.column_stack([*angles, *speeds, torque, current])
+    own = speeds[1] if recording.has('load_position') else speeds[0] / ratio
+    return np.column_stack([*angles, *speeds, torque, recording['current'],
+                            _stir(own, recording.period), _stir(torque, recording.period)])

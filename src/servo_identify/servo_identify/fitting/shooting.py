@@ -68,7 +68,8 @@ class Shooting:
         for i, course in enumerate(self.courses):
             if self.both[i]:
                 zeros[i] = np.median([self._zero(theta, row) for row in course.begin])
-        return Unknowns(theta, np.zeros((self.horizons, self.offsets)), zeros, np.zeros(len(CHANNELS)))
+        return Unknowns(theta, np.zeros((self.horizons, self.offsets)), zeros,
+                        np.zeros(len(CHANNELS)))
 
     def _zero(self, theta: np.ndarray, row: np.ndarray) -> float:
         x = fresh_state(self.kernel)
@@ -96,20 +97,22 @@ class Shooting:
                offset: np.ndarray) -> None:
         """Set the measured part of the state at the start of a horizon; keep all memories."""
         course, ratio = self.courses[which], theta[self.ratio]
-        row, align = course.begin[h], self.kernel.align
+        row = course.begin[h]
         self._place(x, row, ratio, h == 0, offset[0], offset[1])
         x[state.TIME] = course.starts[h] * course.period
         torque = _finite(row[4], x[state.TORQUE])
+        if h == 0:  # memories of effects begin with the torque; later they are carried on
+            self.kernel.align(theta, self.on, x, torque)
         if not self.both[which]:
-            align(theta, self.on, x, torque)
+            x[state.ZERO] = self._aligned(theta, x, torque)
+            x[state.TORQUE] = torque
         elif self.servo.mechanism.compliant and np.isfinite(row[4]):
             # the torque sensor knows the wind-up better than two encoders and a stiff mesh do
             small = 3.0 * _finite(course.noise[2])
             flanks = []
             for carried in (min(torque, -small) if torque < -small else -small,
                             max(torque, small) if torque > small else small):
-                align(theta, self.on, x, carried)
-                flanks.append(x[state.ZERO])
+                flanks.append(self._aligned(theta, x, carried))
             if torque > small:
                 shift = zero - flanks[1]
             elif torque < -small:
@@ -122,6 +125,12 @@ class Shooting:
         if self.offsets > 2:
             x[state.MOTOR_ANGLE] += offset[2] * ratio
             x[state.MOTOR_SPEED] += offset[3] * ratio
+
+    def _aligned(self, theta: np.ndarray, x: np.ndarray, torque: float) -> float:
+        """Return the zero with which the state would carry a torque, leaving its memories."""
+        scratch = x.copy()
+        self.kernel.align(theta, self.on, scratch, torque)
+        return scratch[state.ZERO]
 
     def compliance(self, torque: float = 1.0) -> float:
         """Return the wind-up that one more N m costs, rad at the load."""

@@ -10,12 +10,15 @@ from scipy.optimize import lsq_linear
 from .problem import Normal, Problem
 from .shooting import Unknowns
 
+SHARES = (1.0, 0.3, 0.0)
+"""How far the starts may follow the linear model, which a shaft that sticks makes a liar."""
+
 
 def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
            held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, Normal, int]:
     """
-    Walk downhill until a step lowers the cost by less than ``tolerance`` of what one residual costs:
-    that is a small part of a standard error.
+    Walk downhill until a step moves the shared numbers by less than ``tolerance`` of a standard
+    error (of independent residuals: the honest ones are larger).
 
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
     called at each accepted step and may raise to stop the fit. Returns unknowns, the normal
@@ -32,8 +35,8 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
         gained = 0.0
         while damping < 1e9:
             step = _step(normal, damping, low, high, held)
-            trial = problem.stepped(unknowns, normal, step)
-            _, cost = problem.evaluate(trial)
+            trial, cost = problem.best_starts(
+                [problem.stepped(unknowns, normal, step, share) for share in SHARES])
             if cost < normal.cost:
                 gained = (normal.cost - cost) / normal.cost
                 break
@@ -44,10 +47,11 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
             break
         done += 1
         damping = max(damping / 8.0, 1e-9)
+        moved = np.sqrt(step @ normal.hessian @ step * normal.residual.size / (2.0 * cost))
         unknowns = trial
         normal = problem.linearised(unknowns)
         told(done, normal.cost)
-        if gained * normal.residual.size < tolerance:
+        if moved < tolerance:
             break
     return unknowns, normal, done
 
