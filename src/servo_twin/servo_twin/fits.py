@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .physics.drives import VoltageDrive
+from .physics.servo import Servo
 from .recording import BALANCES, COLUMNS, COMPARED, Predictions, Recording
 
 SPEED_WINDOW = 0.02  # s, over which a speed is the difference of an angle
 
-BALANCE_UNITS = {'drive': 'A', 'motor': 'N m', 'transmission': 'rad', 'load': 'N m',
-                 'controller': 'V', 'sensor': 'rad'}
-"""Units of the balances, as of `Predictions.balance_noise`."""
+_BALANCE_UNITS = dict(zip(BALANCES, ('A', 'N m', 'rad', 'N m', 'V', 'rad/s', 'N m'), strict=True))
 
 
 @dataclass(frozen=True)
@@ -79,13 +79,15 @@ def shown_unit(unit: str, linear: bool) -> str:
     return unit.replace('N m', 'N').replace('rad', 'm') if linear else unit
 
 
-def fit_of(recording: Recording, answer: Predictions, linear: bool = False) -> Fit:
+def fit_of(recording: Recording, answer: Predictions, servo: Servo) -> Fit:
     """
-    Compare a recording with the twin's answer.
+    Compare a recording with the answer of the servo's twin.
 
     Channels that the rig does not measure, and balances that need them, are left out. The speeds
     of both shafts, which paper 000 compares, are differences of the angles on both sides alike.
     """
+    linear = servo.linear
+    units = _BALANCE_UNITS | ({'drive': 'V'} if servo.drive is VoltageDrive else {})
     rig = {name: recording[name][:len(answer)] for name in COMPARED}
     twin = {name: answer.prediction[name] for name in COMPARED}
     noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
@@ -99,7 +101,7 @@ def fit_of(recording: Recording, answer: Predictions, linear: bool = False) -> F
         residual = answer.residual[name]
         known = residual[np.isfinite(residual)]
         if len(known):
-            balances.append(BalanceFit(name, shown_unit(BALANCE_UNITS[name], linear),
+            balances.append(BalanceFit(name, shown_unit(units[name], linear),
                                        float(floor), float(np.sqrt(np.mean(known**2)))))
     return Fit(tuple(c for c in channels if c is not None), tuple(balances))
 

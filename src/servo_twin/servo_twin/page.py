@@ -11,9 +11,9 @@ from markupsafe import Markup
 import numpy as np
 
 from .charts import line_chart
-from .fits import BALANCE_UNITS, Fit, fit_of, shown_unit, speed_of
+from .fits import Fit, fit_of, speed_of
 from .physics.servo import Servo
-from .recording import COLUMNS, COMPARED, Predictions, Recording
+from .recording import BALANCES, COLUMNS, COMPARED, Predictions, Recording
 
 CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
          ('mesh', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))
@@ -26,6 +26,7 @@ ANSWERS_TO = {
     'transmission': 'backlash, stiffness, hysteresis, transmission error',
     'load': 'load-side friction, gravity, springs, load inertia',
     'sensor': 'delay between channels, quantisation, offset',
+    'torque_balance': 'friction on either side, torque constant, inertias: this rig cannot tell',
 }
 """What makes a balance depart, as of GAP_METHOD's table of balances."""
 
@@ -42,7 +43,7 @@ def write_page(path: Path | str, servo: Servo, recording: Recording, answer: Pre
 def page_of(servo: Servo, recording: Recording, answer: Predictions,
             mode: str = 'measured_input', facts: dict[str, str] | None = None) -> str:
     """Return the page as HTML that refers to nothing outside itself."""
-    fit = fit_of(recording, answer, servo.linear)
+    fit = fit_of(recording, answer, servo)
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     template = environment.from_string(files(__package__).joinpath('page.html').read_text('utf8'))
     head = {'rig': recording.servo or servo.name, 'recording': recording.name,
@@ -51,8 +52,8 @@ def page_of(servo: Servo, recording: Recording, answer: Predictions,
     return template.render(
         title=f'{recording.servo or servo.name}: {recording.name}', sentence=sentence(fit, mode),
         facts=head | (facts or {}), fit=fit, chain=Markup(_chain(fit)), colour=colour,
-        width=_bar_width, channels=_channels(servo, recording, answer, fit),
-        balances=_balances(servo, recording, answer), answers_to=ANSWERS_TO,
+        width=_bar_width, channels=_channels(recording, answer, fit),
+        balances=_balances(recording, answer), answers_to=ANSWERS_TO,
         warnings=[*recording.warnings, *answer.warnings], restarts=answer.restarts,
         servo_file=recording.servo_file)
 
@@ -104,7 +105,7 @@ def _chain(fit: Fit) -> str:
             f'sensors, coloured by the residual of each balance">{"".join(parts)}</svg>')
 
 
-def _channels(servo: Servo, recording: Recording, answer: Predictions, fit: Fit) -> list[dict]:
+def _channels(recording: Recording, answer: Predictions, fit: Fit) -> list[dict]:
     """Return for each compared channel its two charts: rig and twin, and the gap."""
     time = recording.time[:len(answer)]
     noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
@@ -117,20 +118,20 @@ def _channels(servo: Servo, recording: Recording, answer: Predictions, fit: Fit)
             angle = row.channel.replace('speed', 'position')
             rig, twin = (speed_of(side, recording.period)
                          for side in (recording[angle][:len(answer)], answer.prediction[angle]))
-        unit = shown_unit(COLUMNS.get(row.channel, 'rad/s'), servo.linear)
         shown.append({
-            'fit': row, 'curves': Markup(line_chart(time, {'rig': rig, 'twin': twin}, unit)),
-            'gap': Markup(line_chart(time, {'gap': rig - twin}, unit, 110,
+            'fit': row, 'curves': Markup(line_chart(time, {'rig': rig, 'twin': twin}, row.unit)),
+            'gap': Markup(line_chart(time, {'gap': rig - twin}, row.unit, 110,
                                      noise.get(row.channel), time_axis=False))})
     order = ('load_speed', 'motor_speed', 'load_position', 'motor_position', 'torque', 'current')
     return sorted(shown, key=lambda s: order.index(s['fit'].channel))
 
 
-def _balances(servo: Servo, recording: Recording, answer: Predictions) -> list[dict]:
+def _balances(recording: Recording, answer: Predictions) -> list[dict]:
     time = recording.time[:len(answer)]
     shown = []
-    for name, residual in answer.residual.items():
-        if name in BALANCE_UNITS and np.isfinite(residual).any():
+    for name in BALANCES:
+        residual = answer.residual[name]
+        if np.isfinite(residual).any():
             chart = line_chart(time, {'residual': residual}, '× noise', 110, 1.0)
             shown.append({'name': name, 'chart': Markup(chart)})
     return shown

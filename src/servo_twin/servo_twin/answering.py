@@ -1,0 +1,105 @@
+"""A whole recording through the twin: the same steps as beside a live rig, to the last bit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .lockstep import Lockstep, Settings
+from .physics.servo import Servo, ServoError
+from .recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
+from .samples import CHANNELS, samples_of
+
+_BLOCK = 1 << 16  # samples a step: bounds the memory that a long recording takes
+_MUST_ARRIVE = (('motor_position', 'load_position'),
+                ('current', 'voltage', 'current_reference', 'reference_velocity',
+                 'reference_position', 'temperature'))
+"""Columns that travel together; a sample that lacks all of a group was lost on its way."""
+
+
+def answer(recording: Recording, servo: Servo, settings: Settings = Settings()) -> Predictions:
+    """
+    Return what a twin answers to a recording.
+
+    Samples that were lost are stepped over as the live twin steps over them, and answered with
+    NaN. Raises ServoError when the recording holds nothing that the twin could run on.
+    """
+    samples = samples_of(recording.columns)
+    line = Lockstep(servo, recording.period, settings)
+    present = _present(samples, recording, settings.mode)
+    y = np.full((len(samples), len(PREDICTED)), np.nan)
+    gap = np.full((len(samples), len(COMPARED) + len(BALANCES)), np.nan)
+    residuals = []
+    for begin, end in _stretches(present):
+        prediction, due = line.step(begin, 0, samples[begin:end])
+        y[begin:end] = prediction.values
+        residuals += due
+    for part in residuals + line.finish():
+        gap[part.sequence:part.sequence + len(part.values)] = part.values
+    warnings = []
+    if line.twin.restarts:
+        warnings.append(f'the twin began anew {line.twin.restarts} times: {line.twin.why}')
+    if not present.all():
+        warnings.append(f'{int((~present).sum())} samples are missing; '
+                        f'{line.twin.bridged} were bridged')
+    return Predictions(
+        name=recording.name, period=recording.period,
+        prediction=dict(zip(PREDICTED, y.T, strict=True)),
+        residual=dict(zip(COMPARED + BALANCES, gap.T, strict=True)),
+        channel_noise=line.balances.channel_noise, balance_noise=line.balances.noise,
+        start=recording.start, sequence=recording.sequence, restarts=line.twin.restarts,
+        warnings=tuple(warnings))
+
+
+def _present(samples: np.ndarray, recording: Recording, mode: str) -> np.ndarray:
+    present = np.ones(len(samples), dtype=bool)
+    for group in _MUST_ARRIVE:
+        known = ~np.isnan(samples[:, [CHANNELS.index(name) for name in group]]).all(axis=1)
+        if not known.any():
+            raise ServoError(f'{recording.name}: none of {list(group)} was recorded; '
+                             f'a twin in {mode} needs them')
+        present &= known
+    if mode != 'closed_loop' and not recording.has('voltage'):
+        raise ServoError(f'{recording.name}: voltage was not recorded; a twin in {mode} runs on it')
+    return present
+
+
+def _stretches(present: np.ndarray) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], present.astype(np.int8), [0]))))
+    return [(at, min(int(end), at + _BLOCK))
+            for begin, end in zip(edges[::2], edges[1::2], strict=True)
+            for at in range(int(begin), int(end), _BLOCK)]
+
+
+def from_sample(recording: Recording, sequence: int) -> Recording:
+    """Return the recording without the samples before a running number."""
+    cut = min(max(0, sequence - recording.sequence), len(recording))
+    if not cut:
+        return recording
+    return replace(recording, columns={n: c[cut:] for n, c in recording.columns.items()},
+                   start=recording.start + cut * recording.period,
+                   sequence=recording.sequence + cut)
+
+
+def differences(live: Predictions, again: Predictions) -> dict[str, int]:
+    """
+    Count the samples of each channel and balance that differ in any bit, where both answer.
+
+    Only samples that the live twin answered count; NaN equals NaN. Raises ServoError when the two
+    share no sample.
+    """
+    first = max(live.sequence, again.sequence)
+    end = min(live.sequence + len(live), again.sequence + len(again))
+    if first >= end:
+        raise ServoError(f'{live.name}: the live twin answered samples {live.sequence} to '
+                         f'{live.sequence + len(live) - 1}, the replay others')
+    sides = [slice(first - p.sequence, end - p.sequence) for p in (live, again)]
+    answered = ~np.isnan(live.prediction['voltage'][sides[0]])
+    found = {}
+    for part in ('prediction', 'residual'):
+        for name, values in getattr(live, part).items():
+            one, other = values[sides[0]], getattr(again, part)[name][sides[1]]
+            same = (one == other) | (np.isnan(one) & np.isnan(other))
+            found[f'{part} {name}'] = int((answered & ~same).sum())
+    return found
