@@ -178,8 +178,9 @@ def test_it_reads_what_the_mcap_library_wrote(tmp_path, options):
                     writer.register_channel(f'/{topic}', 'cdr', schema)
                     continue
                 field = SAMPLE_TOPICS[topic][1][0]
-                writer.add_message(1 + (topic == 'current'), k, message(
-                    types, SAMPLE_TOPICS[topic][0], k, k * 10**6, 1, **{field: np.full(1, float(k))}), k)
+                data = message(types, SAMPLE_TOPICS[topic][0], k, k * 10**6, 1,
+                               **{field: np.full(1, float(k))})
+                writer.add_message(1 + (topic == 'current'), k, data, k)
         writer.finish()
     again = read_recording(tmp_path / 'b.mcap')
     assert np.array_equal(again['motor_position'], np.arange(400.0))

