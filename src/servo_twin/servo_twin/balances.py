@@ -64,6 +64,14 @@ class Balances:
                 pieces.append(self._push(samples[start:end], y[start:end]))
         return np.vstack(pieces)
 
+    def retune(self, servo: Servo, period: float) -> None:
+        """Go on with the values of another servo, keeping what was seen of the channels."""
+        fresh = Balances(servo, period, 2.0 * self.half * period)
+        if fresh._law and self._law:
+            fresh._law.remember(self._law)
+        fresh._tail, fresh._seen = self._tail, self._seen
+        self.__dict__ = fresh.__dict__
+
     def finish(self) -> np.ndarray:
         """Return the answers still owed, which are NaN, and begin anew."""
         owed = min(self._seen, self.half)
@@ -106,12 +114,13 @@ def channel_residuals(samples: np.ndarray, y: np.ndarray) -> np.ndarray:
 @njit(nogil=True, cache=True)
 def _filter(e, pairs, taps, out):
     """Add the filtered rows of `e` to the balances; each answer is summed in the same order."""
-    tile = 2048  # answers at once, so that they stay near the core
+    width, tile = taps.shape[1], 1024  # answers at once, so that they stay near the core
     for start in range(0, out.shape[1], tile):
-        end = min(out.shape[1], start + tile)
+        count = min(out.shape[1] - start, tile)
         for p in range(pairs.shape[0]):
-            balance, channel = pairs[p, 0], pairs[p, 1]
-            for j in range(taps.shape[1]):
-                tap = taps[p, j]
-                for k in range(start, end):
-                    out[balance, k] += tap * e[channel, k + j]
+            answer = out[pairs[p, 0], start:start + count]
+            channel = e[pairs[p, 1], start:start + count + width - 1]
+            for j in range(width):
+                tap, shifted = taps[p, j], channel[j:j + count]
+                for k in range(count):
+                    answer[k] += tap * shifted[k]

@@ -84,6 +84,10 @@ class ControllerLaw:
                   self._ratio, self._period, self._period / FOLLOW, out)
         return out
 
+    def remember(self, other: ControllerLaw) -> None:
+        """Go on from where another law stands."""
+        self._memory[:] = other._memory
+
     def forget(self) -> None:
         """Begin anew at the next sample."""
         self._memory[:] = 0.0

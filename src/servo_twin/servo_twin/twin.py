@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import isfinite, nan
 
 import numpy as np
@@ -23,6 +24,23 @@ _CHUNK = 8192  # samples a call of the kernel: bounds what is run anew when a st
 def prepare(servo: Servo) -> None:
     """Compile all that a twin of this servo calls, so that no sample waits for it later."""
     Twin(servo, servo.step).step(0, np.zeros((1, len(CHANNELS))))
+
+
+def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = None) -> Servo:
+    """
+    Return a servo with values changed that the same kernel runs; ``source`` is their provenance.
+
+    A value that leaves its tolerance has none any more. Raises ServoError.
+    """
+    new = servo.with_values(changes, source)
+    for path in changes:
+        now, then = new.values[path], servo.values[path]
+        if isinstance(then, tuple) and len(now) != len(then):
+            raise ServoError(f'{servo.name}: {path} has {len(then)} numbers, not {len(now)}; '
+                             f'another length is another servo file')
+    tolerance = {path: (low, high) for path, (low, high) in new.tolerance.items()
+                 if low <= new.values[path] <= high}
+    return replace(new, tolerance=tolerance)
 
 
 class Twin:
@@ -119,14 +137,13 @@ class Twin:
         self.breaks = tuple(sorted(set(self._breaks)))
         return y
 
-    def set(self, changes: Mapping[str, Value]) -> None:
-        """Change values by path, from the next sample on. Raises ServoError, changing nothing."""
-        servo = self.servo.with_values(changes)
-        for path, value in servo.values.items():
-            now = self.servo.values[path]
-            if isinstance(now, tuple) and len(value) != len(now):
-                raise ServoError(f'{servo.name}: {path} has {len(now)} numbers, not {len(value)}; '
-                                 f'another length is another servo file')
+    def set(self, changes: Mapping[str, Value], source: str | None = None) -> None:
+        """
+        Change values by path, from the next sample on; ``source`` is their provenance.
+
+        Raises ServoError, changing nothing.
+        """
+        servo = changed(self.servo, changes, source)
         turned = servo.values['mechanism.ratio'] != self.servo.values['mechanism.ratio']
         self._take(servo)
         if turned and self._x is not None:

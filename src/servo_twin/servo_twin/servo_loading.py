@@ -1,0 +1,79 @@
+"""The service that gives a running twin another servo, beside the thread that steps."""
+
+from __future__ import annotations
+
+from threading import Event, Thread
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+from servo_twin_msgs.srv import LoadServo
+
+from . import servo_file
+from .lockstep import warm_up
+from .physics.servo import Servo, ServoError
+
+WITHIN = 10.0  # s, from a servo being compiled to its running
+
+
+class ServoLoading:
+    """
+    Service `twin/load_servo` of a twin node, on a thread and a small node of its own.
+
+    The file is read and compiled here, while the twin goes on stepping; only the exchange is done
+    by the twin's own executor, between two samples.
+    """
+
+    def __init__(self, twin: Node) -> None:
+        self._twin = twin
+        node = rclpy.create_node(f'{twin.get_name()}_loader', namespace=twin.get_namespace(),
+                                 use_global_arguments=False)
+        node.create_service(LoadServo, 'twin/load_servo', self.answer)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        Thread(target=self._spin, daemon=True).start()
+
+    def answer(self, request: LoadServo.Request, response: LoadServo.Response
+               ) -> LoadServo.Response:
+        """Load what is wanted; what is refused says why and changes nothing."""
+        try:
+            servo = wanted(request.path, request.content)
+            warm_up(servo)
+            response.message, before = self._exchange(servo)
+            response.previous = servo_file.dumps(before)
+            response.success = True
+        except ServoError as problem:
+            response.message = str(problem)
+        return response
+
+    def _exchange(self, servo: Servo) -> tuple[str, Servo]:
+        done, outcome = Event(), []
+
+        def on_twins_thread() -> None:
+            try:
+                outcome.append(self._twin.exchange(servo))
+            except ServoError as problem:
+                outcome.append(problem)
+            finally:
+                done.set()
+
+        self._twin.executor.create_task(on_twins_thread)
+        if not done.wait(WITHIN):
+            raise ServoError(f'{servo.name}: the twin did not come to it within {WITHIN:g} s')
+        if isinstance(outcome[0], ServoError):
+            raise outcome[0]
+        return outcome[0]
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except (KeyboardInterrupt, ExternalShutdownException):
+            pass
+
+
+def wanted(path: str, content: str) -> Servo:
+    """Return the servo of a file's path, or of its content. Raises ServoError."""
+    if bool(path) == bool(content):
+        raise ServoError('give either the path of a servo file or its content')
+    return servo_file.load(path) if path else servo_file.loads(content, 'content')
