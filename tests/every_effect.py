@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.controllers import VelocityPi
 from servo_twin.physics.drives import CurrentDrive
+from servo_twin.physics.effect import Effect
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
 from servo_twin.physics.simulate import inputs_of
@@ -46,6 +48,15 @@ def off(names_of_amplitudes: Iterable[Placed] = PLACED) -> dict[str, Value]:
             length = len(LEARNED.get(path, parameter.default)) if parameter.row else 1
             values[path] = (parameter.off,) * length if parameter.row else parameter.off
     return values
+
+
+def parameters(effect: type[Effect], **changes):
+    """Return an effect's parameters as its law gets them: rows as arrays, the rest floats."""
+    values = {}
+    for name, parameter in effect.parameters.items():
+        value = changes.get(name, parameter.default)
+        values[name] = np.asarray(value, dtype=float) if parameter.row else float(value)
+    return namedtuple(effect.name, values)(**values)
 
 
 def inputs(samples: int, **columns) -> np.ndarray:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 import inspect
 import re
 
 import every_effect
+from every_effect import parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
@@ -39,7 +39,8 @@ BASE = ('torque', 'angle', 'time', 'current', 'voltage', 'temperature')
 DIMENSIONS = {
     '': {}, 'N m': {'torque': 1}, 'rad': {'angle': 1}, 'rad2': {'angle': 2}, 'rad3': {'angle': 3},
     's': {'time': 1}, 's2': {'time': 2}, 'A': {'current': 1}, 'V': {'voltage': 1},
-    'Hz': {'time': -1}, 'degC': {'temperature': 1}, 'kg m2': {'torque': 1, 'time': 2, 'angle': -1}, '1': {},
+    'Hz': {'time': -1}, 'degC': {'temperature': 1}, '1': {},
+    'kg m2': {'torque': 1, 'time': 2, 'angle': -1},
 }
 MOTION_UNITS = {
     'angle': 'rad', 'motor_angle': 'rad', 'load_angle': 'rad', 'travel': 'rad', 'speed': 'rad/s',
@@ -74,15 +75,11 @@ def scale(unit: str, factors: dict[str, float]) -> float:
     return total
 
 
-def parameters(effect: type[Effect], factors: dict[str, float] | None = None, **changes):
-    """Return an effect's parameters as its law gets them, rescaled."""
-    factors = factors or dict.fromkeys(BASE, 1.0)
-    values = {}
-    for name, parameter in effect.parameters.items():
-        value = np.asarray(changes.get(name, parameter.default), dtype=float)
-        value = value * scale(parameter.unit, factors)
-        values[name] = value if parameter.row else float(value)
-    return namedtuple(effect.name, values)(**values)
+def rescaled(effect: type[Effect], factors: dict[str, float]):
+    """Return an effect's parameters at their defaults, in other base units."""
+    return parameters(effect, **{
+        name: np.multiply(p.default, scale(p.unit, factors))
+        for name, p in effect.parameters.items()})
 
 
 def motions(effect: type[Effect], seed: int, samples: int = 40) -> list[dict[str, float]]:
@@ -141,7 +138,8 @@ def test_a_parameter_declares_itself_completely(effect):
         assert parameter.meaning.endswith('.'), name
         dimension(parameter.unit)
         held = parameter.default if parameter.row else (parameter.default,)
-        for value in (*held, *parameter.grid, *(() if parameter.off is None else (parameter.off,))):
+        off = () if parameter.off is None else (parameter.off,)
+        for value in (*held, *parameter.grid, *off):
             assert parameter.refuse(value) is None, f'{name} = {value}'
         low, high = parameter.bounds
         assert low < high and np.isfinite([low, high]).all(), name
@@ -162,7 +160,7 @@ def test_a_law_rescales_with_its_declared_units(effect, site, powers, seed):
     rows = motions(effect, seed)
     factor = scale(ANSWER_UNITS.get(effect.port) or SITE_UNITS[site], factors)
     plain = answers(effect.law, effect, parameters(effect), rows, 1e-2, site)
-    scaled = answers(effect.law, effect, parameters(effect, factors), rows, 1e-2, site, factors)
+    scaled = answers(effect.law, effect, rescaled(effect, factors), rows, 1e-2, site, factors)
     assert np.isfinite(plain).all()
     np.testing.assert_allclose(scaled / factor, plain, rtol=1e-9, atol=1e-12 * np.abs(plain).max())
 
