@@ -23,7 +23,8 @@ def delayed(ring, at, back):
 def command_at_drive(P, S, h):
     """Return the command that the current loop works on, V."""
     dead = LATENCY * P.drive_latency + P.withheld_command_delay
-    u = S.command if dead == 0.0 else delayed(S.commands, S.at, float(round(dead / h)))
+    back = round(dead / h) - 1  # the newest entry of the ring is that of the substep before
+    u = S.command if back < 0 else delayed(S.commands, S.at, float(back))
     u += P.withheld_drive_offset
     band = P.withheld_drive_dead_band
     if band > 0.0:

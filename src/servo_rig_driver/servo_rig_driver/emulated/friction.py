@@ -36,9 +36,9 @@ def slide(deflections, shares, reaches, move, budget, reach):
         # the stiffness follows the budget, so that the reach stays what it is
         z = deflections[k] + move
         stiffness = shares[k] * budget / limit
-        if z > limit:
+        if z >= limit:
             z = limit
-        elif z < -limit:
+        elif z <= -limit:
             z = -limit
         else:
             held += stiffness
