@@ -82,14 +82,18 @@ class Listener:
         for kind, name, kept in ((Encoder, 'encoder', self.encoder),
                                  (Torque, 'torque', self.torque),
                                  (Current, 'current', self.current),
-                                 (JointState, 'joint_states', self.joint_states),
-                                 (DiagnosticArray, '/diagnostics', self.diagnoses)):
+                                 (JointState, 'joint_states', self.joint_states)):
             self.node.create_subscription(kind, name, kept.append, deep)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, deep)
         self._command = self.node.create_publisher(Command, 'command', deep)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._thread = Thread(target=self._executor.spin, daemon=True)
         self._thread.start()
+
+    def _diagnosis(self, message: DiagnosticArray) -> None:
+        if message.status[0].hardware_id == f'{self.node.get_namespace()}/driver':
+            self.diagnoses.append(message)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -143,3 +143,30 @@ def test_it_ships_a_file_with_all_its_parameters():
                     if isinstance(entry, dict) else {key: entry})
     expected = {declared.name: declared.default for declared in DECLARED}
     assert flat == {**expected, 'autostart': True}
+
+
+def test_it_settles_which_of_two_drivers_stays_when_both_start_at_once(tmp_path):
+    channel = str(tmp_path / 'rig.can')
+    with CanHub(channel), ScriptedRig(channel) as rig:
+        names = ('left', 'right')
+        ears = [Listener(name) for name in names]
+        drivers = [DriverProcess(name, bus__channel=channel, block_size=10,
+                                 diagnostics_period=0.2) for name in names]
+
+        def streaming() -> list[bool]:
+            counts = [len(each.encoder) for each in ears]
+            wait_for(lambda: any(len(each.encoder) > count + 30
+                                 for each, count in zip(ears, counts, strict=True)), 'samples')
+            return [len(each.encoder) > count for each, count in zip(ears, counts, strict=True)]
+
+        try:
+            wait_for(lambda: rig.status == ENABLED and sum(streaming()) == 1,
+                     'one of them runs the rig')
+            other = streaming().index(False)
+            wait_for(lambda: drivers[other].process.poll() == 1 or any(
+                'another driver is on this bus' in status.message
+                for diagnosis in ears[other].diagnoses for status in diagnosis.status),
+                'the other one says why it stays away')
+        finally:
+            for thing in (*drivers, *ears):
+                thing.close()

@@ -67,6 +67,7 @@ class Driver(LifecycleNode):
         self._modes: list[Mode] = []
         self._topics: list = []
         self._subscription = None
+        self._messages: conversion.SampleMessages | None = None
         self._joint_states: conversion.JointStates | None = None
         self._told_changes = -1
         self._told_at = 0
@@ -89,8 +90,10 @@ class Driver(LifecycleNode):
                 self.finished.set_result(str(error))
             return FAILURE
         self.health.over('bus.configure', self._ros_now())
+        frame = self.get_namespace().strip('/')
+        self._messages = conversion.SampleMessages(frame)
         self._joint_states = conversion.JointStates(of['joint_names'], of['joint_states_rate'],
-                                                    self.get_namespace().strip('/'))
+                                                    frame)
         qos = sample_qos(of['sync_period'], of['block_size'], of['history'])
         self._topics = [self.create_lifecycle_publisher(kind, name, qos) for kind, name in (
             (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
@@ -160,7 +163,7 @@ class Driver(LifecycleNode):
     # Samples and commands.
 
     def _publish(self, block: SampleBlock) -> None:
-        messages = conversion.to_messages(block, self._joint_states.frame)
+        messages = self._messages.fill(block)
         state = self._joint_states.from_block(block)
         try:
             for topic, message in zip(self._topics[:3], messages, strict=True):
@@ -172,8 +175,14 @@ class Driver(LifecycleNode):
                 raise
 
     def _take_command(self, message: Command) -> None:
+        if self._link is None:
+            return
         now = self._link.now()
         self.health.count('command.received')
+        if self._link.state != 'streaming':
+            self.health.event('command.not_taken', 'command dropped: the rig does not run, the '
+                              f'driver is {self._link.state}', now)
+            return
         try:
             if message.mode in Mode.__members__.values() and message.mode not in self._modes:
                 raise Refused(f'the drive does not take mode {Mode(message.mode).name}; it takes '

@@ -114,6 +114,8 @@ class RigFrames:
         self.masters.update({frame.cob_id: frame.name for frame in table.values()
                              if not frame.transmitted})
         self._told: tuple[Any, ...] = ()
+        self._target_of: tuple[Any, ...] = ()
+        self._target = b''
 
     @staticmethod
     def _pick(answers: list[NodeAnswer], node: str, name: str) -> tuple[int, int] | None:
@@ -150,7 +152,10 @@ class RigFrames:
         if point is not None and point.mode is not Mode.OFF:
             mode, reference = DRIVE_MODES[point.mode], point.reference
             external = point.external_torque
-        frames = [self._target(mode, reference)]
+        if self._target_of != (mode, reference):
+            self._target_of = mode, reference
+            self._target = self._packed(self._targets[mode], {TARGETS[mode]: reference})
+        frames = [(self._targets[mode].cob_id, self._target)]
         repeat = number % REPEAT == 0
         if repeat or self._told[:2] != (control, mode):
             frames.append((self._control.cob_id, self._packed(
@@ -167,10 +172,6 @@ class RigFrames:
     def forget(self) -> None:
         """Say everything anew at the next tick, as after a restart of the rig."""
         self._told = ()
-
-    def _target(self, mode: DriveMode, reference: float) -> tuple[int, bytes]:
-        frame = self._targets[mode]
-        return frame.cob_id, self._packed(frame, {TARGETS[mode]: reference})
 
     @staticmethod
     def _packed(frame: Frame, values: dict[str, float]) -> bytes:

@@ -1,0 +1,112 @@
+"""The link between driver and bus without ROS: python-can's virtual bus, a scripted rig."""
+
+from contextlib import contextmanager
+import itertools
+from time import sleep, time_ns
+
+import can
+from driver_bench import wait_for
+import numpy as np
+import pytest
+from scripted_rig import ENABLED, ScriptedRig
+
+from servo_rig_driver.bus import BusSettings, open_bus, Wire
+from servo_rig_driver.cia402 import DriveMaster
+from servo_rig_driver.frames import load_frames
+from servo_rig_driver.rig_frames import RigFrames
+from servo_rig_driver.rig_health import RigHealth
+from servo_rig_driver.rig_link import ForeignDriver, LinkSettings, RigLink
+from servo_rig_driver.rig_watch import RigWatch
+from servo_rig_driver.sampler import Sampler
+from servo_rig_driver.setpoints import Limits, Mode, SetpointPlayer
+
+PERIOD = 2_000_000
+_channels = (f'link{number}' for number in itertools.count())
+
+
+class Linked:
+    """A link, what it is made of, and the blocks it published."""
+
+    def __init__(self, channel: str, late_limit: float = 0.5) -> None:
+        self.health = RigHealth()
+        frames = RigFrames(load_frames())
+        self.player = SetpointPlayer(0.1, Limits(10.0, 5.0, 2.0, -6.3, 6.3, 1000.0))
+        watch = RigWatch(frames, self.health, 0.35)
+        sampler = Sampler(frames, self.player, DriveMaster(pause=0.05), watch, self.health)
+        settings = LinkSettings(PERIOD, 7, late_limit, 0.1, 0.3, 127)
+        self.blocks = []
+        self.link = RigLink(settings, sampler, watch, self.health,
+                            lambda: Wire(open_bus(BusSettings('virtual', channel))),
+                            self.blocks.append, time_ns)
+
+    def sequence(self) -> np.ndarray:
+        return np.concatenate([block.sequence + np.arange(7) for block in self.blocks])
+
+
+@contextmanager
+def linked(**values):
+    channel = next(_channels)
+    with ScriptedRig(channel, 'virtual') as rig:
+        made = Linked(channel, **values)
+        made.link.open()
+        made.link.start()
+        try:
+            wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
+            yield rig, made
+        finally:
+            made.link.close()
+
+
+def test_it_runs_on_the_virtual_bus_and_leaves_the_drive_disabled():
+    with linked() as (rig, made):
+        wait_for(lambda: len(made.blocks) > 20, 'twenty blocks')
+        assert (np.diff(made.sequence()) == 1).all()
+        origin = {block.stamp - block.sequence * PERIOD for block in made.blocks}
+        assert len(origin) == 1
+        made.player.add(made.link.now(), Mode.VOLTAGE, 0.0, [4.0], [], made.link.now())
+        wait_for(lambda: rig.taken[-1][:2] == (-1, 4.0), 'the command is played')
+        assert made.link.stop()
+        assert rig.status != ENABLED
+        assert rig.taken[-1][1] == 0.0
+        assert made.health.troubles == ()
+
+
+def test_it_loses_the_samples_of_lost_answers_alone_and_keeps_blocks_whole():
+    with linked() as (rig, made):
+        wait_for(lambda: len(made.blocks) > 3, 'some blocks')
+        rig.silent = {3}
+        held = rig.count
+        wait_for(lambda: rig.count > held + 3, 'some SYNCs')
+        rig.silent = set()
+        before = len(made.blocks)
+        wait_for(lambda: len(made.blocks) > before + 5, 'blocks again')
+        numbers = made.sequence()
+        gaps = np.flatnonzero(np.diff(numbers) != 1)
+        assert len(gaps) == 1
+        assert made.health.counted('samples.unanswered') >= 4
+        assert {len(block.columns['torque']) for block in made.blocks} == {7}
+        for block in made.blocks:  # each sample of one instant: both read n thousandths
+            np.testing.assert_allclose(block.columns['load_position'], block.columns['torque'],
+                                       atol=1e-5)
+
+
+def test_it_leaves_samples_out_rather_than_asking_too_late():
+    with linked(late_limit=0.02) as (_, made):
+        wait_for(lambda: made.blocks, 'a block')
+        made.link.sampler.blocks.out = lambda block: sleep(0.1)
+        wait_for(lambda: made.health.counted('samples.not_asked') > 20, 'samples are left out')
+        assert any('samples were not taken' in trouble.text for trouble in made.health.troubles)
+
+
+def test_it_refuses_a_bus_on_which_a_driver_speaks():
+    with linked() as (_, made):
+        second = Linked(made.link._wire.bus.channel_id)
+        with pytest.raises(ForeignDriver, match='another driver is on this bus'):
+            second.link.open()
+
+
+def test_it_says_that_there_is_no_bus():
+    made = Linked('nowhere')
+    made.link._open_wire = lambda: Wire(open_bus(BusSettings('unix_bus', '/tmp/no.can'), 0.05))
+    with pytest.raises(can.CanError, match='no CAN hub answers at /tmp/no.can'):
+        made.link.open()
