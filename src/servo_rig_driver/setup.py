@@ -39,6 +39,7 @@ setup(
             'recorder = servo_rig_driver.recorder:main',
             'emulated_rig = servo_rig_driver.emulated_rig:main',
             'can_hub = servo_rig_driver.can_hub:main',
+            'player = servo_rig_driver.player:main',
         ],
         'can.interface': [
             'unix_bus = servo_rig_driver.unix_bus:UnixBus',

@@ -11,6 +11,7 @@ from .physics.servo import Servo, ServoError
 from .recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .samples import CHANNELS, samples_of
 
+_AS_DECLARED = Settings()
 _BLOCK = 1 << 16  # samples a step: bounds the memory that a long recording takes
 _MUST_ARRIVE = (('motor_position', 'load_position'),
                 ('current', 'voltage', 'current_reference', 'reference_velocity',
@@ -18,7 +19,7 @@ _MUST_ARRIVE = (('motor_position', 'load_position'),
 """Columns that travel together; a sample that lacks all of a group was lost on its way."""
 
 
-def answer(recording: Recording, servo: Servo, settings: Settings = Settings()) -> Predictions:
+def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED) -> Predictions:
     """
     Return what a twin answers to a recording.
 
@@ -61,7 +62,8 @@ def _present(samples: np.ndarray, recording: Recording, mode: str) -> np.ndarray
                              f'a twin in {mode} needs them')
         present &= known
     if mode != 'closed_loop' and not recording.has('voltage'):
-        raise ServoError(f'{recording.name}: voltage was not recorded; a twin in {mode} runs on it')
+        raise ServoError(f'{recording.name}: voltage was not recorded; a twin in {mode} '
+                         f'runs on it')
     return present
 
 

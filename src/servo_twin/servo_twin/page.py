@@ -13,7 +13,7 @@ import numpy as np
 from .charts import line_chart
 from .fits import Fit, fit_of, speed_of
 from .physics.servo import Servo
-from .recording import BALANCES, COLUMNS, COMPARED, Predictions, Recording
+from .recording import BALANCES, COMPARED, Predictions, Recording
 
 CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
          ('mesh', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))

@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='the way of running (default %(default)s)')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
     parser.add_argument('--stretch', type=int,
-                        help='which part of a bag whose driver was restarted; left out: the longest')
+                        help='which part of a bag whose driver was restarted; left out: the '
+                             'longest')
     parser.add_argument('--compare', action='store_true',
                         help='compare with the predictions in the bag, bit by bit')
     parser.add_argument('--graph', action='store_true',

@@ -1,0 +1,104 @@
+"""Processes that belong together: started in order, watched, and all ended whatever happens."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import signal
+import subprocess
+from time import monotonic, sleep
+
+_PATIENCE = 5.0  # s that a process gets after each signal
+_LAST_LINES = 12
+
+
+class ProcessError(RuntimeError):
+    """A process that ended, or did not get ready, when it had to run."""
+
+
+@dataclass
+class _Child:
+    name: str
+    process: subprocess.Popen
+    log: Path
+    may_end: bool
+
+
+class Processes:
+    """
+    A context of child processes; their output goes to ``folder``/NAME.log.
+
+    Each is a session of its own, so that Ctrl-C in the terminal reaches only the parent, which
+    then ends the children in the reverse order of their start.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._children: dict[str, _Child] = {}
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def start(self, name: str, command: list[str], may_end: bool = False) -> None:
+        """Start a process; ``may_end`` says that its end is no failure while its status is 0."""
+        log = self.folder / f'{name}.log'
+        with log.open('wb') as output:
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output,
+                                       stderr=subprocess.STDOUT, start_new_session=True,
+                                       env=os.environ | {'PYTHONUNBUFFERED': '1'})
+        self._children[name] = _Child(name, process, log, may_end)
+
+    def check(self) -> None:
+        """Raise ProcessError, with its last lines, for a process that should run and does not."""
+        for child in self._children.values():
+            status = child.process.poll()
+            if status is not None and not (child.may_end and status == 0):
+                raise ProcessError(f'{child.name} ended with status {status}:\n'
+                                   f'{self.tail(child.name)}\n  (all of it: {child.log})')
+
+    def running(self, name: str) -> bool:
+        """Whether a process runs."""
+        return self._children[name].process.poll() is None
+
+    def said(self, name: str) -> str:
+        """Return what a process has printed."""
+        return self._children[name].log.read_text('utf8', errors='replace')
+
+    def tail(self, name: str) -> str:
+        """Return the last lines of what a process has printed."""
+        lines = self.said(name).strip().splitlines()[-_LAST_LINES:]
+        return '\n'.join(f'  {line}' for line in lines) or '  (it said nothing)'
+
+    def pids(self) -> dict[str, int]:
+        """Return the process ids of those that run."""
+        return {name: child.process.pid for name, child in self._children.items()
+                if child.process.poll() is None}
+
+    def stop(self, name: str) -> None:
+        """End one process: it is asked twice, then killed."""
+        child = self._children[name]
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            if child.process.poll() is not None:
+                return
+            child.process.send_signal(number)
+            try:
+                child.process.wait(_PATIENCE)
+            except subprocess.TimeoutExpired:
+                continue
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for name in reversed(self._children):
+            self.stop(name)
+
+
+def wait_until(condition, what: str, patience: float, processes: Processes | None = None) -> None:
+    """Wait for a condition; raises ProcessError past ``patience`` s or when a process ends."""
+    until = monotonic() + patience
+    while not condition():
+        if processes is not None:
+            processes.check()
+        if monotonic() > until:
+            raise ProcessError(f'{what}: not within {patience:g} s')
+        sleep(0.02)

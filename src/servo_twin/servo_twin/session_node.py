@@ -1,0 +1,81 @@
+"""The node with which `servo-twin run` brings rig, twin and recorder up and watches them."""
+
+from __future__ import annotations
+
+from threading import Event, Thread
+
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+CONFIGURE = Transition.TRANSITION_CONFIGURE
+ACTIVATE = Transition.TRANSITION_ACTIVATE
+DEACTIVATE = Transition.TRANSITION_DEACTIVATE
+
+
+class Session(Node):
+    """
+    A context: spins in a thread of its own.
+
+    ``facts`` maps `driver`, `twin` and `recorder` of the namespace to what they last said on
+    /diagnostics, ``sentences`` to their message, ``levels`` to its severity (0 is well).
+    """
+
+    def __init__(self, namespace: str) -> None:
+        rclpy.init()
+        super().__init__('session', namespace=namespace)
+        self.facts: dict[str, dict[str, str]] = {}
+        self.sentences: dict[str, str] = {}
+        self.levels: dict[str, int] = {}
+        self._prefix = '/'.join(p for p in (namespace.strip('/'),) if p)
+        self._clients_of: dict[str, object] = {}
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        self._thread = Thread(target=self._spin, daemon=True)
+
+    def __enter__(self) -> Session:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown()
+        rclpy.try_shutdown()
+        self._thread.join(2.0)
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except (KeyboardInterrupt, ExternalShutdownException):
+            return
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            owner, _, _ = status.name.partition(':')
+            prefix, _, name = owner.strip().lstrip('/').rpartition('/')
+            if prefix != self._prefix:
+                continue
+            facts = self.facts.setdefault(name, {})
+            facts.update({value.key: value.value for value in status.values})
+            self.sentences[name] = status.message
+            self.levels[name] = int.from_bytes(status.level, 'little')
+
+    def change(self, node: str, transition: int, patience: float = 30.0) -> bool:
+        """Ask a node of the namespace for a lifecycle transition; return whether it was made."""
+        client = self._clients_of.get(node)
+        if client is None:
+            client = self.create_client(ChangeState, f'{node}/change_state')
+            self._clients_of[node] = client
+        if not client.wait_for_service(patience):
+            return False
+        answered = Event()
+        future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
+        future.add_done_callback(lambda _: answered.set())
+        return answered.wait(patience) and future.result().success
+
+    def linked(self, topic: str, readers: int) -> bool:
+        """Whether a topic of the namespace has a writer and at least so many readers."""
+        return self.count_publishers(topic) > 0 and self.count_subscribers(topic) >= readers
