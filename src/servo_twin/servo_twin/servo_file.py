@@ -8,19 +8,42 @@ unit that is given must be the declared one, so that a file with other units is 
 from __future__ import annotations
 
 from dataclasses import replace
+from keyword import iskeyword
 from pathlib import Path
 
 import yaml
 
 from .physics.catalogue import find, names
 from .physics.servo import (
-    CONTROLLERS, DRIVES, MECHANISMS, SENSORS, Placed, Provenance, Servo, ServoError, Value,
+    CONTROLLERS,
+    DRIVES,
+    MECHANISMS,
+    Placed,
+    Provenance,
+    SENSORS,
+    Servo,
+    ServoError,
+    Value,
 )
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'effects', 'tolerance')
 _TYPED = {'drive': DRIVES, 'mechanism': MECHANISMS, 'controller': CONTROLLERS}
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML whose mappings hold each name once, where YAML itself keeps the last."""
+
+    def construct_mapping(self, node, deep=False):
+        taken = set()
+        for key, _ in node.value:
+            name = key.value if isinstance(key, yaml.ScalarNode) else None
+            if name in taken:
+                raise ServoError(f'{name!r} is there twice (line {key.start_mark.line + 1})')
+            if name is not None:
+                taken.add(name)
+        return super().construct_mapping(node, deep)
 
 
 def load(path: str | Path) -> Servo:
@@ -35,11 +58,9 @@ def load(path: str | Path) -> Servo:
 def loads(text: str, origin: str = 'servo file') -> Servo:
     """Read a servo from YAML text; ``origin`` is named in errors. Raises ServoError."""
     try:
-        tree = yaml.safe_load(text)
+        return _servo(_mapping(yaml.load(text, _Loader), 'the file'))
     except yaml.YAMLError as problem:
         raise ServoError(f'{origin}: not YAML: {problem}') from None
-    try:
-        return _servo(_mapping(tree, 'the file'))
     except ServoError as problem:
         raise ServoError(f'{origin}: {problem}') from None
 
@@ -81,8 +102,8 @@ def save(servo: Servo, path: str | Path) -> None:
 
 
 def _inline(thing) -> str:
-    return yaml.safe_dump(thing, default_flow_style=True, width=10**6, sort_keys=False).strip().removesuffix(
-        '...').strip()
+    text = yaml.safe_dump(thing, default_flow_style=True, width=10**6, sort_keys=False)
+    return text.strip().removesuffix('...').strip()
 
 
 def _value(servo: Servo, path: str, units: dict[str, str]) -> str:
@@ -152,7 +173,7 @@ def _servo(tree: dict) -> Servo:
         take(f'sensors.{name}', _mapping(body, f'sensors.{name}'), sensors[-1].parameters)
     effects = []
     for name, body in _mapping(tree.get('effects'), 'effects').items():
-        if not str(name).isidentifier():
+        if not str(name).isidentifier() or iskeyword(str(name)):
             raise ServoError(f'effects: {name!r} is not a name (letters, digits, underscore)')
         body = dict(_mapping(body, f'effects.{name}'))
         effect = find(_choice(body.pop('effect', name), names(), f'effects.{name}.effect'))
@@ -182,9 +203,13 @@ def _provenance(servo: Servo, details: dict[str, dict]) -> dict[str, Provenance]
         unit, right = detail.get('unit'), servo.unit(path)
         if unit is not None and unit != right:
             raise ServoError(f'{path}: the unit is {unit!r}, it must be {right!r}')
-        std = detail.get('std')
+        std, bags = detail.get('std'), detail.get('bags', [])
+        if not (std is None or isinstance(std, (int, float)) and std >= 0.0):
+            raise ServoError(f'{path}: std = {std!r} is not a number of zero or more')
+        if not isinstance(bags, list):
+            raise ServoError(f'{path}: bags = {bags!r} is not a list of names')
         said = Provenance(str(detail.get('source', '')), None if std is None else float(std),
-                          tuple(str(b) for b in detail.get('bags', ())))
+                          tuple(str(b) for b in bags))
         if said != Provenance():
             provenance[path] = said
     return provenance
