@@ -182,7 +182,7 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
     members: dict[tuple[str, str], list[str]] = {key: [] for key in FOLDS}
     for index, placed in enumerate(servo.effects):
         effect = placed.effect
-        texts.append(f'Values{index} = namedtuple('Values{index}', {list(effect.parameters)})')
+        texts.append(f"Values{index} = namedtuple('Values{index}', {list(effect.parameters)})")
         texts.append(f'law{index} = compiled(catalogue.find({effect.name!r}).law)')
         values = _values(f'effects.{placed.name}', effect.parameters, slots, servo)
         memories = f'x[{memory}:{memory + effect.memory}]' if effect.memory else '()'
