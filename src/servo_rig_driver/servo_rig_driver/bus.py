@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-import time
 
 import can
 
@@ -99,14 +98,3 @@ class Wire:
                 or message.is_error_frame:
             return []
         return [(message.arbitration_id, bytes(message.data))]
-
-    def drain(self) -> int:
-        """Throw away what has already come and return how many frames that was."""
-        thrown = 0
-        deadline = time.monotonic() + 0.5
-        while time.monotonic() < deadline:
-            frames = self.recv(0.0)
-            if not frames:
-                break
-            thrown += len(frames)
-        return thrown
