@@ -15,7 +15,7 @@ transmission    :math:`\theta_m/N - \theta_l - T/K`; without torque sensor
 load            :math:`T - J_l\dot\omega_l`
 controller      command minus the control law on what the rig measured (:mod:`.controller_law`)
 sensor          :math:`\omega_m/N - \omega_l - \dot T/K`, the last term with a torque sensor
-torque_balance  :math:`N K_m i - N^2 J_m\dot\omega_m - J_l\dot\omega_l`; without torque sensor
+torque_balance  :math:`N K_m i - N J_m\dot\omega_m - J_l\dot\omega_l`; without torque sensor
 =============== ==================================================================================
 
 Where the current is not measured, motor and torque balance take what the drive makes of the
@@ -91,7 +91,7 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
             shaft('load', 0.0 * speed_up, -load * speed_up)
     elif parts & {'motor_position', 'load_position'}:
         current('torque_balance', ratio * constant)
-        shaft('torque_balance', -ratio**2 * rotor * speed_up, -load * speed_up)
+        shaft('torque_balance', -ratio * rotor * speed_up, -load * speed_up)
     if both:
         named['transmission'][MOTOR] = here / ratio
         named['transmission'][LOAD] = -here

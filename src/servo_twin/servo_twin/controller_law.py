@@ -27,8 +27,9 @@ from {kernel} import control_law, controller_of
 
 @njit(nogil=True, cache=True)
 def run(theta, samples, s, columns, by_position, integral, ratio, period, follow, out):
-    """Fill `out` with command minus law; `s` is the law's memory, advanced in place."""
+    """Fill `out` with command minus law; `s` is the law's memory and a count."""
     p = controller_of(theta)
+    memory = s[:-1]
     voltage, motor, load, position, velocity = columns
     for k in range(samples.shape[0]):
         r, w = samples[k, position], samples[k, velocity]
@@ -36,17 +37,15 @@ def run(theta, samples, s, columns, by_position, integral, ratio, period, follow
             w = 0.0
         if not by_position and not isfinite(r):
             r = 0.0
-        before = s[0]
-        said = control_law(p, s, r, w, samples[k, motor], samples[k, load], ratio, period)
+        said = control_law(p, memory, r, w, samples[k, motor], samples[k, load], ratio, period)
         off = samples[k, voltage] - said
         if not isfinite(off):
             s[:] = 0.0
         elif integral >= 0:
-            if before == 0.0:
-                s[integral] += off
+            s[-1] += 1.0
+            s[integral] += max(follow, 1.0 / s[-1]) * off
+            if s[-1] == 1.0:
                 off = 0.0
-            else:
-                s[integral] += follow * off
         out[k] = off
 '''
 
@@ -56,8 +55,8 @@ class ControllerLaw:
     The control law of a servo, run over blocks of samples.
 
     The integral of the rig's controller at the first sample is not known: it is taken such that
-    the law agrees there, and it follows the rig's command within FOLLOW seconds, so that rounding
-    cannot pile up. Raises ValueError for a servo without a controller.
+    the law agrees in the mean of what was seen, of the last FOLLOW seconds when that is longer;
+    so rounding cannot pile up either. Raises ValueError for a servo without a controller.
     """
 
     def __init__(self, servo: Servo, period: float) -> None:
@@ -71,7 +70,7 @@ class ControllerLaw:
         self._by_position = reference == 'reference_position'
         integrates = getattr(control_values(servo), 'ki', 0.0) > 0.0
         self._integral = CONTROLLER_SIZE - 1 if integrates else -1
-        self._memory = np.zeros(CONTROLLER_SIZE)
+        self._memory = np.zeros(CONTROLLER_SIZE + 1)
 
     def step(self, samples: np.ndarray) -> np.ndarray:
         """
