@@ -25,7 +25,8 @@ class ScriptedRig:
     Answers SYNC until close().
 
     ``taken`` keeps what the drive was told: (mode, target of that mode, controlword) at each SYNC.
-    ``silent`` holds nodes that say nothing, ``stubborn`` refuses fault resets.
+    ``silent`` holds nodes that say nothing, ``stubborn`` refuses fault resets, ``written`` keeps
+    what was written by SDO, by node and index.
     """
 
     def __init__(self, channel: str, interface: str = 'unix_bus') -> None:
@@ -33,6 +34,7 @@ class ScriptedRig:
         self.wire = Wire(open_bus(BusSettings(interface, channel)))
         self.taken: list[tuple[int, float, int]] = []
         self.external: list[float] = []
+        self.written: dict[tuple[int, int], int] = {}
         self.silent: set[int] = set()
         self.stubborn = False
         self.status = DISABLED
@@ -87,6 +89,12 @@ class ScriptedRig:
     def _take(self, identifier: int, data: bytes) -> None:
         if identifier == NMT_ID:
             self._running = data[0] == 0x01
+        elif identifier - 0x600 in NODES:
+            node = identifier - 0x600
+            self.written[node, int.from_bytes(data[1:3], 'little')] = int.from_bytes(
+                data[4:8], 'little')
+            if node not in self.silent:
+                self.send([(0x580 + node, b'\x60' + data[1:4] + bytes(4))])
         elif identifier == SYNC_ID and self._running:
             self._answer(data[0])
         elif identifier in self.table.by_id:

@@ -60,6 +60,8 @@ def linked(**values):
 def test_it_runs_on_the_virtual_bus_and_leaves_the_drive_disabled():
     with linked() as (rig, made):
         wait_for(lambda: len(made.blocks) > 20, 'twenty blocks')
+        assert {rig.written[node, 0x1006] for node in (1, 2, 3)} == {PERIOD // 1000}
+        assert {rig.written[node, 0x1017] for node in (1, 2, 3)} == {88}
         assert (np.diff(made.sequence()) == 1).all()
         origin = {block.stamp - block.sequence * PERIOD for block in made.blocks}
         assert len(origin) == 1

@@ -144,6 +144,10 @@ def contradiction(of: dict[str, Any]) -> str:
                 f"limit.position_upper = {of['limit.position_upper']} rad")
     if len(of['joint_names']) != 2:
         return f"joint_names = {list(of['joint_names'])}; it holds two names, motor and load"
+    micros = of['sync_period'] * 1e6
+    if abs(micros - round(micros)) > 1e-6:
+        return (f"sync_period = {of['sync_period']} s; the nodes count it in microseconds (object "
+                '1006h), so give a multiple of 1e-06 s')
     nodes = [of[f'nodes.{who}'] for who in (*NODE_IDS, 'driver')]
     if len(set(nodes)) != len(nodes):
         return f'nodes.drive, .load_encoder, .torque_sensor, .driver = {nodes}; all must differ'

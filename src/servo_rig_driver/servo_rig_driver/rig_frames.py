@@ -13,6 +13,7 @@ from typing import Any
 from .dictionary import DriveMode
 from .frames import Frame, FrameError, FrameTable, NMT_ID, sync_frame, SYNC_ID
 from .samples import COLUMNS
+from .sdo import write_request
 from .setpoints import Mode, Setpoint
 
 REPEAT = 10
@@ -95,6 +96,7 @@ class RigFrames:
                 sending.append(answer)
                 self.answers.update({frame.cob_id: (answer, frame) for frame in frames})
         self.kinds = len(sending)
+        self._counted = any(answer.counter_at is not None for answer in sending)
         self._picks = [self._pick(sending, *SOURCES[name]) if name in SOURCES else None
                        for name in COLUMNS]
         status = self._pick(sending, 'drive', 'statusword')
@@ -135,6 +137,15 @@ class RigFrames:
         return [Mode.OFF] + [mode for mode, drive in DRIVE_MODES.items()
                              if self._targets[drive] is not None]
 
+    def writing(self, index: int, value: int) -> list[tuple[int, bytes]]:
+        """Return the SDO requests that write an object on every node that lets it be written."""
+        requests = []
+        for node, name in self.nodes.items():
+            od = self.table.dictionaries.nodes[name]
+            if index in od and od[index].writable:
+                requests.append(write_request(node, index, value, len(od[index]) // 8))
+        return requests
+
     def statusword(self, answer: NodeAnswer, values: list[float]) -> int | None:
         """Return the statusword in an answer, None in that of another node."""
         kind, place = self._status
@@ -166,7 +177,7 @@ class RigFrames:
             frames.append((self._brake.cob_id, self._packed(
                 self._brake, {'target_external_torque': external})))
         self._told = control, mode, external
-        frames.append(sync_frame(number))
+        frames.append(sync_frame(number) if self._counted else (SYNC_ID, b''))
         return frames
 
     def forget(self) -> None:

@@ -7,7 +7,8 @@ The thread between the driver and the bus: brings the rig up, paces SYNC, takes 
        +---- the bus is gone ---+----------+
 
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the nodes
-are stopped and started, so that no answer of an earlier SYNC is under way when ``stream`` begins.
+are stopped, told period and heartbeat, and started, so that no answer of an earlier SYNC is under
+way when ``stream`` begins.
 SYNC k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one packet
 with what the drive shall hold from then on.
 """
@@ -31,6 +32,7 @@ from .rig_health import Heartbeats, RigHealth
 from .rig_watch import RigWatch
 from .sampler import Frames, Sampler
 from .samples import BlockBuilder, SampleBlock
+from .sdo import REQUEST_ID
 
 SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
@@ -40,6 +42,7 @@ FOREIGN_SILENCE = SECOND
 WINDING_DOWN_MAY_TAKE = SECOND // 2
 UNANSWERED_AT_MOST = 2 * SECOND
 NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
+CYCLE_PERIOD, HEARTBEAT_TIME = 0x1006, 0x1017  # in us and in ms, CiA 301
 
 log = logging.getLogger(__name__)
 
@@ -190,17 +193,38 @@ class RigLink:
     def _waking(self) -> Callable:
         self.state = 'waiting for the rig'
         self.watch.beats.expect(self.now())
+        for index, value in ((CYCLE_PERIOD, self.settings.period // 1000),
+                             (HEARTBEAT_TIME, round(self.watch.beats.timeout * 1e3 / 4))):
+            while not self._stored_by_all(index, value):
+                leave = self._waited()
+                if leave is not None:
+                    return leave
         for command, state in ((NMT_PRE_OPERATIONAL, Heartbeats.PRE_OPERATIONAL),
                                (NMT_START, Heartbeats.OPERATIONAL)):
             while not self._told_all(command, state):
-                self.watch.silent(self.now())
-                if not self._active:
-                    return self._idling
-                if self.watch.foreign:
-                    return self._yielding
+                leave = self._waited()
+                if leave is not None:
+                    return leave
             self.sampler.restart()
         self.watch.welcome(self.now())
         return self._streaming
+
+    def _waited(self) -> Callable | None:
+        self.watch.silent(self.now())
+        if not self._active:
+            return self._idling
+        return self._yielding if self.watch.foreign else None
+
+    def _stored_by_all(self, index: int, value: int) -> bool:
+        requests = self.sampler.frames.writing(index, value)
+        wanted = {(request[0] - REQUEST_ID, index) for request in requests}
+        self.watch.stored.clear()
+        self._wire.send([(NMT_ID, bytes([NMT_PRE_OPERATIONAL, node]))
+                         for node in self.watch.beats.nodes] + requests)
+        deadline = self.now() + int(self.settings.retry_period * SECOND)
+        while not wanted <= self.watch.stored and self.now() < deadline and self._active:
+            self._receive(0.01)
+        return wanted <= self.watch.stored
 
     def _told_all(self, command: int, state: int) -> bool:
         beats = self.watch.beats

@@ -10,6 +10,7 @@ from .cia402 import DriveMaster, DriveState
 from .frames import HEARTBEAT_ID
 from .rig_frames import RigFrames
 from .rig_health import Heartbeats, Level, RigHealth
+from .sdo import RESPONSE_ID, write_response
 
 EMERGENCY_ID = 0x80
 ENABLING_MAY_TAKE = 1_000_000_000
@@ -20,7 +21,8 @@ class RigWatch:
     Keeps the health of the nodes, of the drive and of the bus.
 
     ``foreign`` says in words which frame of another driver came last, '' when none did since
-    forgive(); ``restarted`` names a node that booted since welcome().
+    it was set to ''; ``restarted`` names a node that booted since welcome(); ``stored`` holds
+    (node, index) of objects that a node has taken, or refused, to store.
     """
 
     def __init__(self, frames: RigFrames, health: RigHealth, timeout: float) -> None:
@@ -29,6 +31,7 @@ class RigWatch:
         self.foreign = ''
         self.foreign_at = 0
         self.restarted = ''
+        self.stored: set[tuple[int, int]] = set()
         self._masters = frames.masters
         self._nodes = frames.nodes
         self._drive_was: DriveState | None = None
@@ -49,12 +52,24 @@ class RigWatch:
                 self.restarted = self.name(node)
                 self.health.count(f'nodes.{self._nodes[node]}_boots')
             self.beats.beat(node, data[0], now)
+        elif function == RESPONSE_ID:
+            self._response(node, data, now)
         elif function == EMERGENCY_ID and len(data) == 8:
             self._emergency(node, data, now)
         elif function in (HEARTBEAT_ID, EMERGENCY_ID):
             self.health.event('nodes.wrong_length', f'{self.name(node)} sent 0x{identifier:03X} '
                               f'with {len(data)} bytes, expected '
                               f'{1 if function == HEARTBEAT_ID else 8}; left out', now)
+
+    def _response(self, node: int, data: bytes, now: int) -> None:
+        response = write_response(data)
+        if response is None:
+            return
+        index, abort = response
+        self.stored.add((node, index))
+        if abort is not None:
+            self.health.event('nodes.refusal', f'{self.name(node)} refuses object {index:04X}h, '
+                              f'abort code 0x{abort:08X}; it keeps its own value', now)
 
     def name(self, node: int) -> str:
         """Return a node in words."""
