@@ -106,6 +106,22 @@ def test_a_command_takes_effect_at_the_next_sync(master, mode, frame, value, cha
     assert answers['current_reference'] == pytest.approx(0.49 * expected, abs=1e-6)
 
 
+def test_torque_mode_takes_its_target_in_thousandths_of_the_rated_torque(master):
+    master.enable(10)
+    master.send((0x601, bytes([0x2B, 0x71, 0x60, 0]) + (100).to_bytes(4, 'little')))
+    answers = master.sync()['drive.tpdo3']
+    # 0.1 * 2.39 N m / 0.4878 N m/A
+    assert answers['current_reference'] == pytest.approx(0.48995, abs=1e-5)
+
+
+def test_a_voltage_drive_refuses_modes_that_need_a_current_loop():
+    master = Master(load_rig(RIG.parent / 'geared_dc.yaml'))
+    master.enable(-1)
+    for mode in (-2, 10, 3):
+        master.command('drive.rpdo1', 0x0F, mode)
+        assert master.sync()['drive.tpdo2']['modes_of_operation_display'] == -1
+
+
 def test_velocity_and_position_are_followed(master):
     master.enable(9)
     for _ in range(800):
@@ -245,3 +261,17 @@ def test_the_data_over_the_bus_is_that_of_the_bench_without_one():
                answers['drive.tpdo3']['applied_voltage'])
         assert row == tuple(columns[name][k] for name in (
             'motor_position', 'load_position', 'torque', 'current', 'voltage'))
+
+
+def test_a_sync_at_another_rate_than_told_is_said_once(master, caplog):
+    for _ in range(3500):
+        master.now += 0.001  # with the one of sync(), twice the period
+        master.sync()
+    assert caplog.text.count('SYNC comes every 2 ms but object 1006h says 1 ms') == 1
+
+
+def test_the_period_of_1006h_is_the_time_that_a_sync_takes(master):
+    master.send((0x601, bytes([0x23, 0x06, 0x10, 0]) + (250).to_bytes(4, 'little')))
+    for _ in range(400):
+        master.sync()
+    assert master.bench.time == pytest.approx(0.1)

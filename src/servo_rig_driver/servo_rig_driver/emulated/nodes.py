@@ -10,15 +10,15 @@ from collections.abc import Callable
 import logging
 from struct import Struct
 
-from canopen import LocalNode, Network
-
 from ..dictionary import DriveMode
-from ..frames import Frame, FrameError, FrameTable, HEARTBEAT_ID, NMT_ID, SYNC_ID
+from ..frames import Field, Frame, FrameError, FrameTable, HEARTBEAT_ID, NMT_ID, SYNC_ID
 from . import sampling
 from .bench import Bench
 from .drive_states import DriveStates, QUICK_STOP
+from .objects import HEARTBEAT_TIME, Objects, Send, WATCHDOG
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
+PACE = 1000  # SYNCs after which their rate is judged
 SYNC_LOST = 0.1  # s after which an enabled drive without SYNC fails
 AT_REST = 0.05  # rad/s at the motor, where a quick stop ends
 LENGTH_ERROR, NO_RPDO, NO_SYNC = 0x8210, 0x8250, 0x8700
@@ -31,7 +31,8 @@ _MODES = {DriveMode.VOLTAGE: sampling.VOLTAGE_MODE, DriveMode.CURRENT: sampling.
 _TARGETS = {DriveMode.VOLTAGE: 'command_voltage', DriveMode.CURRENT: 'target_current',
             DriveMode.VELOCITY: 'target_velocity', DriveMode.POSITION: 'target_position'}
 
-_SETTINGS = (0x1017, 0x2010)  # producer heartbeat time, set-point watchdog
+_WRITTEN_TARGETS = {0x2000: 'command_voltage', 0x2002: 'target_current',
+                    0x60FF: 'target_velocity', 0x607A: 'target_position'}
 
 log = logging.getLogger('emulated_rig')
 
@@ -45,7 +46,7 @@ class RigNodes:
     """
 
     def __init__(self, bench: Bench, frames: FrameTable,
-                 send: Callable[[list[tuple[int, bytes]]], None]) -> None:
+                 send: Send) -> None:
         self.bench = bench
         self.frames = frames
         self.drive = DriveStates()
@@ -54,25 +55,19 @@ class RigNodes:
         self._send = send
         self._states = dict.fromkeys(frames.ids, PRE_OPERATIONAL)
         self._next_beat = dict.fromkeys(frames.ids, 0.0)
-        self._network = Network()
-        self._network.send_message = lambda can_id, data, remote=False: send([(can_id,
-                                                                               bytes(data))])
-        self._local = {name: self._node(name) for name in frames.ids}
-        self._settings = {(name, index): node.object_dictionary[index].default
-                          * node.object_dictionary[index].factor
-                          for name, node in self._local.items() for index in _SETTINGS
-                          if index in node.object_dictionary}
+        self._objects = Objects(frames, send, self._read, self._written)
         self._received = {frame.cob_id: (frame, self._taker(frame))
                           for frame in frames.values() if not frame.transmitted}
         self._tpdos = {name: [frame for frame in frames.values() if frame.transmitted
                               and frame.name.startswith(name + '.')] for name in frames.ids}
-        self._by_sdo_id = {0x600 + number for number in frames.ids.values()}
         self.mode = DriveMode.NONE
         self._targets: dict[str, float] = {}
         self._pending: dict[str, float] = {}
         self._external = self._pending_external = 0.0
         self._silent = self._silent_load = 0
         self._last_sync: float | None = None
+        self._paced_since = 0.0
+        self._warned = False
         self._values: dict[str, dict[str, float]] = {name: {} for name in frames.ids}
 
     def boot(self) -> None:
@@ -94,15 +89,16 @@ class RigNodes:
                 self._emergency(LENGTH_ERROR)
         elif identifier == NMT_ID:
             self._manage(data)
-        elif identifier in self._by_sdo_id:
-            self._network.notify(identifier, bytearray(data), now)
+        else:
+            self._objects.take(identifier, data, now)
 
     def tick(self, now: float) -> None:
         """Send the heartbeats that are due and see whether SYNC has stopped."""
-        for name, node in self._local.items():
-            if now >= self._next_beat[name] and self._settings[name, 0x1017]:
-                self._next_beat[name] = now + self._settings[name, 0x1017]
-                self._send([(HEARTBEAT_ID + node.id, bytes([self._states[name]]))])
+        for name, number in self.frames.ids.items():
+            every = self._objects.setting(name, HEARTBEAT_TIME)
+            if every and now >= self._next_beat[name]:
+                self._next_beat[name] = now + every
+                self._send([(HEARTBEAT_ID + number, bytes([self._states[name]]))])
         if self._last_sync is not None and now - self._last_sync > SYNC_LOST:
             if self.drive.enabled or self.drive.state is QUICK_STOP:
                 self._fail(NO_SYNC)
@@ -117,6 +113,7 @@ class RigNodes:
             return
         self._last_sync = now
         self.syncs += 1
+        self._pace(now)
         self._watch()
         self._targets.update(self._pending)
         self._pending.clear()
@@ -137,6 +134,16 @@ class RigNodes:
             self._send(answers)
         self.bench.advance()
 
+    def _pace(self, now: float) -> None:
+        if self.syncs % PACE == 1:
+            measured = (now - self._paced_since) / PACE
+            told = self.bench.period
+            if self.syncs > PACE and not 0.8 < measured / told < 1.25 and not self._warned:
+                self._warned = True
+                log.warning('SYNC comes every %.3g ms but object 1006h says %.3g ms: the '
+                            'rig lives by the latter', 1e3 * measured, 1e3 * told)
+            self._paced_since = now
+
     def _keep(self, out: list[float], counter: int) -> None:
         self._values['drive'].update(
             position_actual_value=out[sampling.MOTOR], velocity_actual_value=out[sampling.SPEED],
@@ -156,8 +163,8 @@ class RigNodes:
         if not self.drive.enabled or self.mode not in _MODES:
             return sampling.OFF, 0.0
         if self.mode is DriveMode.TORQUE:
-            drive = self._local['drive'].sdo
-            torque = drive[0x6071].phys * drive[0x6076].phys
+            torque = (self._objects.stored('drive', 0x6071)
+                      * self._objects.stored('drive', 0x6076))
             return _MODES[self.mode], torque / self.bench.rig.values['machine.torque_constant']
         target = self._targets.get(_TARGETS[self.mode])
         if target is None:  # none since the mode began: hold still
@@ -170,11 +177,11 @@ class RigNodes:
 
     def _watch(self) -> None:
         self._silent += 1
-        most = self._settings['drive', 0x2010]
+        most = self._objects.setting('drive', WATCHDOG)
         if most and self._silent > most and self.drive.enabled:
             self._fail(NO_RPDO)
         self._silent_load += 1
-        most = self._settings['torque_sensor', 0x2010]
+        most = self._objects.setting('torque_sensor', WATCHDOG)
         if most and self._silent_load > most:
             self._pending_external = 0.0
 
@@ -211,7 +218,8 @@ class RigNodes:
         """Change the mode of operation; a mode that the drive does not have is ignored."""
         if mode == self.mode or mode not in DriveMode._value2member_map_:
             return
-        if mode == DriveMode.CURRENT and not self.bench.rig.values['drive.current_loop']:
+        if mode in (DriveMode.CURRENT, DriveMode.TORQUE) \
+                and not self.bench.rig.values['drive.current_loop']:
             return
         self.mode = DriveMode(mode)
         self._targets.clear()
@@ -248,45 +256,25 @@ class RigNodes:
                 self._pending_external = 0.0
             self._states[name] = state
 
-    def _node(self, name: str) -> LocalNode:
-        node = LocalNode(self.frames.ids[name], self.frames.dictionaries.nodes[name])
-        node.nmt.start_heartbeat = lambda milliseconds: None  # tick() sends them
-        node.associate_network(self._network)
-        keys = {(field.index, field.subindex): field for frame in self.frames.values()
-                if frame.transmitted and frame.name.startswith(name + '.')
-                for field in frame.fields}
+    def _read(self, node: str, index: int, field: Field | None) -> int | None:
+        if node == 'drive' and index in (0x603F, 0x1001, 0x6041, 0x6061):
+            return {0x603F: self.drive.error, 0x1001: int(self.drive.error != 0),
+                    0x6041: self.drive.statusword, 0x6061: int(self.mode)}[index]
+        value = self._values[node].get(field.name) if field else None
+        return None if value is None else field.to_integer(value)
 
-        def read(index: int, subindex: int, od: object) -> int | None:
-            if name == 'drive' and index in (0x603F, 0x1001, 0x6041, 0x6061):
-                return {0x603F: self.drive.error, 0x1001: int(self.drive.error != 0),
-                        0x6041: self.drive.statusword, 0x6061: int(self.mode)}[index]
-            field = keys.get((index, subindex))
-            value = self._values[name].get(field.name) if field else None
-            return None if value is None else field.to_integer(value)
-
-        def wrote(index: int, subindex: int, od: object, data: bytes) -> None:
-            self._written(name, index, od.decode_raw(data), od.factor)
-
-        node.add_read_callback(read)
-        node.add_write_callback(wrote)
-        return node
-
-    def _written(self, name: str, index: int, raw: int, factor: float) -> None:
-        if index in _SETTINGS:
-            self._settings[name, index] = raw * factor
-        if name == 'torque_sensor' and index == 0x9300:
-            self._pending_external = raw * factor
-        if name != 'drive':
+    def _written(self, node: str, index: int, raw: int, value: float) -> None:
+        if node == 'torque_sensor' and index == 0x9300:
+            self._pending_external = value
+        if node != 'drive':
             return
         if index == 0x1006 and raw > 0:
-            self.bench.period = raw * factor
+            self.bench.period = value
         elif index == 0x2011 and raw:
             self._fail(raw)
         elif index == 0x6060:
             self.set_mode(raw)
         elif index == 0x6040:
             self._control(raw, self.mode)
-        elif index in (0x2000, 0x2002, 0x60FF, 0x607A):
-            self._pending[{0x2000: 'command_voltage', 0x2002: 'target_current',
-                           0x60FF: 'target_velocity', 0x607A: 'target_position'}[index]] = (
-                raw * factor)
+        elif index in _WRITTEN_TARGETS:
+            self._pending[_WRITTEN_TARGETS[index]] = value
