@@ -27,8 +27,8 @@ class Machine:
         self.hub = self.start_hub()
         self.rig = self.start_rig()
         self.ears = Listener('machine')
-        self.driver = DriverProcess('machine', bus__channel=channel, sync_period=PERIOD, block_size=5,
-                                    retry_period=0.3, diagnostics_period=0.2,
+        self.driver = DriverProcess('machine', bus__channel=channel, sync_period=PERIOD,
+                                    block_size=5, retry_period=0.3, diagnostics_period=0.2,
                                     fault_reset_pause=0.1)
 
     def start_hub(self) -> subprocess.Popen:

@@ -101,14 +101,15 @@ def test_it_leaves_samples_out_rather_than_asking_too_late():
 
 
 def test_it_refuses_a_bus_on_which_a_driver_speaks():
-    with linked() as (_, made):
-        second = Linked(made.link._wire.bus.channel_id)
+    with linked() as (rig, _):
+        second = Linked(rig.wire.bus.channel_id)
         with pytest.raises(ForeignDriver, match='another driver is on this bus'):
             second.link.open()
 
 
 def test_it_says_that_there_is_no_bus():
     made = Linked('nowhere')
-    made.link._open_wire = lambda: Wire(open_bus(BusSettings('unix_bus', '/tmp/no.can'), 0.05))
+    nowhere = BusSettings('unix_bus', '/tmp/no.can')
+    made.link._port._open_wire = lambda: Wire(open_bus(nowhere, 0.05))
     with pytest.raises(can.CanError, match='no CAN hub answers at /tmp/no.can'):
         made.link.open()

@@ -15,9 +15,7 @@ from math import ceil
 import sys
 
 import can
-from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
-from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -31,10 +29,11 @@ from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 from . import conversion, parameters
 from .bus import BusError, BusSettings, open_bus, Wire
 from .cia402 import DriveMaster
+from .diagnosing import Diagnoser
 from .dictionary import DictionaryError, NODE_IDS
 from .frames import FrameError, load_frames
 from .rig_frames import RigFrames
-from .rig_health import Level, RigHealth
+from .rig_health import RigHealth
 from .rig_link import ForeignDriver, LinkSettings, RigLink
 from .rig_watch import RigWatch
 from .sampler import Sampler
@@ -69,10 +68,8 @@ class Driver(LifecycleNode):
         self._subscription = None
         self._messages: conversion.SampleMessages | None = None
         self._joint_states: conversion.JointStates | None = None
-        self._told_changes = -1
-        self._told_at = 0
-        self._told_troubles: dict[str, str] = {}
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._tried_at = 0
+        self.diagnoser = Diagnoser(self, self.health, self._facts)
         self.create_timer(LOOK_EVERY, self._look)
 
     # Transitions.
@@ -219,38 +216,16 @@ class Driver(LifecycleNode):
 
     def _look(self) -> None:
         now = self._ros_now()
-        self.health.fade(now)
         if self._values['autostart'] and not self.finished.done():
             self._start_by_itself(now)
-        due = now - self._told_at >= self._values['diagnostics_period'] * 1e9
-        if due or self.health.changes != self._told_changes:
-            self.tell(now)
+        self.diagnoser.look(now, self._values['diagnostics_period'])
 
     def _start_by_itself(self, now: int) -> None:
         label = self._state_machine.current_state[1]
-        if label == 'unconfigured' and now - getattr(self, '_tried_at', 0) > (
-                self._values['retry_period'] * 1e9):
+        if label == 'unconfigured' and now - self._tried_at > self._values['retry_period'] * 1e9:
             self._tried_at = now
             if self.trigger_configure() == SUCCESS:
                 self.trigger_activate()
-
-    def tell(self, now: int) -> None:
-        """Publish the diagnostics, and log what is new in them."""
-        self._told_at = now
-        self._told_changes = self.health.changes
-        lasting = {trouble.key: trouble for trouble in self.health.troubles}
-        for key, trouble in lasting.items():
-            if self._told_troubles.get(key) == trouble.text:
-                continue
-            if trouble.level is Level.ERROR:  # rclpy wants one line for each severity
-                self.get_logger().error(trouble.text)
-            else:
-                self.get_logger().warning(trouble.text)
-        for key in self._told_troubles.keys() - lasting.keys():
-            self.get_logger().info(f'over: {self._told_troubles[key]}')
-        self._told_troubles = {key: trouble.text for key, trouble in lasting.items()}
-        self._diagnostics.publish(conversion.to_diagnostics(
-            self.get_fully_qualified_name(), self.health, self._facts(), now))
 
     def _facts(self) -> dict[str, str]:
         link = self._link
@@ -266,11 +241,6 @@ class Driver(LifecycleNode):
         facts['command'] = 'playing' if self._player.playing else 'none, motor at zero'
         link.latest = 0
         return facts
-
-    def say_goodbye(self) -> None:
-        """Tell the last diagnostics and wait until they have arrived."""
-        self.tell(self._ros_now())
-        self._diagnostics.wait_for_all_acked(Duration(seconds=1.0))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -288,7 +258,7 @@ def main(arguments: list[str] | None = None) -> int:
     finally:
         refused = node.finished.done()
         if refused:
-            node.say_goodbye()
+            node.diagnoser.say_goodbye(node.get_clock().now().nanoseconds)
         node.destroy_node()
         rclpy.try_shutdown()
     return int(refused)

@@ -7,44 +7,36 @@ The thread between the driver and the bus: brings the rig up, paces SYNC, takes 
        +---- the bus is gone ---+----------+
 
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the nodes
-are stopped, told period and heartbeat, and started, so that no answer of an earlier SYNC is under
-way when ``stream`` begins.
-SYNC k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one packet
-with what the drive shall hold from then on.
+are stopped and started, see node_start.py. SYNC k goes out at ``origin + k * period``, an absolute
+deadline on the steady clock, in one packet with what the drive shall hold from then on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-import logging
 import random
-import select
 from threading import Event, Thread
 from time import monotonic_ns, sleep
 
 import can
 
 from .bus import Wire
+from .bus_port import BusPort, Frames
 from .cia402 import Controlword
-from .frames import HEARTBEAT_ID, NMT_ID
+from .frames import HEARTBEAT_ID
+from .node_start import NodeStart, Outcome
 from .rig_health import Heartbeats, RigHealth
 from .rig_watch import RigWatch
-from .sampler import Frames, Sampler
+from .sampler import Sampler
 from .samples import BlockBuilder, SampleBlock
-from .sdo import REQUEST_ID
 
 SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
 HEARTBEAT_EVERY = SECOND // 10
-QUIET = SECOND // 30
 FOREIGN_SILENCE = SECOND
 WINDING_DOWN_MAY_TAKE = SECOND // 2
 UNANSWERED_AT_MOST = 2 * SECOND
-NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
-CYCLE_PERIOD, HEARTBEAT_TIME = 0x1006, 0x1017  # in us and in ms, CiA 301
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -80,16 +72,15 @@ class RigLink:
         self.health = health
         self.state = 'closed'
         self.latest = 0
-        self._open_wire = open_wire
         self._publish = publish
+        self._port = BusPort(open_wire, self._take)
+        self._starting = NodeStart(self._port, sampler.frames, watch, settings.period,
+                                   settings.retry_period, self.now)
         self._offset = clock() - monotonic_ns()
         self._origin: int | None = None
         self._next = 0
-        self._wire: Wire | None = None
-        self._descriptor: int | None = None
         self._checked = 0
         self._beaten = 0
-        self._sampled_at = 0
         self._active = False
         self._closing = False
         self._idle = Event()
@@ -99,10 +90,10 @@ class RigLink:
 
     def open(self) -> None:
         """Open the bus; raises can.CanError, or ForeignDriver when another driver is there."""
-        self._connect()
+        self._port.open()
         self._listen()
         if self.watch.foreign:
-            self._disconnect()
+            self._port.close()
             raise ForeignDriver(f'another driver is on this bus, it sends {self.watch.foreign}; '
                                 'two would fight over the drive, so this one stays away')
         self._thread.start()
@@ -124,7 +115,7 @@ class RigLink:
             self.stop()
             self._closing = True
             self._thread.join(5.0)
-        self._disconnect()
+        self._port.close()
         self.state = 'closed'
 
     def now(self) -> int:
@@ -152,7 +143,7 @@ class RigLink:
         self.state = 'idle'
         self._idle.set()
         while not self._closing:
-            self._receive(0.05)
+            self._port.receive(0.05)
             if self._active:
                 if self._foreign_lately():
                     return self._yielding
@@ -162,12 +153,12 @@ class RigLink:
 
     def _reopening(self) -> Callable:
         self.state = 'waiting for the bus'
-        self._disconnect()
+        self._port.close()
         while not self._closing:
             if not self._active:
                 self._idle.set()
             try:
-                self._connect()
+                self._port.open()
             except can.CanError:
                 sleep(min(0.05, self.settings.retry_period))
                 continue
@@ -185,58 +176,21 @@ class RigLink:
                             self.now())
         patience = FOREIGN_SILENCE + random.randrange(FOREIGN_SILENCE // 2)
         while self._active and self.now() - self.watch.foreign_at < patience:
-            self._receive(0.05)
+            self._port.receive(0.05)
         self.watch.foreign = ''
         self.health.over('bus.foreign', self.now())
         return self._waking if self._active else self._idling
 
     def _waking(self) -> Callable:
         self.state = 'waiting for the rig'
-        self.watch.beats.expect(self.now())
-        for index, value in ((CYCLE_PERIOD, self.settings.period // 1000),
-                             (HEARTBEAT_TIME, round(self.watch.beats.timeout * 1e3 / 4))):
-            while not self._stored_by_all(index, value):
-                leave = self._waited()
-                if leave is not None:
-                    return leave
-        for command, state in ((NMT_PRE_OPERATIONAL, Heartbeats.PRE_OPERATIONAL),
-                               (NMT_START, Heartbeats.OPERATIONAL)):
-            while not self._told_all(command, state):
-                leave = self._waited()
-                if leave is not None:
-                    return leave
-            self.sampler.restart()
+        outcome = self._starting.run(lambda: self._active)
+        if outcome is Outcome.CALLED_OFF:
+            return self._idling
+        if outcome is Outcome.FOREIGN:
+            return self._yielding
+        self.sampler.restart()
         self.watch.welcome(self.now())
         return self._streaming
-
-    def _waited(self) -> Callable | None:
-        self.watch.silent(self.now())
-        if not self._active:
-            return self._idling
-        return self._yielding if self.watch.foreign else None
-
-    def _stored_by_all(self, index: int, value: int) -> bool:
-        requests = self.sampler.frames.writing(index, value)
-        wanted = {(request[0] - REQUEST_ID, index) for request in requests}
-        self.watch.stored.clear()
-        self._wire.send([(NMT_ID, bytes([NMT_PRE_OPERATIONAL, node]))
-                         for node in self.watch.beats.nodes] + requests)
-        deadline = self.now() + int(self.settings.retry_period * SECOND)
-        while not wanted <= self.watch.stored and self.now() < deadline and self._active:
-            self._receive(0.01)
-        return wanted <= self.watch.stored
-
-    def _told_all(self, command: int, state: int) -> bool:
-        beats = self.watch.beats
-        beats.state.clear()
-        self._wire.send([(NMT_ID, bytes([command, node])) for node in beats.nodes])
-        deadline = self.now() + int(max(self.settings.retry_period, 0.3) * SECOND)
-        while self.now() < deadline and self._active and not self.watch.foreign:
-            self._receive(0.01)
-            if beats.all_in(state) and (command == NMT_START
-                                        or self.now() - self._sampled_at > QUIET):
-                return True
-        return False
 
     def _streaming(self) -> Callable:
         period = self.settings.period
@@ -252,10 +206,10 @@ class RigLink:
             now = self.now()
             due = self._origin + self._next * period
             if now < due:
-                self._receive((due - now) * 1e-9)
+                self._port.receive((due - now) * 1e-9)
                 continue
             if now - due > period:
-                self._receive(0.0)
+                self._port.receive(0.0)
             self._tick(due, now)
             if now - self._checked > CHECK_EVERY:
                 leave = self._check(now)
@@ -275,7 +229,7 @@ class RigLink:
             self._beaten = now
             frames.append((HEARTBEAT_ID + self.settings.node, bytes([Heartbeats.OPERATIONAL])))
         self._next += 1
-        self._wire.send(frames)
+        self._port.send(frames)
 
     def _skip_to(self, now: int) -> None:
         ahead = -(-(now - self._origin) // self.settings.period)
@@ -313,7 +267,7 @@ class RigLink:
             due = self._origin + self._next * self.settings.period
             now = self.now()
             if now < due:
-                self._receive((due - now) * 1e-9)
+                self._port.receive((due - now) * 1e-9)
                 continue
             self._tick(due, now)
             if self.sampler.down:
@@ -321,42 +275,19 @@ class RigLink:
         self._rest()
 
     def _rest(self) -> None:
-        self._wire.send(self.sampler.rest(self._next, Controlword.DISABLE_VOLTAGE))
-
-    # The bus.
-
-    def _connect(self) -> None:
-        self._wire = self._open_wire()
-        try:
-            self._descriptor = self._wire.bus.fileno()
-        except NotImplementedError:
-            self._descriptor = None
-
-    def _disconnect(self) -> None:
-        wire, self._wire = self._wire, None
-        if wire is not None:
-            wire.bus.shutdown()
+        self._port.send(self.sampler.rest(self._next, Controlword.DISABLE_VOLTAGE))
 
     def _listen(self) -> None:
         self.watch.foreign = ''
         until = self.now() + int(self.settings.listen_time * SECOND)
         while self.now() < until and not self.watch.foreign:
-            self._receive(0.02)
+            self._port.receive(0.02)
 
     def _foreign_lately(self) -> bool:
         return bool(self.watch.foreign) and self.now() - self.watch.foreign_at < FOREIGN_SILENCE
 
-    def _receive(self, timeout: float) -> None:
-        """Wait for frames with a resolution of microseconds, and take them all."""
-        if self._descriptor is not None:
-            if timeout > 0.0:
-                ready, _, _ = select.select([self._descriptor], [], [], timeout)
-                if not ready:
-                    return
-            timeout = 0.0
-        received: Frames = self._wire.recv(timeout)
-        if received:
-            now = self.now()
-            if received[0][0] in self.sampler.frames.answers:
-                self._sampled_at = now
-            self.sampler.take(received, now)
+    def _take(self, received: Frames) -> None:
+        now = self.now()
+        if received[0][0] in self.sampler.frames.answers:
+            self._starting.answered_at = now
+        self.sampler.take(received, now)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 
+from .bus_port import Frames
 from .cia402 import DriveMaster, DriveState
 from .frames import FrameError
 from .joining import SampleJoiner
@@ -16,8 +17,6 @@ from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .samples import BlockBuilder
 from .setpoints import Setpoint, SetpointPlayer
-
-Frames = list[tuple[int, bytes]]
 
 
 class Sampler:
