@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from servo_rig_driver.emulated import sampling
 from servo_rig_driver.emulated.bench import Bench, run
@@ -60,6 +61,31 @@ def test_steady_speed_is_where_the_motor_torque_meets_coulomb_and_viscous_fricti
     steady = (1.5 * TORQUE_PER_VOLT - coulomb) / viscous
     reached = steady * (1.0 - np.exp(-3.75 * viscous / inertia))  # rigid: linear in speed
     assert speed == pytest.approx(reached, rel=2e-3)
+
+
+def test_a_linear_rig_answers_a_voltage_as_the_matrix_exponential_says():
+    rig = PLAIN.with_values({**SILENT, 'friction.level': 0.0})
+    d, b_m, b_l = 60.0, 1e-4, 14.0
+    # states: motor angle and speed, load angle and speed; the last column is the input, held
+    a = np.zeros((5, 5))
+    a[0, 1] = a[2, 3] = 1.0
+    a[1] = np.array([-K / N, -d / N - b_m * N, K, d, 0.0]) / (N * J_M)
+    a[3] = np.array([K / N, d / N, -K, -d - b_l, 0.0]) / J_L
+    a[1, 4] = 0.49 * 0.4878 / J_M
+    step = expm(a * 1e-3)
+    t = np.arange(1500) * 1e-3
+    volts = 2.0 * np.sin(2.0 * pi * (1.0 * t + 30.0 * t ** 2))  # 1 to 91 Hz: past the resonance
+    state, expected = np.zeros(5), []
+    for volt in volts:
+        expected.append(state[:4].copy())
+        state[4] = volt
+        state = step @ state
+    commands = np.column_stack([np.full(1500, sampling.VOLTAGE_MODE), volts, 0.0 * volts])
+    answers = Bench(rig).record(commands)
+    expected = np.array(expected)
+    for column, at in ((0, sampling.MOTOR), (2, sampling.LOAD)):
+        error = np.abs(answers[:, at] - expected[:, column]).max()
+        assert error < 1e-4 * np.ptp(expected[:, column])
 
 
 def test_a_torque_below_break_away_moves_nothing_for_good():
