@@ -144,3 +144,19 @@ def test_it_leaves_a_still_drive_when_it_is_stopped(machine):
     wait_for(lambda: len(machine.ears.current) > before + 10, 'a new driver takes over')
     assert machine.ears.current[-1].sequence < 1_000_000
     machine.ears.all_well()
+
+
+def test_it_takes_over_a_rig_whose_driver_was_killed_while_it_drove(machine):
+    machine.ears.command(VOLTAGE, [1.0] * 2500, machine.ears.now(), PERIOD)
+    wait_for(lambda: 1.0 in machine.ears.current[-1].voltage, 'the command is played')
+    machine.driver.process.send_signal(signal.SIGKILL)
+    machine.driver.process.communicate()
+    before = len(machine.ears.current)
+    machine.driver = DriverProcess('machine', bus__channel=machine.channel,
+                                   sync_period=PERIOD, block_size=5)
+    # without SYNC the drive has gone to fault with 8140h by itself
+    wait_for(lambda: len(machine.ears.current) > before + 10, 'a new driver takes over')
+    machine.ears.hears('drive', 'the drive is in fault', 2)
+    machine.ears.all_well()
+    machine.ears.hears('drive', 'ok', 0)
+    assert not voltages(machine, before).any()
