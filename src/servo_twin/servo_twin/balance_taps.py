@@ -139,8 +139,10 @@ def balance_noise(servo: Servo, period: float, taps: np.ndarray) -> np.ndarray:
     floor = np.zeros(len(BALANCES))
     for channel, name in enumerate(OUTPUTS):
         used = taps[:, channel].any(axis=1)
-        floor[used] = np.hypot(floor[used], servo.noise(name)
-                               * np.linalg.norm(taps[used, channel], axis=1))
+        noise = servo.noise(name)
+        if name == 'voltage':
+            noise = np.nan_to_num(noise)  # without a say, the command is known exactly
+        floor[used] = np.hypot(floor[used], noise * np.linalg.norm(taps[used, channel], axis=1))
     row = BALANCES.index('controller')
     if taps[row, CONTROL].any():
         window = taps[row, CONTROL]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from threading import Event, Thread
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from servo_twin_msgs.srv import LoadServo
@@ -32,7 +32,8 @@ class ServoLoading:
         node.create_service(LoadServo, 'twin/load_servo', self.answer)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
-        Thread(target=self._spin, daemon=True).start()
+        self._thread = Thread(target=self._spin, daemon=True)
+        self._thread.start()
 
     def answer(self, request: LoadServo.Request, response: LoadServo.Response
                ) -> LoadServo.Response:
@@ -46,6 +47,11 @@ class ServoLoading:
         except ServoError as problem:
             response.message = str(problem)
         return response
+
+    def close(self) -> None:
+        """End the thread; a daemon that is left behind aborts the process at its end."""
+        self._executor.shutdown(0.0)
+        self._thread.join()
 
     def _exchange(self, servo: Servo) -> tuple[str, Servo]:
         done, outcome = Event(), []
@@ -68,7 +74,7 @@ class ServoLoading:
     def _spin(self) -> None:
         try:
             self._executor.spin()
-        except (KeyboardInterrupt, ExternalShutdownException):
+        except (KeyboardInterrupt, ExternalShutdownException, ShutdownException):
             pass
 
 

@@ -253,7 +253,7 @@ def main(arguments: list[str] | None = None) -> None:
     node = TwinNode()
     executor = EventsExecutor()
     executor.add_node(node)
-    ServoLoading(node)
+    loading = ServoLoading(node)
     try:
         if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
             node.trigger_activate()
@@ -264,6 +264,7 @@ def main(arguments: list[str] | None = None) -> None:
         pass
     finally:
         rclpy.try_shutdown()
+        loading.close()
 
 
 if __name__ == '__main__':

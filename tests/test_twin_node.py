@@ -1,0 +1,280 @@
+"""The twin node, as a process of its own fed over ROS 2: it ..."""
+
+from array import array
+from collections.abc import Callable
+from math import nan
+import os
+import subprocess
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+import numpy as np
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+
+from servo_twin import servo_file
+from servo_twin.conversion import to_time, TOPICS
+from servo_twin.recording import BALANCES
+from servo_twin.samples import CHANNELS, samples_of
+from servo_twin.twin import Twin
+from servo_twin_msgs.msg import Current, Encoder, Prediction, Residual, Torque
+from servo_twin_msgs.srv import LoadServo
+
+pytestmark = pytest.mark.ros
+PERIOD = 1e-3
+BENCH = """
+servo: bench
+drive: {type: current, gain: 0.49, torque_constant: 0.4878}
+mechanism: {type: two_inertia}
+sensors: {motor_encoder: {}, load_encoder: {}, torque_sensor: {}, current_sensor: {}}
+effects:
+  bearing: {effect: coulomb_friction, at: load, level: 20.0}
+"""
+OTHER = BENCH.replace('servo: bench', 'servo: other').replace('bearing', 'seal')
+
+
+class Rig:
+    """A rig of its own namespace that says what the test wants, and a twin process beside it."""
+
+    def __init__(self, node: Node, executor: EventsExecutor, name: str, file: str,
+                 *more: str) -> None:
+        self.node, self.executor, self.name = node, executor, name
+        self.predictions: list[Prediction] = []
+        self.residuals: list[Residual] = []
+        self.told: list = []
+        self.topics = {topic: node.create_publisher(kind, f'{name}/{topic}', 5000)
+                       for topic, kind in TOPICS.items()}
+        node.create_subscription(Prediction, f'{name}/twin/prediction', self.predictions.append,
+                                 5000)
+        node.create_subscription(Residual, f'{name}/twin/residual', self.residuals.append, 5000)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 10)
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'servo_twin.twin_node', '--ros-args', '-r', f'__ns:=/{name}',
+             '-p', 'autostart:=true', '-p', f'servo_file:={file}', '-p', 'catch:=0.0',
+             *(word for setting in more for word in ('-p', setting))])
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        self.told += [s for s in message.status if s.name == f'/{self.name}/twin: twin']
+
+    def wait(self, condition: Callable[[], bool], seconds: float = 60.0) -> None:
+        """Run callbacks until a condition holds; fails after some seconds."""
+        done, limit = Future(), time.monotonic() + seconds
+
+        def look() -> None:
+            if not done.done() and (condition() or time.monotonic() > limit):
+                done.set_result(None)
+
+        timer = self.node.create_timer(0.01, look)
+        self.executor.spin_until_future_complete(done, seconds + 5.0)
+        self.node.destroy_timer(timer)
+        assert condition(), f'not within {seconds:g} s'
+
+    def ready(self) -> 'Rig':
+        """Wait until the twin hears all topics and is heard."""
+        self.wait(lambda: all(t.get_subscription_count() for t in self.topics.values())
+                  and self.node.count_publishers(f'/{self.name}/twin/residual') == 1
+                  and self.told)
+        return self
+
+    def ask(self, kind, service: str, request):
+        """Call a service of the twin."""
+        client = self.node.create_client(kind, f'/{self.name}/{service}')
+        assert client.wait_for_service(20.0)
+        future = client.call_async(request)
+        self.executor.spin_until_future_complete(future, 60.0)
+        assert future.done(), f'{service} did not answer'
+        return future.result()
+
+    def set(self, name: str, value: float | str):
+        """Set a parameter of the twin."""
+        kind = {'type': ParameterType.PARAMETER_STRING, 'string_value': value} if isinstance(
+            value, str) else {'type': ParameterType.PARAMETER_DOUBLE, 'double_value': value}
+        parameter = Parameter(name=name, value=ParameterValue(**kind))
+        return self.ask(SetParameters, 'twin/set_parameters',
+                        SetParameters.Request(parameters=[parameter])).results[0]
+
+    def say(self, sequence: int, samples: np.ndarray, lack: str = '') -> None:
+        """Publish a block of samples, on all topics but one."""
+        columns = {name: array('d', column.tobytes())
+                   for name, column in zip(CHANNELS, samples.T, strict=True)}
+        for topic, kind in TOPICS.items():
+            message = kind(sequence=sequence, period=PERIOD, **{
+                field: columns[field] for field in kind.get_fields_and_field_types()
+                if field in columns})
+            message.header.stamp = to_time(10**18 + round(sequence * PERIOD * 1e9))
+            if topic != lack:
+                self.topics[topic].publish(message)
+
+
+@pytest.fixture(scope='module')
+def servo_files(tmp_path_factory):
+    """The bench and another servo, as files."""
+    folder = tmp_path_factory.mktemp('servos')
+    for name, text in (('bench', BENCH), ('other', OTHER)):
+        (folder / f'{name}.yaml').write_text(text)
+    return folder
+
+
+@pytest.fixture
+def graph(servo_files):
+    """Yield a function that starts a twin in a namespace; all are ended afterwards."""
+    rclpy.init()
+    node, executor, rigs = rclpy.create_node('feeder'), EventsExecutor(), []
+    executor.add_node(node)
+
+    def start(name: str, *settings: str) -> Rig:
+        rigs.append(Rig(node, executor, name, f'{servo_files}/bench.yaml', *settings))
+        return rigs[-1]
+
+    yield start
+    for rig in rigs:
+        rig.process.terminate()
+    codes = [rig.process.wait(20) for rig in rigs]
+    node.destroy_node()
+    rclpy.try_shutdown()
+    assert codes == [0] * len(rigs)
+
+
+def samples(size: int, voltage: float = 1.0) -> np.ndarray:
+    """Return samples of a rig that stands still although it gets a command."""
+    columns = {name: np.full(size, nan) for name in CHANNELS}
+    columns |= {name: np.zeros(size) for name in ('motor_position', 'load_position', 'torque',
+                                                  'current')}
+    return samples_of(columns | {'voltage': np.full(size, voltage)})
+
+
+def test_it_answers_every_sample_bit_for_bit_as_the_twin_does_on_arrays(graph):
+    rig = graph('rig').ready()
+    for k in range(300):
+        rig.say(k, samples(1))
+    rig.wait(lambda: len(rig.predictions) == 300 and len(rig.residuals) == 280)
+    assert [m.sequence for m in rig.predictions] == list(range(300))
+    assert [m.sequence for m in rig.residuals] == list(range(280))
+    assert all(m.header.stamp == to_time(10**18 + m.sequence * 1_000_000)
+               for m in rig.predictions + rig.residuals)
+    y = Twin(servo_file.loads(BENCH), PERIOD, catch=0.0).step(0, samples(300))
+    assert [m.load_position[0] for m in rig.predictions] == y[:, 1].tolist()
+    assert abs(rig.residuals[100].load[0]) > 100.0
+    assert rig.residuals[0].channel_noise.tolist() == [2e-4, 1e-6, 0.1, 0.005]
+    assert len(rig.residuals[0].balance_noise) == len(BALANCES)
+    rig.wait(lambda: any('beyond the noise floor: drive, load' in s.message for s in rig.told))
+
+
+def test_it_takes_a_value_from_the_next_sample_on_and_says_what_it_refuses(graph):
+    rig = graph('rig', 'drive.gain:=0.4').ready()
+    rig.say(0, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 1)
+    assert rig.predictions[0].current[1:] == array('d', [0.4] * 9)
+    assert rig.set('drive.gain', 0.25).successful
+    rig.say(10, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 2)
+    assert rig.predictions[1].current == array('d', [0.4] + [0.25] * 9)
+
+    refused = rig.set('effects.bearing.level', -1.0)
+    assert not refused.successful and 'effects.bearing.level' in refused.reason
+    refused = rig.set('mode', 'closed_loop')
+    assert not refused.successful and 'closed_loop needs a controller' in refused.reason
+    refused = rig.set('servo_file', 'elsewhere.yaml')
+    assert not refused.successful and 'twin/load_servo' in refused.reason
+    assert rig.set('mode', 'observer').successful
+    values = rig.ask(GetParameters, 'twin/get_parameters', GetParameters.Request(
+        names=['drive.gain', 'effects.bearing.level', 'mode'])).values
+    assert [v.double_value for v in values[:2]] == [0.25, 20.0]
+    assert values[2].string_value == 'observer'
+    described = rig.ask(DescribeParameters, 'twin/describe_parameters', DescribeParameters.Request(
+        names=['effects.bearing.level'])).descriptors[0]
+    assert 'N m' in described.description
+    assert described.floating_point_range[0].from_value == 0.0
+
+
+def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
+    rig = graph('rig').ready()
+    rig.say(0, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 1)
+    refused = rig.ask(LoadServo, 'twin/load_servo', LoadServo.Request(content='servo: x'))
+    assert not refused.success and "section 'drive' is missing" in refused.message
+    refused = rig.ask(LoadServo, 'twin/load_servo', LoadServo.Request())
+    assert not refused.success and 'either the path' in refused.message
+
+    sent = [10]
+
+    def feed() -> None:
+        rig.say(sent[0], samples(10))
+        sent[0] += 10
+
+    timer = rig.node.create_timer(0.01, feed)
+    loaded = rig.ask(LoadServo, 'twin/load_servo',
+                     LoadServo.Request(path=f'{servo_files}/other.yaml'))
+    assert loaded.success and loaded.message == (
+        'other runs in place of bench; its state was kept')
+    assert servo_file.loads(loaded.previous).values == servo_file.loads(BENCH).values
+    rig.node.destroy_timer(timer)
+    assert rig.set('effects.seal.level', 5.0).successful
+    rig.wait(lambda: 10 * len(rig.predictions) == sent[0])
+    assert [m.sequence for m in rig.predictions] == list(range(0, sent[0], 10))
+    assert rig.predictions[-1].restarts == 0
+
+
+def test_it_bridges_a_short_gap_and_begins_anew_after_a_long_one(graph):
+    rig = graph('rig', 'bridge:=50').ready()
+    for start in (0, 10, 40, 50):
+        rig.say(start, samples(10))
+    rig.say(60, samples(10), lack='torque')
+    rig.say(70, samples(10))
+    rig.say(500, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 6)
+    assert [(m.sequence, m.restarts) for m in rig.predictions] == [
+        (0, 0), (10, 0), (40, 0), (50, 0), (70, 0), (500, 1)]
+    rig.wait(lambda: any('began anew 1 times' in s.message for s in rig.told))
+    facts = {v.key: v.value for v in rig.told[-1].values}
+    assert (facts['bridged'], facts['restarts'], facts['blocks given up']) == ('30', '1', '1')
+    assert facts['last restart'].startswith('420 samples were missing before 500')
+
+
+def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
+    rig = graph('rig').ready()
+    stamp = to_time(10**18)
+    for kind, topic in ((Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current')):
+        message = kind(sequence=0, period=PERIOD)
+        message.header.stamp = stamp
+        rig.topics[topic].publish(message)
+    rig.topics['encoder'].publish(Encoder(
+        sequence=1, period=PERIOD, motor_position=[0.0], load_position=[0.0]))
+    rig.topics['torque'].publish(Torque(sequence=1, period=PERIOD))
+    rig.topics['current'].publish(Current(sequence=1, period=PERIOD))
+    rig.say(2, samples(1))
+    rig.wait(lambda: len(rig.predictions) == 1)
+    assert rig.predictions[0].sequence == 2
+    rig.wait(lambda: any('torque.torque of sequence 1 has 0 samples' in s.message
+                         for s in rig.told))
+
+
+def test_it_runs_beside_another_rig_in_another_namespace(graph):
+    left, right = graph('left'), graph('right', 'drive.gain:=0.1')
+    left.ready()
+    right.ready()
+    for k in range(0, 100, 10):
+        left.say(k, samples(10, 1.0))
+        right.say(k, samples(10, 2.0))
+    left.wait(lambda: len(left.predictions) == len(right.predictions) == 10)
+    assert left.predictions[-1].current[0] == pytest.approx(0.49)
+    assert right.predictions[-1].current[0] == pytest.approx(0.2)
+
+
+def test_it_says_what_is_wrong_with_a_servo_file_and_waits_to_be_configured(servo_files):
+    (servo_files / 'bad.yaml').write_text(BENCH.replace('gain', 'gian'))
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'servo_twin.twin_node', '--ros-args', '-p', 'autostart:=true',
+         '-p', f'servo_file:={servo_files}/bad.yaml'],
+        stderr=subprocess.PIPE, text=True, env=os.environ | {'RCUTILS_COLORIZED_OUTPUT': '0'})
+    said = process.stderr.readline()
+    process.terminate()
+    rest = process.communicate(timeout=20)[1]
+    assert process.returncode == 0, rest
+    assert "bad.yaml: drive has no parameter 'gian'; it has ['gain', 'torque_constant']" in said
