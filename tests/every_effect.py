@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Iterable, Mapping
+import fcntl
+from functools import cache
 
 import numpy as np
 
@@ -11,9 +13,10 @@ from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.controllers import VelocityPi
 from servo_twin.physics.drives import CurrentDrive
 from servo_twin.physics.effect import Effect
+from servo_twin.physics.kernel import cache_folder
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
-from servo_twin.physics.simulate import inputs_of
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS
 
 PLACED = tuple(Placed(f'{name}_at_{site}', find(name), site)
@@ -25,8 +28,18 @@ LEARNED = {
 }
 
 
+@cache
+def _compile() -> None:
+    """Compile the kernel in one test process while others wait for what it leaves on disk."""
+    plain = Servo('every_effect', CurrentDrive, TwoInertia, VelocityPi, (), PLACED, LEARNED)
+    with open(cache_folder() / 'every_effect.lock', 'w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        simulate(plain, inputs(1), 1e-3, initial_state(plain))
+
+
 def servo(values: Mapping[str, Value] | None = None, step: float = 1e-4) -> Servo:
     """Return the servo with some values of its own; of one structure, so compiled once."""
+    _compile()
     return Servo('every_effect', CurrentDrive, TwoInertia, VelocityPi, (), PLACED,
                  {**LEARNED, **(values or {})}, step=step)
 

@@ -16,7 +16,7 @@ from servo_twin.physics.drives import CurrentDrive, VoltageDrive
 from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, simulate
-from servo_twin.physics.state import LOAD_ANGLE, LOAD_SPEED, MOTOR_ANGLE, MOTOR_SPEED
+from servo_twin.physics.state import LOAD_ANGLE, LOAD_SPEED, MOTOR_ANGLE, MOTOR_SPEED, ZERO
 
 UNIT_DRIVE = {'drive.gain': 1.0, 'drive.torque_constant': 1.0, 'mechanism.ratio': 1.0}
 PERIOD = 1e-3
@@ -91,6 +91,24 @@ def test_a_shaft_at_rest_stays_where_it_is_to_the_last_bit():
     x = initial_state(servo, 0.7)
     y = simulate(servo, inputs(1000, voltage=0.2), PERIOD, x)
     assert (y[:, 0] == 0.7).all()
+
+
+@pytest.mark.parametrize('speeds', [(3.0, -2.0), (0.5, 0.5), (-1.0, 0.0)])
+def test_a_machine_left_alone_with_all_its_friction_never_gains_energy(speeds):
+    rubbing = [p.name for p in every_effect.PLACED if p.effect.port == 'friction']
+    values = {f'{name}__excess': 0.0 for name in rubbing if name.startswith('friction_drift')}
+    servo = two_inertia(step=1e-5, **{f'{n}__rise': 0.01 for n in rubbing if 'drag' in n},
+                        **{f'{n}__slope': 0.01 for n in rubbing if 'viscous' in n}, **values)
+    kinetic, states = [], []
+    on, x = only(*rubbing), initial_state(servo, 0.0, 0.0, 5.0, on=only(*rubbing))
+    x[MOTOR_SPEED], x[LOAD_SPEED] = speeds
+    for _ in range(60):
+        wind_up = x[MOTOR_ANGLE] - x[LOAD_ANGLE] - x[ZERO]
+        kinetic.append(0.01 * x[MOTOR_SPEED]**2 + 0.025 * x[LOAD_SPEED]**2)
+        states.append(kinetic[-1] + 100.0 * wind_up**2)
+        simulate(servo, inputs(5), 1e-4, x, on=on)
+    assert np.diff(states).max() < 2e-3 * states[0]
+    assert states[-1] < 0.5 * states[0]
 
 
 # --- the linear machine

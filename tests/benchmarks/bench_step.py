@@ -166,8 +166,8 @@ def compare(seconds: float) -> None:
 
     ours, taken = by_us(at, STEP)
     goal = error(ours)
-    print(f'\n{seconds:g} s of the servo with two frictions; error of the load angle, rms over its '
-          f'travel\n{"":24}{"setting":>18}{"error":>10}{"ms":>10}{"x ours":>10}')
+    print(f'\n{seconds:g} s of the servo with two frictions; error of the load angle, rms over '
+          f'its travel\n{"":24}{"setting":>18}{"error":>10}{"ms":>10}{"x ours":>10}')
     print(f'{"servo_twin":24}{STEP:18g}{goal:10.1e}{taken * 1e3:10.2f}{1:10d}')
     tolerances = [10.0**-n for n in range(3, 9)]
     steps = [1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5]

@@ -25,6 +25,7 @@ def follow(theta, on, x, motion, out, h):
     a shaft stands still its resistance is the full budget, which it need not spend: leave such
     samples out.
     """
+    theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     mechanism = mechanism_of(theta)
     motor_way, load_way = 1.0, 1.0
     motor_turned, load_turned = motion[0, 0], motion[0, 2]
@@ -68,6 +69,7 @@ def follow(theta, on, x, motion, out, h):
 
 def lose(theta, on, x, motion, lost, h):
     """Fill `lost` (rad at the load) with what the shape of the teeth takes along `motion`."""
+    theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     way, turned = 1.0, motion[0, 2]
     for k in range(motion.shape[0]):
         if motion[k, 3] * way < 0.0:
@@ -78,6 +80,7 @@ def lose(theta, on, x, motion, lost, h):
 
 def conduct(theta, on, x, voltage, motor_speed, current, substeps, h):
     """Fill `current` (A) with what the drive makes of `voltage` (V) at `motor_speed` (rad/s)."""
+    theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     drive = drive_of(theta)
     for k in range(len(voltage)):
         current[k] = x[CURRENT]
@@ -92,6 +95,7 @@ def conduct(theta, on, x, voltage, motor_speed, current, substeps, h):
 
 def sense(theta, on, x, truth, readings, period):
     """Fill `readings` with what the sensors make of `truth`; both (samples, 4) as OUTPUTS."""
+    theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     for k in range(truth.shape[0]):
         time = k * period
         motor, load = truth[k, 0], truth[k, 1]

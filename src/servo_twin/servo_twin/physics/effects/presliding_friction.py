@@ -16,9 +16,10 @@ class PreslidingFriction(Torque):
         \tau = -\sigma_0 (z + t_1 \dot z), \quad
         \sigma_0 = \frac{\tau_c + \tau_s}{z_0}
 
-    The bristle goes by implicit Euler and never overshoots. With the shaft, the step must stay
-    below the period of the inertia on the bristles. Where ``excess`` and ``lag`` are both large
-    the damping of the bristles may give back energy while friction falls.
+    The bristle goes by implicit Euler and never overshoots. The shaft is pushed explicitly: with
+    its inertia J the step h must keep :math:`h^2 \sigma_0` and :math:`h\,t_1 \sigma_0` below J.
+    Where ``excess`` and ``lag`` are both large the damping of the bristles may give back energy
+    while friction falls.
     """
 
     source = 'Canudas de Wit, Olsson, Astrom, Lischinsky: IEEE TAC 40(3), 1995, eq. 1 to 4'
@@ -30,7 +31,7 @@ class PreslidingFriction(Torque):
                           grid=(1e-4, 1e-3, 1e-2))
     fade = Parameter(0.03, 'rad/s', (1e-5, 1e4), 'Speed at which the excess is gone.',
                      grid=(0.01, 0.1))
-    lag = Parameter(1e-3, 's', (0.0, 1.0), 'Damping of the bristles over their stiffness.')
+    lag = Parameter(1e-4, 's', (0.0, 1.0), 'Damping of the bristles over their stiffness.')
 
     @staticmethod
     def law(p, s, motion, h):
