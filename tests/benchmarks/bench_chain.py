@@ -1,0 +1,152 @@
+"""
+The live chain, rig - driver - twin - recorder, as processes: loss, latency and CPU share.
+
+    python tests/benchmarks/bench_chain.py                          1 kHz, one a message, 60 s
+    python tests/benchmarks/bench_chain.py --rate 4000 --block 20
+
+All figures are read off the bag: latency is from the instant of the last sample in a message to
+the recorder's taking of it. A residual is late by half a filter window by design; its second
+figure is what comes on top. Reference: DESIGN.md's measurement of driver, twin and sink.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+import signal
+import tempfile
+from time import monotonic
+
+from bench_chain_driver import cpu_seconds, ROOT, start
+import numpy as np
+import rclpy
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.task import Future
+from rosbags.highlevel import AnyReader
+
+from servo_twin.bag.definitions import own_types
+from servo_twin.balances import WINDOW
+from servo_twin_msgs.msg import Command
+
+REFERENCE = ('DESIGN.md, 1 kHz, one a message, driver - twin - sink: 0 of 20 000 lost, 506 us '
+             'median, 2051 us p99, CPU 18 / 28 / 14 %')
+SIZES = {'encoder': 'load_position', 'torque': 'torque', 'current': 'current',
+         'twin/prediction': 'torque', 'twin/residual': 'torque'}
+RIG = ('encoder', 'torque', 'current')
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser.add_argument('--rate', type=float, default=1000.0, help='samples a second')
+    parser.add_argument('--block', type=int, default=1, help='samples a message')
+    parser.add_argument('--seconds', type=float, default=60.0)
+    parser.add_argument('--mode', default='measured_input')
+    parser.add_argument('--rig', default=str(ROOT / 'config' / 'rigs' / 'rv_bench.yaml'))
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        shares = run(asked, Path(folder))
+        return report(asked, Path(folder) / 'bag', shares)
+
+
+def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
+    """Run the chain and return the CPU share of each process."""
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    channel, servo = str(folder / 'rig.can'), str(ROOT / 'config' / 'servos' / 'rv_bench.yaml')
+    spaced = ('--ros-args', '-r', '__ns:=/bench')
+    rclpy.init()
+    node = rclpy.create_node('operator', namespace='bench')
+    executor = EventsExecutor()
+    executor.add_node(node)
+    command = node.create_publisher(Command, 'command', 10)
+
+    def spin(seconds: float) -> None:
+        until = monotonic() + seconds
+        while monotonic() < until:
+            executor.spin_until_future_complete(Future(), until - monotonic())
+
+    def wait(count: int) -> None:
+        until = monotonic() + 60.0
+        while node.count_subscribers('encoder') < count and monotonic() < until:
+            spin(0.1)
+
+    def drive() -> None:
+        """Send half a second of a slow sine, again and again, as an operator's program would."""
+        now = node.get_clock().now().nanoseconds
+        message = Command(mode=Command.VELOCITY, period=0.01, reference=[
+            0.3 * np.sin(now * 1e-9 + 0.01 * k) for k in range(50)])
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 10**9)
+        command.publish(message)
+
+    node.create_timer(0.25, drive)
+    running = {
+        'hub': start('servo_rig_driver.can_hub', channel),
+        'rig': start('servo_rig_driver.emulated_rig', '--rig', asked.rig, '--channel', channel),
+        'recorder': start('servo_rig_driver.recorder', *spaced, '-p', f'output:={folder}/bag',
+                          '-p', f'servo_file:={servo}'),
+        'twin': start('servo_twin.twin_node', *spaced, '-p', 'autostart:=true', '-p',
+                      f'servo_file:={servo}', '-p', f'mode:={asked.mode}'),
+    }
+    try:
+        wait(2)
+        spin(1.0)
+        running['driver'] = start(
+            'servo_rig_driver.driver', *spaced, '--params-file', str(ROOT / 'config/driver.yaml'),
+            '-p', f'bus.channel:={channel}', '-p', f'sync_period:={1 / asked.rate}', '-p',
+            f'block_size:={asked.block}')
+        spin(5.0)
+        before = {name: cpu_seconds(process.pid) for name, process in running.items()}
+        begun = monotonic()
+        spin(asked.seconds)
+        elapsed = monotonic() - begun
+        return {name: (cpu_seconds(process.pid) - before[name]) / elapsed
+                for name, process in running.items()}
+    finally:
+        for name in ('driver', 'twin', 'recorder', 'rig', 'hub'):
+            if name in running:
+                running[name].send_signal(signal.SIGTERM)
+                running[name].wait(20.0)
+                spin(0.5)
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> int:
+    """Print what the bag says; 1 when a sample was lost."""
+    spans = {topic: [] for topic in SIZES}
+    late = {topic: [] for topic in SIZES}
+    with AnyReader([bag], default_typestore=own_types()) as reader:
+        for connection, taken, data in reader.messages():
+            topic = connection.topic.removeprefix('/bench/')
+            if topic not in SIZES:
+                continue
+            message = reader.deserialize(data, connection.msgtype)
+            size = len(getattr(message, SIZES[topic]))
+            stamp = message.header.stamp
+            last = stamp.sec * 10**9 + stamp.nanosec + round((size - 1) * 1e9 / asked.rate)
+            spans[topic].append((message.sequence, size))
+            late[topic].append((taken - last) * 1e-3)
+    print(f'{asked.rate:g} Hz, {asked.block} a message, {asked.seconds:g} s, {os.cpu_count()} '
+          f'cores, load {os.getloadavg()[0]:.1f}')
+    lost, numbers = {}, {}
+    for topic, found in spans.items():
+        numbers[topic] = np.concatenate([np.arange(s, s + n) for s, n in found])
+        lost[topic] = int(np.ptp(numbers[topic])) + 1 - len(numbers[topic])
+        early = np.array(late[topic][len(late[topic]) // 20:])
+        by_design = WINDOW / 2 * 1e6 if topic == 'twin/residual' else 0.0
+        middle, p99, p999, worst = np.percentile(early, [50, 99, 99.9, 100]) - by_design
+        also = f', beside {by_design:.0f} by design' if by_design else ''
+        print(f'{topic:<16} {len(numbers[topic])} samples, lost {lost[topic]}; latency, us: '
+              f'median {middle:.0f}, p99 {p99:.0f}, p99.9 {p999:.0f}, max {worst:.0f}{also}')
+    heard = set(numbers['encoder']) & set(numbers['torque']) & set(numbers['current'])
+    for topic in ('twin/prediction', 'twin/residual'):
+        unanswered = len(heard - set(numbers[topic]))
+        print(f'{topic}: {unanswered} of {len(heard)} recorded samples have no answer')
+    print('CPU, % of a core: ' + ', '.join(f'{name} {100 * share:.0f}'
+                                           for name, share in shares.items()))
+    print(f'reference: {REFERENCE}')
+    return int(any(lost.values()))
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
