@@ -9,6 +9,7 @@ import sys
 COMMANDS = {
     'import': ('.importing', 'make a bag of a table: CSV, Parquet, or MAT and JSON by a mapping'),
     'info': ('.info', 'say what bags hold: duration, rate, channels, ranges, gaps, warnings'),
+    'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
 }
 """Subcommand: its module, which has `add_arguments(parser)` and `main(arguments)`; a summary."""
 

@@ -84,7 +84,7 @@ def freedom_of(servo: Servo, free: Sequence[str], bounds: Mapping[str, tuple[flo
 
 
 def _scale(value: float, default: float, low: float, high: float) -> float:
-    size = max(abs(value), 0.01 * abs(default))
+    size = abs(value) or abs(default)
     width = high - low
     if size == 0.0:
         size = 0.01 * width if np.isfinite(width) else 1.0

@@ -77,7 +77,7 @@ def foreseen(normal: Normal, names: Sequence[str]) -> tuple[list[str], np.ndarra
     count = len(names)
     size = np.sqrt(np.maximum(np.diag(normal.hessian), 0.0))
     dead = size * UNSURE < 1.0
-    dead[count:] = size[count:] < 1e-12
+    dead[count:] = size[count:] < 1e-12  # delays and zeros
     sentences = [f'{names[i]} is not excited: these recordings do not show a change of it'
                  for i in np.flatnonzero(dead[:count])]
     live = np.flatnonzero(~dead)

@@ -25,9 +25,11 @@ from .information import foreseen, spread, UNSURE
 from .problem import Problem
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
-from .solve import solved
+from .solve import SHARES, solved
+from .starts import best_starts, searched
 
 RELATIVE_MARGIN = 1e-3
+WEIGHTS = ('noise', 'residual', 'whitened')
 MOST_ROUNDS, STEPS_A_ROUND = 12, 2
 
 
@@ -57,12 +59,14 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     file's tolerance; ``channels`` to compare (None: all measured); ``delays``: estimate how late
     each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
     ``weights``: 'noise' divides a channel by its noise floor, 'residual' by what the best fit
-    leaves where that is larger; ``on``: switches of the effects. ``progress`` is told before the
-    first step (with the warnings) and after each, and may raise to stop.
+    leaves where that is larger, 'whitened' does so after taking out what each residual shares with
+    the one before (errors that drift then no longer drown those that swing); ``on``: switches of
+    the effects. ``progress`` is told before the first step (with the warnings) and after each, and
+    may raise to stop.
     Raises ValueError (ServoError) for what cannot be fitted.
     """
-    if weights not in ('noise', 'residual'):
-        raise ValueError(f"weights = {weights!r}; there are ['noise', 'residual']")
+    if weights not in WEIGHTS:
+        raise ValueError(f'weights = {weights!r}; there are {list(WEIGHTS)}')
     begun = time.perf_counter()
     freedom = freedom_of(servo, free, bounds, tolerance)
     courses = courses_of(servo, recordings, mode, horizon, channels)
@@ -84,10 +88,24 @@ def foresee(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], 
     shooting = Shooting(servo, courses_of(servo, recordings, mode, horizon, channels), mode)
     try:
         problem = Problem(shooting, freedom, False, False)
-        normal = problem.linearised(shooting.beginning(_inside(servo.theta, freedom)))
-        return tuple(foreseen(normal, freedom.names)[0])
+        unknowns = shooting.beginning(_inside(servo.theta, freedom))
+        return tuple(_checked(problem, unknowns)[1])
     finally:
         shooting.close()
+
+
+def _checked(problem: Problem,
+             unknowns: Unknowns) -> tuple[Unknowns, list[str], np.ndarray, float]:
+    """Correct the starts, and say what these recordings will not tell."""
+    problem.be_modest()
+    normal = problem.linearised(unknowns)
+    if not np.isfinite(normal.cost):
+        raise ValueError('the simulation diverges at the values to start from; '
+                         'look at the step of the servo file and at its values')
+    still = np.zeros(problem.size)
+    unknowns, cost = best_starts(problem, [problem.stepped(unknowns, normal, still, share)
+                                           for share in SHARES])
+    return unknowns, *foreseen(problem.linearised(unknowns), problem.freedom.names), cost
 
 
 def _inside(theta: np.ndarray, freedom: Freedom) -> np.ndarray:
@@ -96,15 +114,21 @@ def _inside(theta: np.ndarray, freedom: Freedom) -> np.ndarray:
     return theta
 
 
-def _reweigh(problem: Problem, residual: np.ndarray) -> float:
+def _reweigh(problem: Problem, raw: np.ndarray, whiten: bool = False) -> float:
     """Weigh each channel of each recording by what is left of it; return the largest change."""
     before = problem.factor.copy()
-    raw = residual / before[problem.course]
+    if whiten:
+        for i in range(len(before)):
+            rows = raw[problem.course == i]
+            energy = np.maximum(np.sum(rows[:-1] ** 2, axis=0), 1e-300)
+            problem.carry[i] = np.clip(np.sum(rows[1:] * rows[:-1], axis=0) / energy, 0.0, 0.999)
+    raw = problem.whitened(raw)
     for i in range(len(before)):
         rows = raw[problem.course == i]
         used = rows.any(axis=0)
         rms = np.sqrt(np.mean(rows**2, axis=0))
-        problem.factor[i, used] = 1.0 / np.maximum(1.0, rms[used])
+        floor = np.sqrt(1.0 + problem.carry[i] ** 2)
+        problem.factor[i, used] = 1.0 / np.maximum(floor, rms)[used]
     return float(np.abs(np.log(problem.factor / before)).max())
 
 
@@ -112,10 +136,9 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
             iterations: int, precision: float, progress: Callable[[Progress], None],
             begun: float) -> Estimate:
     freedom = problem.freedom
-    first, _ = problem.evaluate(unknowns)
-    normal = problem.linearised(unknowns)
-    warned, held = foreseen(normal, freedom.names)
-    progress(Progress('check', 0, normal.cost, tuple(warned)))
+    first = problem.raw_of(unknowns)
+    unknowns, warned, held, cost = _checked(problem, unknowns)
+    progress(Progress('check', 0, cost, tuple(warned)))
     taken = 0
 
     def told(iteration: int, cost: float) -> None:
@@ -123,12 +146,13 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
 
     # far from the answer one channel would drown the others: weights follow the fit down
     for _ in range(MOST_ROUNDS):
-        if _reweigh(problem, normal.residual) < 0.2 and taken:
+        if _reweigh(problem, problem.raw_of(unknowns), weights == 'whitened') < 0.2 and taken:
             break
         unknowns, normal, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
         taken += done
     if weights == 'noise':
         problem.factor[:] = 1.0
+    unknowns = searched(problem, unknowns)
     unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
     taken += done
 
@@ -145,12 +169,13 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     values = {n: float(unknowns.theta[i]) for n, i in zip(names, freedom.index, strict=True)}
     errors = {n: float(s) for n, s in zip(names, std, strict=True)}
     bags = tuple(_bag(c.recording) for c in problem.shooting.courses)
-    scaled = first * problem.factor[problem.course]
+    left = problem.raw_of(unknowns)
+    scaled = problem.weighed(first)
     return Estimate(
         servo_with(servo, names, values, errors, bags, f'fit, output error, {mode}'), names,
         values, errors, {n: servo.unit(n.partition('[')[0]) for n in names}, correlation,
         tuple(dict.fromkeys(warned)),
-        _rms(problem, normal.residual / problem.factor[problem.course]), _rms(problem, first),
+        _rms(problem, left), _rms(problem, first),
         _floors(problem), float(0.5 * np.vdot(normal.residual, normal.residual)),
         float(0.5 * np.vdot(scaled, scaled)),
         {CHANNELS[c]: float(unknowns.delays[c]) for c in problem.late},
@@ -171,9 +196,10 @@ def _afterwards(freedom: Freedom, unknowns: Unknowns, std: np.ndarray,
             if beyond:
                 said.append(f'{name} = {value[k]:.6g} is at its bound {bound:g}: not identified; '
                             f'widen the tolerance or look for an effect that is missing')
-        if std[k] > UNSURE:
+        size = max(freedom.scale[k], abs(value[k]))
+        if std[k] * freedom.scale[k] > UNSURE * size:
             said.append(f'{name} is not identified: its standard error is '
-                        f'{100 * std[k]:.0f} % of {freedom.scale[k]:.3g}')
+                        f'{100 * std[k] * freedom.scale[k] / size:.0f} % of {size:.3g}')
     return said
 
 

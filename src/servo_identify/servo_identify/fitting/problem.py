@@ -14,9 +14,13 @@ import numpy as np
 from .freedom import Freedom
 from .segments import CHANNELS
 from .shooting import moved, Shooting, Unknowns
+from .starts import start_deviations
 
 STEP = 3e-4
 """Step of the differences, as a share of a parameter's scale; kinks of friction are smaller."""
+
+MODEST = 1e-3
+"""What is judged to be excited must show beyond this share of a channel's motion."""
 
 
 @dataclass(frozen=True)
@@ -49,15 +53,17 @@ class Problem:
         self.measured = shooting.stacked([c.measured for c in courses])
         self.noise = shooting.stacked([np.broadcast_to(c.noise, c.measured.shape)
                                        for c in courses])
-        self.course = np.repeat(self.owner, np.diff(np.append(self.firsts, len(self.measured))))
+        self.lengths = np.diff(np.append(self.firsts, len(self.measured)))
+        self.course = np.repeat(self.owner, self.lengths)
         self.period = np.array([c.period for c in courses])[self.course]
         self.factor = np.ones((len(courses), len(CHANNELS)))
+        self.carry = np.zeros((len(courses), len(CHANNELS)))
         seen = np.isfinite(self.measured).any(axis=0)
         self.late = np.flatnonzero(seen) if delays else np.array([], dtype=int)
         self.damping = np.zeros(len(self.firsts))
         self.zeroed = np.flatnonzero(shooting.both)
         self.late_scale = min(c.period for c in courses)
-        self.start_scale, self.start_prior = self._starts()
+        self.start_scale, self.start_prior = start_deviations(shooting)
         self.zero_scale = 1e-5 if not len(self.zeroed) else float(np.median(
             self.start_scale[:, 0]))
 
@@ -66,28 +72,45 @@ class Problem:
         """How many numbers all horizons share."""
         return len(self.freedom) + len(self.late) + len(self.zeroed)
 
-    def _starts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return steps and prior deviations of the starts' offsets, (horizons, offsets)."""
-        prior = []
-        compliance = self.shooting.compliance()
-        for course in self.shooting.courses:
-            ratio = self.shooting.servo.values['mechanism.ratio']
-            floors = [course.noise[1], course.noise[0] / ratio]
-            floor = max(f for f in floors if np.isfinite(f))
-            own = course.begin[:, 3] if np.isfinite(course.begin[:, 3]).any() else (
-                course.begin[:, 2] / ratio)
-            cutoff = 2.0 * np.pi * min(50.0, 0.2 / course.period)
-            wind_up = 3.0 * floor + 0.5 * course.begin[:, 7] * compliance
-            deviations = (2.0 * floor + np.abs(own) * course.period,
-                          floor * cutoff + 0.5 * course.begin[:, 6], wind_up, wind_up * cutoff)
-            prior.append(np.column_stack(deviations[:self.shooting.offsets]))
-        prior = np.maximum(np.concatenate(prior), 1e-12)
-        return 0.1 * prior, prior
+    def be_modest(self) -> None:
+        """Weigh channels as if no model were better than :data:`MODEST` of their motion."""
+        known = np.isfinite(self.measured)
+        total = np.add.reduceat(np.where(known, self.measured, 0.0), self.firsts)
+        count = np.maximum(1, np.add.reduceat(known, self.firsts, dtype=int))
+        around = np.repeat(total / count, self.lengths, axis=0)
+        motion = np.where(known, self.measured - around, 0.0) / self.noise
+        motion[~known] = 0.0
+        for i in range(len(self.factor)):
+            size = np.sqrt(np.mean(motion[self.course == i] ** 2, axis=0))
+            self.factor[i] = 1.0 / np.maximum(1.0, MODEST * size)
 
-    def residual(self, unknowns: Unknowns, y: list[np.ndarray]) -> np.ndarray:
+    def residual(self, y: list[np.ndarray]) -> np.ndarray:
         """Weighted residual twin minus rig, (rows, channels); zero where nothing is compared."""
+        return self.weighed(self._raw(y))
+
+    def raw_of(self, unknowns: Unknowns) -> np.ndarray:
+        """Twin minus rig in units of the noise floor, (rows, channels)."""
+        return self._raw(self.shooting.simulate([unknowns])[0])
+
+    def weighed(self, raw: np.ndarray) -> np.ndarray:
+        """Return raw residuals whitened and weighed."""
+        return self.whitened(raw) * self.factor[self.course]
+
+    def whitened(self, raw: np.ndarray) -> np.ndarray:
+        """Take from each residual its share of the one before, within horizons."""
+        if not self.carry.any():
+            return raw
+        before = np.vstack([raw[:1], raw[:-1]])
+        before[self.firsts] = 0.0
+        with np.errstate(invalid='ignore'):
+            white = raw - self.carry[self.course] * before
+        white[self.firsts] = raw[self.firsts] * np.sqrt(
+            1.0 - self.carry[self.course[self.firsts]] ** 2)
+        white[np.isnan(white)] = np.inf
+        return white
+
+    def _raw(self, y: list[np.ndarray]) -> np.ndarray:
         error = (self.shooting.stacked(y) - self.measured) / self.noise
-        error *= self.factor[self.course]
         blind = ~np.isfinite(self.measured)
         if not np.isfinite(error[~blind]).all():
             error[~np.isfinite(error)] = np.inf
@@ -106,26 +129,8 @@ class Problem:
 
     def evaluate(self, unknowns: Unknowns) -> tuple[np.ndarray, float]:
         """Return residual and cost."""
-        residual = self.residual(unknowns, self.shooting.simulate([unknowns])[0])
+        residual = self.weighed(self.raw_of(unknowns))
         return residual, float(self.costs(residual, unknowns).sum())
-
-    def best_starts(self, trials: list[Unknowns]) -> tuple[Unknowns, float]:
-        """
-        Return the unknowns with, for each horizon, the starts of the trial that suits it best.
-
-        A horizon whose first trial (the whole way of the linear model) is not its best takes
-        shorter steps from now on.
-        """
-        rolled = self.shooting.simulate(trials)
-        costs = np.array([self.costs(self.residual(t, y), t)
-                          for t, y in zip(trials, rolled, strict=True)])
-        best = np.argmin(np.where(np.isfinite(costs), costs, np.inf), axis=0)
-        horizon = np.arange(len(best))
-        self.damping = np.where(best == 0, 0.1 * self.damping, np.where(
-            best == len(trials) - 1, 30.0 * self.damping + 1e-3, self.damping))
-        self.damping = np.clip(np.where(self.damping < 1e-4, 0.0, self.damping), 0.0, 1e6)
-        starts = np.array([t.starts for t in trials])[best, horizon]
-        return replace(trials[0], starts=starts), float(costs[best, horizon].sum())
 
     def steps(self, unknowns: Unknowns) -> list[tuple[Unknowns, float]]:
         """Return the points of the differences and what one unit of each column is worth."""
@@ -148,11 +153,11 @@ class Problem:
         """Return the normal equations at a point."""
         points = self.steps(unknowns)
         rolled = self.shooting.simulate([unknowns] + [p for p, _ in points])
-        residual = self.residual(unknowns, rolled[0])
+        residual = self.residual(rolled[0])
         rows, own = residual.size, self.shooting.offsets
         moves = []
-        for (point, worth), y in zip(points, rolled[1:], strict=True):
-            change = (self.residual(point, y) - residual) / worth
+        for (_, worth), y in zip(points, rolled[1:], strict=True):
+            change = (self.residual(y) - residual) / worth
             moves.append(np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0).reshape(rows))
         count = len(self.freedom)
         shared = moves[:count]
@@ -161,10 +166,9 @@ class Problem:
             rate = np.gradient(stacked[:, c]) / self.period
             rate[self.firsts] = rate[np.minimum(self.firsts + 1, len(rate) - 1)]
             column = np.zeros_like(residual)
-            weight = self.factor[self.course, c] / self.noise[:, c]
             column[:, c] = np.where(np.isfinite(self.measured[:, c]),
-                                    -rate * weight * self.late_scale, 0.0)
-            shared.append(column.reshape(rows))
+                                    -rate * self.late_scale / self.noise[:, c], 0.0)
+            shared.append(self.weighed(column).reshape(rows))
         for i in self.zeroed:
             mask = np.repeat(self.course == i, residual.shape[1])
             shared.append(np.where(mask, moves[count + own], 0.0))

@@ -9,6 +9,7 @@ from scipy.optimize import lsq_linear
 
 from .problem import Normal, Problem
 from .shooting import Unknowns
+from .starts import best_starts
 
 SHARES = (1.0, 0.3, 0.0)
 """How far the starts may follow the linear model, which a shaft that sticks makes a liar."""
@@ -26,17 +27,14 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
     """
     damping = 1e-3
     normal = problem.linearised(unknowns)
-    if not np.isfinite(normal.cost):
-        raise ValueError('the simulation diverges at the values to start from; '
-                         'look at the step of the servo file and at its values')
     done = 0
     while done < iterations:
         low, high = problem.room(unknowns)
         gained = 0.0
         while damping < 1e9:
             step = _step(normal, damping, low, high, held)
-            trial, cost = problem.best_starts(
-                [problem.stepped(unknowns, normal, step, share) for share in SHARES])
+            trial, cost = best_starts(problem, [problem.stepped(unknowns, normal, step, share)
+                                                for share in SHARES])
             if cost < normal.cost:
                 gained = (normal.cost - cost) / normal.cost
                 break

@@ -1,0 +1,85 @@
+"""
+The starts of the horizons: how unsure they are, and how to find them where slopes mislead.
+
+A shaft that sticks, or stops soon after its horizon began, answers to its start with a kink. So
+each horizon chooses among several trials by itself, and takes shorter steps where the linear model
+was wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .shooting import Shooting, Unknowns
+
+if TYPE_CHECKING:
+    from .problem import Problem
+
+
+def start_deviations(shooting: Shooting) -> tuple[np.ndarray, np.ndarray]:
+    """Return steps for differences and prior deviations of the starts, (horizons, offsets)."""
+    prior = []
+    compliance = shooting.compliance()
+    for course in shooting.courses:
+        ratio = shooting.servo.values['mechanism.ratio']
+        floors = [course.noise[1], course.noise[0] / ratio]
+        floor = max(f for f in floors if np.isfinite(f))
+        own = course.begin[:, 3] if np.isfinite(course.begin[:, 3]).any() else (
+            course.begin[:, 2] / ratio)
+        cutoff = 2.0 * np.pi * min(50.0, 0.2 / course.period)
+        wind_up = 3.0 * floor + 0.5 * course.begin[:, 7] * compliance
+        deviations = (2.0 * floor + np.abs(own) * course.period,
+                      floor * cutoff + 0.5 * course.begin[:, 6], wind_up, wind_up * cutoff)
+        prior.append(np.column_stack(deviations[:shooting.offsets]))
+    prior = np.maximum(np.concatenate(prior), 1e-12)
+    return 0.1 * prior, prior
+
+
+def best_starts(problem: Problem, trials: list[Unknowns]) -> tuple[Unknowns, float]:
+    """
+    Return the unknowns with, for each horizon, the starts of the trial that suits it best.
+
+    The first trial goes the whole way of the linear model, the last none of it; a horizon for
+    which that is best takes shorter steps from now on.
+    """
+    starts, costs, best = _chosen(problem, trials)
+    shorter = np.where(best == len(trials) - 1, 30.0 * problem.damping + 1e-3, problem.damping)
+    damping = np.where(best == 0, 0.1 * problem.damping, shorter)
+    problem.damping = np.clip(np.where(damping < 1e-4, 0.0, damping), 0.0, 1e6)
+    return replace(trials[0], starts=starts), float(costs.sum())
+
+
+def searched(problem: Problem, unknowns: Unknowns) -> Unknowns:
+    """
+    Return the unknowns with starts that a search along each offset finds better.
+
+    Nothing is done unless some horizons are left with several times the residual of the others.
+    """
+    shooting = problem.shooting
+    for turn in range(4):
+        residual = problem.residual(shooting.simulate([unknowns])[0])
+        each = problem.costs(residual, unknowns) / problem.lengths
+        if each.max() < 3.0 * np.median(each):
+            break
+        trials = [unknowns, replace(unknowns, starts=np.zeros_like(unknowns.starts))]
+        for column in range(shooting.offsets):
+            for way in (-1.0, -0.3, -0.1, 0.1, 0.3, 1.0):
+                starts = unknowns.starts.copy()
+                starts[:, column] += way * problem.start_prior[:, column] / (1.0 + 2.0 * turn)
+                trials.append(replace(unknowns, starts=starts))
+        unknowns = replace(unknowns, starts=_chosen(problem, trials)[0])
+    return unknowns
+
+
+def _chosen(problem: Problem,
+            trials: list[Unknowns]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rolled = problem.shooting.simulate(trials)
+    costs = np.array([problem.costs(problem.residual(y), trial)
+                      for trial, y in zip(trials, rolled, strict=True)])
+    best = np.argmin(np.where(np.isfinite(costs), costs, np.inf), axis=0)
+    horizon = np.arange(len(best))
+    starts = np.array([trial.starts for trial in trials])[best, horizon]
+    return starts, costs[best, horizon], best
