@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 import itertools
+import os
 from time import sleep, time_ns
 
 import can
@@ -27,13 +28,13 @@ _channels = (f'link{number}' for number in itertools.count())
 class Linked:
     """A link, what it is made of, and the blocks it published."""
 
-    def __init__(self, channel: str, late_limit: float = 0.5) -> None:
+    def __init__(self, channel: str, late_limit: float = 0.5, priority: int = 0) -> None:
         self.health = RigHealth()
         frames = RigFrames(load_frames())
         self.player = SetpointPlayer(0.1, Limits(10.0, 5.0, 2.0, -6.3, 6.3, 1000.0))
         watch = RigWatch(frames, self.health, 0.35)
         sampler = Sampler(frames, self.player, DriveMaster(pause=0.05), watch, self.health)
-        settings = LinkSettings(PERIOD, 7, late_limit, 0.1, 0.3, 127)
+        settings = LinkSettings(PERIOD, 7, late_limit, 0.1, 0.3, 127, priority)
         self.blocks = []
         self.link = RigLink(settings, sampler, watch, self.health,
                             lambda: Wire(open_bus(BusSettings('virtual', channel))),
@@ -98,6 +99,12 @@ def test_it_leaves_samples_out_rather_than_asking_too_late():
         made.link.sampler.blocks.out = lambda block: sleep(0.1)
         wait_for(lambda: made.health.counted('samples.not_asked') > 20, 'samples are left out')
         assert any('samples were not taken' in trouble.text for trouble in made.health.troubles)
+
+
+def test_it_takes_a_realtime_priority_or_says_that_it_may_not():
+    with linked(priority=5) as (_, made):
+        policy = os.sched_getscheduler(made.link._thread.native_id)
+        assert policy == os.SCHED_FIFO or made.health.has('samples.priority')
 
 
 def test_it_refuses_a_bus_on_which_a_driver_speaks():

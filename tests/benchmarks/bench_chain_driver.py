@@ -81,6 +81,7 @@ def main() -> int:
     parser.add_argument('--rate', type=float, default=1000.0, help='samples a second')
     parser.add_argument('--block', type=int, default=1, help='samples a message')
     parser.add_argument('--seconds', type=float, default=60.0)
+    parser.add_argument('--priority', type=int, default=0, help="driver's realtime_priority")
     parser.add_argument('--rig', default=str(ROOT / 'config' / 'rigs' / 'rv_bench.yaml'))
     asked = parser.parse_args()
     channel = str(Path(tempfile.mkdtemp()) / 'rig.can')
@@ -92,7 +93,8 @@ def main() -> int:
         'driver': start('servo_rig_driver.driver', '--ros-args', '--params-file',
                         str(ROOT / 'config' / 'driver.yaml'), '-p', f'bus.channel:={channel}',
                         '-p', f'sync_period:={1 / asked.rate}', '-p',
-                        f'block_size:={asked.block}', '-r', f'__ns:=/{namespace}'),
+                        f'block_size:={asked.block}', '-p',
+                        f'realtime_priority:={asked.priority}', '-r', f'__ns:=/{namespace}'),
     }
     rclpy.init()
     node = rclpy.create_node('reader', namespace=namespace)
@@ -146,7 +148,7 @@ def main() -> int:
 def report(asked: argparse.Namespace, reader: Reader, share: dict[str, float], elapsed: float
            ) -> None:
     median, p99, p999, worst = np.percentile(reader.latencies, [50, 99, 99.9, 100])
-    print(f'{asked.rate:g} Hz, {asked.block} a message, {elapsed:.1f} s, '
+    print(f'{asked.rate:g} Hz, {asked.block} a message, {elapsed:.1f} s, priority {asked.priority}, '
           f'{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}')
     print(f'samples {reader.samples}, expected {asked.rate * elapsed:.0f}, lost {reader.lost}')
     print(f'latency, us: median {median:.0f}, p99 {p99:.0f}, p99.9 {p999:.0f}, max {worst:.0f}')

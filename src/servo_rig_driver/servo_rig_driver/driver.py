@@ -142,7 +142,7 @@ class Driver(LifecycleNode):
         sampler = Sampler(frames, self._player, master, watch, self.health)
         settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
-                                of['nodes.driver'])
+                                of['nodes.driver'], of['realtime_priority'])
         return RigLink(settings, sampler, watch, self.health,
                        lambda: Wire(open_bus(bus, of['retry_period'])), self._publish,
                        self._ros_now)

@@ -67,6 +67,8 @@ DECLARED = (
     Declared('block_size', 1, 'samples', 'Samples that travel in one message', 1, 4096),
     Declared('late_sync_limit', 0.5, 's', 'A SYNC later than this is left out, and its sample '
              'with it; half a sync_period for hardware', 0.0, 10.0),
+    Declared('realtime_priority', 0, '', 'SCHED_FIFO priority of the thread that paces SYNC; 0: '
+             'none. Needs the right to set it (CAP_SYS_NICE, or rtprio in limits.conf)', 0, 99),
     Declared('joint_states_rate', 50.0, 'Hz', 'At most this many joint_states a second; 0: none',
              0.0, 1000.0),
     Declared('joint_names', ['motor', 'load'], '', 'Names of the two joints in joint_states'),

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+import os
 import random
 from threading import Event, Thread
 from time import monotonic_ns, sleep
@@ -26,7 +27,7 @@ from .bus_port import BusPort, Frames
 from .cia402 import Controlword
 from .frames import HEARTBEAT_ID
 from .node_start import NodeStart, Outcome
-from .rig_health import Heartbeats, RigHealth
+from .rig_health import Heartbeats, Level, RigHealth
 from .rig_watch import RigWatch
 from .sampler import Sampler
 from .samples import BlockBuilder, SampleBlock
@@ -49,6 +50,7 @@ class LinkSettings:
     listen_time: float
     retry_period: float
     node: int
+    priority: int = 0
 
 
 class ForeignDriver(RuntimeError):
@@ -125,6 +127,7 @@ class RigLink:
     # The thread.
 
     def _run(self) -> None:
+        self._take_priority()
         phase = self._idling
         while not self._closing:
             try:
@@ -138,6 +141,16 @@ class RigLink:
                                     'the driver anew', self.now())
                 self._idle.set()
                 raise
+
+    def _take_priority(self) -> None:
+        if not self.settings.priority:
+            return
+        try:  # on Linux, 0 is the calling thread
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(self.settings.priority))
+        except OSError as error:
+            self.health.trouble('samples.priority', f'realtime_priority = {self.settings.priority}'
+                                f' is not granted ({error.strerror}); SYNC may come late under '
+                                'load', self.now(), Level.WARN)
 
     def _idling(self) -> Callable:
         self.state = 'idle'
