@@ -148,8 +148,8 @@ def main() -> int:
 def report(asked: argparse.Namespace, reader: Reader, share: dict[str, float], elapsed: float
            ) -> None:
     median, p99, p999, worst = np.percentile(reader.latencies, [50, 99, 99.9, 100])
-    print(f'{asked.rate:g} Hz, {asked.block} a message, {elapsed:.1f} s, priority {asked.priority}, '
-          f'{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}')
+    print(f'{asked.rate:g} Hz, {asked.block} a message, {elapsed:.1f} s, '
+          f'priority {asked.priority}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}')
     print(f'samples {reader.samples}, expected {asked.rate * elapsed:.0f}, lost {reader.lost}')
     print(f'latency, us: median {median:.0f}, p99 {p99:.0f}, p99.9 {p999:.0f}, max {worst:.0f}')
     print('CPU, % of a core: ' + ', '.join(f'{name} {100 * used:.0f}'
