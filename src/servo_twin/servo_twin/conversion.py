@@ -56,30 +56,29 @@ def to_samples(parts: Mapping[str, Encoder | Torque | Current]) -> np.ndarray:
     return samples
 
 
-def to_prediction(answer: Answer, period: float, restarts: int, frame: str) -> Prediction:
-    """Return the message of a prediction; ``period`` in s."""
-    message = _filled(Prediction(), answer, PREDICTED, period, frame)
-    message.restarts = restarts
-    return message
+class Outgoing:
+    """
+    One kind of answer on its way out.
 
+    The message is the same object each time, filled anew: what is published is serialised at once,
+    and making a message costs as much as sending it.
+    """
 
-def to_residual(answer: Answer, period: float, channel_noise: np.ndarray,
-                balance_noise: np.ndarray, frame: str) -> Residual:
-    """Return the message of a residual; noise floors as of Balances."""
-    message = _filled(Residual(), answer, COMPARED + BALANCES, period, frame)
-    message.channel_noise = channel_noise
-    message.balance_noise = balance_noise
-    return message
+    def __init__(self, kind: type[Prediction] | type[Residual], frame: str) -> None:
+        self.message = kind()
+        self.message.header.frame_id = frame
+        self._fields = PREDICTED if kind is Prediction else COMPARED + BALANCES
 
-
-def _filled(message, answer: Answer, fields: tuple[str, ...], period: float, frame: str):
-    message.header.stamp = to_time(answer.stamp)
-    message.header.frame_id = frame
-    message.sequence = answer.sequence
-    message.period = period
-    for field, column in zip(fields, answer.values.T, strict=True):
-        setattr(message, field, array('d', column.tobytes()))
-    return message
+    def filled(self, answer: Answer, period: float, **others: object) -> Prediction | Residual:
+        """Return the message with an answer, the period in s, and ``others`` of its fields."""
+        message, stamp = self.message, self.message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(answer.stamp, SECOND)
+        message.sequence, message.period = answer.sequence, period
+        for field, column in zip(self._fields, answer.values.T, strict=True):
+            setattr(message, field, array('d', column.tobytes()))
+        for field, value in others.items():
+            setattr(message, field, value)
+        return message
 
 
 def to_diagnostics(name: str, level: int, said: str, facts: Mapping[str, str], now: int

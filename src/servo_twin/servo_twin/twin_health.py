@@ -25,8 +25,7 @@ class TwinHealth:
         self.why = ''
         self.loaded = 0
         self._latencies: dict[str, list[float]] = {'prediction': [], 'residual': []}
-        self._squares = np.zeros(len(BALANCES))
-        self._counts = np.zeros(len(BALANCES))
+        self._compared: list[np.ndarray] = []
         self._before: dict[str, int] = {}
 
     def predicted(self, samples: int, latency: float) -> None:
@@ -38,10 +37,17 @@ class TwinHealth:
         """Note that a residual was published, shape (n, len(COMPARED) + len(BALANCES))."""
         self.samples_out += len(values)
         self._latencies['residual'].append(latency)
-        rows = values[:, len(COMPARED):]
+        self._compared.append(values)
+
+    def _levels(self) -> np.ndarray:
+        """Return the RMS of each balance since the last report, in noise floors; NaN: unknown."""
+        if not self._compared:
+            return np.full(len(BALANCES), np.nan)
+        rows = np.vstack(self._compared)[:, len(COMPARED):]
+        self._compared.clear()
         good = np.isfinite(rows)
-        self._counts += good.sum(axis=0)
-        self._squares += np.square(rows, where=good, out=np.zeros_like(rows)).sum(axis=0)
+        with np.errstate(invalid='ignore'):
+            return np.sqrt(np.square(np.where(good, rows, 0.0)).sum(axis=0) / good.sum(axis=0))
 
     def report(self, lockstep: Lockstep | None, given_up: int, silent: tuple[str, ...]
                ) -> tuple[int, str, dict[str, str]]:
@@ -61,13 +67,11 @@ class TwinHealth:
                 middle, late = np.percentile(latencies, (50, 99)) * 1e3
                 facts[f'latency of {kind}, ms'] = f'median {middle:.2f}, 99 % {late:.2f}'
             latencies.clear()
-        with np.errstate(invalid='ignore', divide='ignore'):
-            levels = np.sqrt(self._squares / self._counts)
+        levels = self._levels()
         over = [name for name, level in zip(BALANCES, levels, strict=True) if level > PRACTICAL]
         for name, level in zip(BALANCES, levels, strict=True):
             if np.isfinite(level):
                 facts[f'{name}, noise floors'] = f'{level:.2f}'
-        self._squares[:], self._counts[:] = 0.0, 0.0
         if twin and twin.why:
             facts['last restart'] = twin.why
         return *self._sentence(new, twin, over, silent), facts

@@ -52,7 +52,9 @@ class TwinNode(LifecycleNode):
         self._active = False
         self._declaring = False
         self._told = ''
-        self._frame = self.get_namespace().strip('/')
+        frame = self.get_namespace().strip('/')
+        self._prediction = conversion.Outgoing(Prediction, frame)
+        self._residual = conversion.Outgoing(Residual, frame)
         self._outputs: list = []
         self._inputs: list = []
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -138,12 +140,13 @@ class TwinNode(LifecycleNode):
             return
         prediction, due = self._lockstep.step(
             message.sequence, conversion.to_instant(parts['encoder'].header.stamp), samples)
+        now = self._now()
         twin = self._lockstep.twin
-        self._outputs[0].publish(conversion.to_prediction(
-            prediction, twin.period, twin.restarts, self._frame))
-        self._health.predicted(len(samples), self._age(prediction))
+        self._outputs[0].publish(self._prediction.filled(
+            prediction, twin.period, restarts=twin.restarts))
+        self._health.predicted(len(samples), self._age(prediction, now))
         for residual in due:
-            self._compare(residual)
+            self._compare(residual, now)
 
     def _keep_pace(self, period: float) -> None:
         """Have a lockstep at the rig's period. Raises ServoError for one that cannot be."""
@@ -154,24 +157,27 @@ class TwinNode(LifecycleNode):
             self._close()
             self._lockstep = Lockstep(self._servo, period, self.settings)
 
-    def _compare(self, residual: Answer) -> None:
+    def _compare(self, residual: Answer, now: int) -> None:
         lockstep = self._lockstep
-        self._outputs[1].publish(conversion.to_residual(
-            residual, lockstep.twin.period, lockstep.balances.channel_noise,
-            lockstep.balances.noise, self._frame))
-        self._health.compared(residual.values, self._age(residual))
+        self._outputs[1].publish(self._residual.filled(
+            residual, lockstep.twin.period, channel_noise=lockstep.balances.channel_noise,
+            balance_noise=lockstep.balances.noise))
+        self._health.compared(residual.values, self._age(residual, now))
 
     def _close(self) -> None:
         """Publish what is owed and end the lockstep."""
         if self._lockstep is not None:
             for residual in self._lockstep.finish():
-                self._compare(residual)
+                self._compare(residual, self._now())
             self._lockstep = None
 
-    def _age(self, answer: Answer) -> float:
-        """Return how long ago the last sample of an answer was taken, s."""
-        taken = answer.stamp * 1e-9 + (len(answer.values) - 1) * self._lockstep.twin.period
-        return self.get_clock().now().nanoseconds * 1e-9 - taken
+    def _age(self, answer: Answer, now: int) -> float:
+        """Return how long before ``now``, ns, the last sample of an answer was taken, s."""
+        last = (len(answer.values) - 1) * self._lockstep.twin.period
+        return (now - answer.stamp) * 1e-9 - last
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
 
     # Parameters and the servo file.
 
@@ -240,7 +246,7 @@ class TwinNode(LifecycleNode):
                  'mode': self.settings.mode, **facts}
         self._diagnostics.publish(conversion.to_diagnostics(
             self.get_fully_qualified_name(), level, said, facts,
-            self.get_clock().now().nanoseconds))
+            self._now()))
         if level != OK and said != self._told:
             self.get_logger().warning(said)
         self._told = said
