@@ -142,8 +142,10 @@ def _source(servo: Servo) -> tuple[str, int]:
     parts.append(folds_text)
     for name, thing in _borrowed(servo).items():
         take = f'_mechanism.step.__globals__[{name!r}]'
-        parts.append(f'{name} = ' + (f'compiled({take})' if isinstance(thing, FunctionType) else take))
-    parts.append('\n@compiled\n' + _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1))
+        take = f'compiled({take})' if isinstance(thing, FunctionType) else take
+        parts.append(f'{name} = {take}')
+    step = _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1)
+    parts.append('\n@compiled\n' + step)
     for function in (rollout.align, rollout.run, following.follow, following.lose,
                      following.conduct, following.sense, following.govern):
         parts.append("@njit(error_model='numpy', nogil=True, cache=True)\n" + _plain(function))

@@ -120,15 +120,14 @@ class Servo:
     def _fill_rows(self, values: dict[str, Value]) -> None:
         """Make the rows of each effect equally long: laws run over them side by side."""
         for path, owner in self.owners():
-            rows = [f'{path}.{name}' for name, p in owner.parameters.items() if p.row]
+            rows = {f'{path}.{name}': p for name, p in owner.parameters.items() if p.row}
             longest = max((len(values[row]) for row in rows), default=0)
-            for row in rows:
-                lacking, off = longest - len(values[row]), owner.parameters[
-                    row.rpartition('.')[2]].off
-                if lacking and off is None:
+            for row, parameter in rows.items():
+                lacking = longest - len(values[row])
+                if lacking and parameter.off is None:
                     raise ServoError(f'{self.name}: {row} has {len(values[row])} numbers, and the '
                                      f'longest row of {path} has {longest}; all must have as many')
-                values[row] += (off,) * lacking
+                values[row] += (parameter.off,) * lacking
 
     def owners(self) -> Iterator[tuple[str, type[Declared]]]:
         """Yield (path, declaring class) of every part and effect, in the order of `theta`."""

@@ -18,6 +18,7 @@ class DahlFriction(Torque):
     """
 
     source = 'Dahl: Aerospace Corporation TOR-0158(3107-18)-1, 1968'
+    candidate = False
     memory = 1
 
     level = Parameter(1.0, 'N m', (0.0, 1e5), 'What it tends to.', off=0.0)

@@ -16,6 +16,7 @@ class MotorEncoderEccentricity(Sensor):
     """
 
     source = 'Heidenhain: Angle Encoders, section on eccentricity of the graduation'
+    candidate = False
     sites = ('motor_position',)
 
     cosine = Parameter(0.001, 'rad', (-0.5, 0.5), 'Amplitude of the cosine.', off=0.0)

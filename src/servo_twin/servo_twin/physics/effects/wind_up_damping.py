@@ -14,6 +14,7 @@ class WindUpDamping(Mesh):
     """
 
     source = 'paper 004 eq. 5 (Ghorbel, Dhaouadi): spring with nonlinear damping'
+    candidate = False
 
     rise = Parameter(1e3, 'N m s2/rad2', (0.0, 1e9), 'Rise with the rate squared.', off=0.0)
 
