@@ -170,3 +170,23 @@ def test_it_settles_which_of_two_drivers_stays_when_both_start_at_once(tmp_path)
         finally:
             for thing in (*drivers, *ears):
                 thing.close()
+
+
+@pytest.mark.parametrize('values,words', [
+    ({'sync_period': 0.5}, 'sync_period'), ({'block_size': 0}, 'block_size'),
+    ({'sync_period': "'fast'"}, 'sync_period')])
+def test_it_names_a_parameter_that_it_cannot_start_with(values, words):
+    status, said = DriverProcess('wrong', **values).wait()
+    assert status == 2
+    assert words in said.splitlines()[-1]
+    assert 'Traceback' not in said
+
+
+def test_it_says_that_the_nodes_cannot_count_a_period():
+    ears = Listener('odd')
+    driver = DriverProcess('odd', sync_period=0.001 / 3)
+    try:
+        ears.hears('bus', 'give a multiple of 1e-06 s', 2)
+    finally:
+        driver.close()
+        ears.close()

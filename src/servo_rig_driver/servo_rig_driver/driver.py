@@ -16,6 +16,7 @@ import sys
 
 import can
 import rclpy
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -80,7 +81,8 @@ class Driver(LifecycleNode):
         try:
             self._link = self._make_link(of)
             self._link.open()
-        except (can.CanError, BusError, DictionaryError, FrameError, ForeignDriver) as error:
+        except (can.CanError, BusError, DictionaryError, FrameError, ForeignDriver,
+                parameters.Contradiction) as error:
             self.health.trouble('bus.configure', str(error), self._ros_now())
             self._link = None
             if isinstance(error, ForeignDriver) and of['autostart']:
@@ -132,6 +134,9 @@ class Driver(LifecycleNode):
         super().destroy_node()
 
     def _make_link(self, of: dict) -> RigLink:
+        contradiction = parameters.contradiction(of)
+        if contradiction:
+            raise parameters.Contradiction(contradiction)
         bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'])
         frames = RigFrames(load_frames(of['dictionaries'],
                                        {name: of[f'nodes.{name}'] for name in NODE_IDS}))
@@ -244,10 +249,15 @@ class Driver(LifecycleNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the driver until it is told to stop; 1 when another driver has the bus."""
+    """Run the driver until told to stop; 1: another driver has the bus, 2: a bad parameter."""
     sys.setswitchinterval(5e-4)
     rclpy.init(args=arguments)
-    node = Driver()
+    try:
+        node = Driver()
+    except (InvalidParameterValueException, InvalidParameterTypeException) as error:
+        print(f'driver: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
     executor = EventsExecutor()
     executor.add_node(node)
     try:

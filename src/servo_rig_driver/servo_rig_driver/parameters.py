@@ -19,6 +19,10 @@ from .dictionary import NODE_IDS
 from .setpoints import Limits
 
 
+class Contradiction(ValueError):
+    """Parameters that are each in range and cannot all hold."""
+
+
 @dataclass(frozen=True)
 class Declared:
     """One parameter; ``live`` ones act at once, the others when the node is configured."""
