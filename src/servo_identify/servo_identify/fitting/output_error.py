@@ -30,7 +30,7 @@ from .starts import best_starts, searched
 
 RELATIVE_MARGIN = 1e-3
 WEIGHTS = ('noise', 'residual', 'whitened')
-MOST_ROUNDS, STEPS_A_ROUND = 12, 2
+MOST_ROUNDS, STEPS_A_ROUND, SEARCHES = 12, 2, 3
 
 
 @dataclass(frozen=True)
@@ -144,17 +144,24 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     def told(iteration: int, cost: float) -> None:
         progress(Progress('fit', taken + iteration, cost))
 
+    normal = None
+
     # far from the answer one channel would drown the others: weights follow the fit down
     for _ in range(MOST_ROUNDS):
         if _reweigh(problem, problem.raw_of(unknowns), weights == 'whitened') < 0.2 and taken:
             break
-        unknowns, normal, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
+        unknowns, _, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
         taken += done
+        if taken > STEPS_A_ROUND:
+            unknowns, _ = searched(problem, unknowns)
     if weights == 'noise':
         problem.factor[:] = 1.0
-    unknowns = searched(problem, unknowns)
-    unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
-    taken += done
+    for _ in range(SEARCHES):
+        unknowns, better = searched(problem, unknowns)
+        if normal is not None and not better:
+            break
+        unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
+        taken += done
 
     covariance = spread(normal, problem.owner, held)
     count = len(freedom)

@@ -63,9 +63,15 @@ class Problem:
         self.damping = np.zeros(len(self.firsts))
         self.zeroed = np.flatnonzero(shooting.both)
         self.late_scale = min(c.period for c in courses)
-        self.start_scale, self.start_prior = start_deviations(shooting)
+        self.start_scale, self.start_deviation = start_deviations(shooting)
         self.zero_scale = 1e-5 if not len(self.zeroed) else float(np.median(
             self.start_scale[:, 0]))
+
+    @property
+    def start_prior(self) -> np.ndarray:
+        """Deviations of the starts, wider while the data weigh less, (horizons, offsets)."""
+        least = np.maximum(self.factor[:, :2].min(axis=1), 0.01)
+        return self.start_deviation / least[self.owner, None]
 
     @property
     def size(self) -> int:

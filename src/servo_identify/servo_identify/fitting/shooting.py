@@ -93,15 +93,15 @@ class Shooting:
         if np.isfinite(row[5]):
             x[state.CURRENT] = row[5]
 
-    def _start(self, x: np.ndarray, theta: np.ndarray, which: int, h: int, zero: float,
-               offset: np.ndarray) -> None:
+    def _start(self, x: np.ndarray, theta: np.ndarray, which: int, h: int, first: bool,
+               zero: float, offset: np.ndarray) -> None:
         """Set the measured part of the state at the start of a horizon; keep all memories."""
         course, ratio = self.courses[which], theta[self.ratio]
         row = course.begin[h]
-        self._place(x, row, ratio, h == 0, offset[0], offset[1])
+        self._place(x, row, ratio, first, offset[0], offset[1])
         x[state.TIME] = course.starts[h] * course.period
         torque = _finite(row[4], x[state.TORQUE])
-        if h == 0:  # memories of effects begin with the torque; later they are carried on
+        if first:  # memories of effects begin with the torque; later they are carried on
             self.kernel.align(theta, self.on, x, torque)
         if not self.both[which]:
             x[state.ZERO] = self._aligned(theta, x, torque)
@@ -141,15 +141,19 @@ class Shooting:
             zeros.append(x[state.ZERO])
         return abs(zeros[0] - zeros[1]) / torque
 
-    def _roll(self, which: int, unknowns: Unknowns) -> np.ndarray:
+    def _roll(self, which: int, unknowns: Unknowns, only: np.ndarray | None) -> np.ndarray:
         course = self.courses[which]
         substeps, step = substeps_of(self.servo, course.period)
         y = np.full((len(course.recording), len(CHANNELS)), np.nan)
         x = fresh_state(self.kernel)
-        mode = state.MODES[self.mode]
+        mode, first = state.MODES[self.mode], True
         for h, (a, b) in enumerate(zip(course.starts, course.stops, strict=True)):
-            self._start(x, unknowns.theta, which, h, unknowns.zeros[which],
+            if only is not None and not only[self.firsts[which] + h]:
+                first = True
+                continue
+            self._start(x, unknowns.theta, which, h, first, unknowns.zeros[which],
                         unknowns.starts[self.firsts[which] + h])
+            first = False
             self.kernel.run(unknowns.theta, self.on, x, course.inputs[a:b], y[a:b], substeps, step,
                             mode)
             if not np.isfinite(x).all():
@@ -162,10 +166,15 @@ class Shooting:
                 y[a:b, c] = np.interp(grid - late, grid, y[a:b, c])
         return y
 
-    def simulate(self, several: Sequence[Unknowns]) -> list[list[np.ndarray]]:
-        """Roll several unknowns over all courses: one list of (samples, channels) for each."""
+    def simulate(self, several: Sequence[Unknowns],
+                 only: np.ndarray | None = None) -> list[list[np.ndarray]]:
+        """
+        Roll several unknowns over all courses: one list of (samples, channels) for each.
+
+        ``only`` (horizons,) names those to roll; the others are NaN.
+        """
         jobs = [(i, u) for u in several for i in range(len(self.courses))]
-        done = list(self.pool.map(lambda job: self._roll(*job), jobs))
+        done = list(self.pool.map(lambda job: self._roll(*job, only), jobs))
         size = len(self.courses)
         return [done[k * size:(k + 1) * size] for k in range(len(several))]
 

@@ -14,12 +14,15 @@ from .starts import best_starts
 SHARES = (1.0, 0.3, 0.0)
 """How far the starts may follow the linear model, which a shaft that sticks makes a liar."""
 
+SMALL = 1e-4
+
 
 def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
            held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, Normal, int]:
     """
     Walk downhill until a step moves the shared numbers by less than ``tolerance`` of a standard
-    error (of independent residuals: the honest ones are larger).
+    error (of independent residuals: the honest ones are larger) or none of them by more than
+    :data:`SMALL` of its scale.
 
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
     called at each accepted step and may raise to stop the fit. Returns unknowns, the normal
@@ -49,7 +52,7 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
         unknowns = trial
         normal = problem.linearised(unknowns)
         told(done, normal.cost)
-        if moved < tolerance:
+        if moved < tolerance or (damping < 1e-3 and np.abs(step).max() < SMALL):
             break
     return unknowns, normal, done
 

@@ -52,17 +52,18 @@ def best_starts(problem: Problem, trials: list[Unknowns]) -> tuple[Unknowns, flo
     return replace(trials[0], starts=starts), float(costs.sum())
 
 
-def searched(problem: Problem, unknowns: Unknowns) -> Unknowns:
+def searched(problem: Problem, unknowns: Unknowns) -> tuple[Unknowns, bool]:
     """
-    Return the unknowns with starts that a search along each offset finds better.
+    Return the unknowns with starts that a search along each offset finds better, and if it did.
 
-    Nothing is done unless some horizons are left with several times the residual of the others.
+    Only horizons that are left with more residual than most are searched.
     """
-    shooting = problem.shooting
-    for turn in range(4):
+    shooting, better = problem.shooting, False
+    for turn in range(3):
         residual = problem.residual(shooting.simulate([unknowns])[0])
         each = problem.costs(residual, unknowns) / problem.lengths
-        if each.max() < 3.0 * np.median(each):
+        poor = each > 1.5 * np.median(each)
+        if not poor.any():
             break
         trials = [unknowns, replace(unknowns, starts=np.zeros_like(unknowns.starts))]
         for column in range(shooting.offsets):
@@ -70,13 +71,15 @@ def searched(problem: Problem, unknowns: Unknowns) -> Unknowns:
                 starts = unknowns.starts.copy()
                 starts[:, column] += way * problem.start_prior[:, column] / (1.0 + 2.0 * turn)
                 trials.append(replace(unknowns, starts=starts))
-        unknowns = replace(unknowns, starts=_chosen(problem, trials)[0])
-    return unknowns
+        starts, costs, _ = _chosen(problem, trials, poor)
+        better |= costs[poor].sum() < 0.9 * (each * problem.lengths)[poor].sum()
+        unknowns = replace(unknowns, starts=starts)
+    return unknowns, better
 
 
-def _chosen(problem: Problem,
-            trials: list[Unknowns]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    rolled = problem.shooting.simulate(trials)
+def _chosen(problem: Problem, trials: list[Unknowns], only: np.ndarray | None = None
+            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rolled = problem.shooting.simulate(trials, only)
     costs = np.array([problem.costs(problem.residual(y), trial)
                       for trial, y in zip(trials, rolled, strict=True)])
     best = np.argmin(np.where(np.isfinite(costs), costs, np.inf), axis=0)
