@@ -76,10 +76,16 @@ class Rig:
         assert condition(), f'not within {seconds:g} s'
 
     def ready(self) -> 'Rig':
-        """Wait until the twin hears all topics and is heard."""
-        self.wait(lambda: all(t.get_subscription_count() for t in self.topics.values())
-                  and self.node.count_publishers(f'/{self.name}/twin/residual') == 1
-                  and self.told)
+        """Ask with empty blocks until the twin hears all topics and is heard on its own."""
+        def asked() -> bool:
+            self.say(0, samples(0))
+            return bool(self.predictions and self.residuals and self.told)
+
+        self.wait(asked)
+        self.say(1, samples(0))
+        self.wait(lambda: self.predictions[-1].sequence == self.residuals[-1].sequence == 1)
+        self.predictions.clear()
+        self.residuals.clear()
         return self
 
     def ask(self, kind, service: str, request):
@@ -233,17 +239,13 @@ def test_it_bridges_a_short_gap_and_begins_anew_after_a_long_one(graph):
         (0, 0), (10, 0), (40, 0), (50, 0), (70, 0), (500, 1)]
     rig.wait(lambda: any('began anew 1 times' in s.message for s in rig.told))
     facts = {v.key: v.value for v in rig.told[-1].values}
-    assert (facts['bridged'], facts['restarts'], facts['blocks given up']) == ('30', '1', '1')
+    assert (facts['bridged'], facts['restarts']) == ('30', '1')
+    assert int(facts['blocks given up']) >= 1  # one, and what was said before all were linked
     assert facts['last restart'].startswith('420 samples were missing before 500')
 
 
 def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
     rig = graph('rig').ready()
-    stamp = to_time(10**18)
-    for kind, topic in ((Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current')):
-        message = kind(sequence=0, period=PERIOD)
-        message.header.stamp = stamp
-        rig.topics[topic].publish(message)
     rig.topics['encoder'].publish(Encoder(
         sequence=1, period=PERIOD, motor_position=[0.0], load_position=[0.0]))
     rig.topics['torque'].publish(Torque(sequence=1, period=PERIOD))

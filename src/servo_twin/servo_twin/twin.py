@@ -108,6 +108,9 @@ class Twin:
         :attr:`breaks` afterwards.
         """
         self._breaks: list[int] = []
+        self.breaks = ()
+        if not len(samples):
+            return np.empty((0, len(OUTPUTS)))
         self._follow(sequence)
         u, looped = self._inputs.take(samples, self._reference)
         y = np.empty((len(u), len(OUTPUTS)))
@@ -130,8 +133,7 @@ class Twin:
                 y[bad] = nan
                 bad += 1
             at = bad
-        if len(u):
-            self._last = u[-1]
+        self._last = u[-1]
         self.samples += len(u)
         self.next = sequence + len(u)
         self.breaks = tuple(sorted(set(self._breaks)))

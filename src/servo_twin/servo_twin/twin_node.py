@@ -136,8 +136,6 @@ class TwinNode(LifecycleNode):
             self._health.malformed += 1
             self._health.why = str(problem)
             return
-        if not len(samples):
-            return
         prediction, due = self._lockstep.step(
             message.sequence, conversion.to_instant(parts['encoder'].header.stamp), samples)
         now = self._now()
@@ -268,9 +266,13 @@ def main(arguments: list[str] | None = None) -> None:
             executor.spin_until_future_complete(never, 3600.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:  # rclpy raises an RCLError of its own where a signal came between
+        if rclpy.ok():
+            raise
     finally:
-        rclpy.try_shutdown()
         loading.close()
+        node.destroy_node()
+        rclpy.try_shutdown()
 
 
 if __name__ == '__main__':
