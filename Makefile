@@ -11,8 +11,8 @@ help:     ## say what can be made
 setup:    ## set the workspace up: environment, messages, nodes
 	@sh tools/setup.sh
 
-run: setup  ## drive, twin, record and replay the emulated bench; BAG=... does it for a recording
-	@$(WITH_ENV) servo-twin run $(if $(BAG),--bag "$(BAG)")
+run: setup  ## drive, twin, record and replay the emulated bench; BAG=... [SERVO=...] for a recording
+	@$(WITH_ENV) servo-twin run $(if $(BAG),--bag "$(BAG)") $(if $(SERVO),--servo "$(SERVO)") $(ARGS)
 
 test: setup  ## run the tests; ARGS=... goes to pytest
 	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)

@@ -8,7 +8,7 @@ from bench_recording import bench_recording, SERVO, without
 import numpy as np
 import pytest
 
-from servo_twin.answering import answer, differences, from_sample
+from servo_twin.answering import answer, differences, part_of
 from servo_twin.bag import read_predictions, read_recording, write_predictions, write_recording
 from servo_twin.cli import main
 from servo_twin.fits import fit_of, goodness, speed_of
@@ -70,14 +70,15 @@ def test_it_says_where_a_replay_differs(recording, servo, tmp_path, capsys):
     assert 'prediction torque at 1 samples' in capsys.readouterr().err
 
 
-def test_it_compares_from_where_the_live_twin_began(recording, servo):
-    late = from_sample(recording, recording.sequence + 300)
+def test_it_compares_where_the_live_twin_ran(recording, servo):
+    late = part_of(recording, recording.sequence + 300, recording.sequence + 900)
     assert late.start == pytest.approx(recording.start + 0.3)
     live = answer(late, servo)
-    again = answer(from_sample(recording, live.sequence), servo)
+    again = answer(part_of(recording, live.sequence, live.sequence + len(live)), servo)
+    assert len(again) == 600
     assert not any(differences(live, again).values())
     with pytest.raises(ServoError, match='the replay others'):
-        differences(live, answer(from_sample(bench_recording(0.1), 0), servo))
+        differences(live, answer(bench_recording(0.1), servo))
 
 
 def test_it_bridges_lost_samples_as_the_live_twin_does(recording, servo):

@@ -74,14 +74,13 @@ def _stretches(present: np.ndarray) -> list[tuple[int, int]]:
             for at in range(int(begin), int(end), _BLOCK)]
 
 
-def from_sample(recording: Recording, sequence: int) -> Recording:
-    """Return the recording without the samples before a running number."""
-    cut = min(max(0, sequence - recording.sequence), len(recording))
-    if not cut:
-        return recording
-    return replace(recording, columns={n: c[cut:] for n, c in recording.columns.items()},
-                   start=recording.start + cut * recording.period,
-                   sequence=recording.sequence + cut)
+def part_of(recording: Recording, first: int, end: int) -> Recording:
+    """Return the samples with running numbers from ``first`` to ``end``, as far as there are."""
+    cut = slice(min(max(0, first - recording.sequence), len(recording)),
+                min(max(0, end - recording.sequence), len(recording)))
+    return replace(recording, columns={n: c[cut] for n, c in recording.columns.items()},
+                   start=recording.start + cut.start * recording.period,
+                   sequence=recording.sequence + cut.start)
 
 
 def differences(live: Predictions, again: Predictions) -> dict[str, int]:

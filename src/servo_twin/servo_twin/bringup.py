@@ -17,7 +17,7 @@ from .run_view import numbers, view
 from .session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
 
 START = 60.0  # s that a node gets to be there; the first start compiles
-_SETTLE = 0.5  # s from seeing all readers and writers to the rig's first sample
+_SETTLE = 0.5  # s between seeing all readers and the first sample, and behind the last one
 _REPORT = 1.2  # s after which the last diagnostics are there
 
 
@@ -45,24 +45,33 @@ class Bench:
         return self.folder / self.family
 
 
-def record(bench: Bench) -> str:
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to: the counts in one line, and each process's share of a core."""
+
+    counts: str
+    cpu: dict[str, float]
+
+
+def record(bench: Bench) -> Outcome:
     """
-    Bring all up, play the excitation, take all down; return what was counted.
+    Bring all up, play the excitation, take all down; return what it came to.
 
     Raises ProcessError when a part does not start or ends too early; no process is left behind.
     """
     with (tempfile.TemporaryDirectory(prefix='servo_twin_') as bus,
           Processes(bench.folder / 'logs') as processes, Session(bench.namespace) as session):
         _start(bench, Path(bus) / 'rig.can', processes, session)
-        begin = monotonic()
+        begin, before = monotonic(), processes.cpu_seconds()
         try:
             _watch(bench, processes, session, begin)
         except KeyboardInterrupt:
             print('ending early')
-        seconds = monotonic() - begin
+        seconds, after = monotonic() - begin, processes.cpu_seconds()
         processes.stop('player')
         _take_down(session, processes)
-        return numbers(seconds, session.facts)
+        cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
+        return Outcome(numbers(seconds, session.facts), cpu)
 
 
 def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> None:
@@ -128,6 +137,7 @@ def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -
 def _take_down(session: Session, processes: Processes) -> None:
     """Stop sampling, let all samples be answered and written, then end the nodes."""
     session.change('driver', DEACTIVATE, 10.0)
+    sleep(_SETTLE)
     if processes.running('twin'):
         session.change('twin', DEACTIVATE, 10.0)
     sleep(_REPORT)

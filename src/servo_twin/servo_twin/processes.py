@@ -73,6 +73,17 @@ class Processes:
         return {name: child.process.pid for name, child in self._children.items()
                 if child.process.poll() is None}
 
+    def cpu_seconds(self) -> dict[str, float]:
+        """Return the processor time that each running process has taken so far, s (Linux)."""
+        taken = {}
+        for name, pid in self.pids().items():
+            try:
+                fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+            except OSError:
+                continue
+            taken[name] = (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+        return taken
+
     def stop(self, name: str) -> None:
         """End one process: it is asked twice, then killed."""
         child = self._children[name]
@@ -89,8 +100,12 @@ class Processes:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for name in reversed(self._children):
-            self.stop(name)
+        patience = signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C changes nothing
+        try:
+            for name in reversed(self._children):
+                self.stop(name)
+        finally:
+            signal.signal(signal.SIGINT, patience)
 
 
 def wait_until(condition, what: str, patience: float, processes: Processes | None = None) -> None:

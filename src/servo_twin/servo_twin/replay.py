@@ -16,7 +16,7 @@ from time import perf_counter
 
 from rich.console import Console
 
-from .answering import answer, differences, from_sample
+from .answering import answer, differences, part_of
 from .bag import read_predictions, read_recording, write_predictions
 from .fit_table import balance_table, channel_table
 from .fits import fit_of
@@ -24,14 +24,16 @@ from .lockstep import Settings, warm_up
 from .physics.servo import Servo, ServoError
 from .recording import Recording
 from .servo_file import load, loads
+from .shipped import servo_at
 from .twin import LIVE_MODES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
     parser.add_argument('bag', type=Path, help='bag directory, or an .mcap file')
-    parser.add_argument('--servo', type=Path, metavar='S.yaml',
-                        help='servo file; left out: the one stored in the bag')
+    parser.add_argument('--servo', metavar='S.yaml',
+                        help='servo file, or the name of a shipped one; left out: the one stored '
+                             'in the bag')
     parser.add_argument('-o', '--output', type=Path, metavar='OUT',
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
@@ -63,7 +65,7 @@ def main(arguments: argparse.Namespace) -> int:
     live = None
     if arguments.compare:
         live = read_predictions(arguments.bag, arguments.namespace, arguments.stretch)
-        recording = from_sample(recording, live.sequence)
+        recording = part_of(recording, live.sequence, live.sequence + len(live))
     warm_up(servo)
     ready = perf_counter()
     result = answer(recording, servo, Settings(mode=arguments.mode))
@@ -89,10 +91,10 @@ def main(arguments: argparse.Namespace) -> int:
     return 0 if live is None else say_differences(differences(live, result))
 
 
-def servo_of(recording: Recording, path: Path | None) -> Servo:
+def servo_of(recording: Recording, given: str | None) -> Servo:
     """Return the servo of a file, or the one stored with the recording; raises ServoError."""
-    if path is not None:
-        return load(path)
+    if given is not None:
+        return load(servo_at(given))
     if not recording.servo_file:
         raise ServoError(f'{recording.name}: no servo file is stored in it; give one by --servo')
     return loads(recording.servo_file, f'servo file in {recording.name}')

@@ -6,7 +6,8 @@ Run a rig, its driver, its twin and a recorder side by side, then replay what wa
   servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
   servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
 
-Ends with a table and one HTML page. Everything lies in one folder: the bag (named after the family), the page, the logs.
+Ends with a table and one HTML page. Everything lies in one folder: the bag (named after the
+family), the page, the logs.
 """
 
 from __future__ import annotations
@@ -14,29 +15,32 @@ from __future__ import annotations
 import argparse
 from datetime import datetime
 from pathlib import Path
+import signal
 import subprocess
 import sys
-
-from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 
 from .bringup import Bench, record
 from .physics.servo import ServoError
 from .processes import ProcessError
 from .servo_file import load
+from .shipped import servo_at, shipped
 from .twin import LIVE_MODES
+
+_NAMED = ('.csv', '.parquet')  # tables whose columns name themselves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
-    parser.add_argument('--servo', type=Path, metavar='S.yaml',
-                        help='servo file of the twin (default: the shipped rv_bench, or the one '
-                             'in the bag)')
+    parser.add_argument('--servo', metavar='S.yaml',
+                        help='servo file, or the name of a shipped one (default: rv_bench, or the '
+                             'one in the bag)')
     parser.add_argument('-o', '--output', type=Path, metavar='DIR',
                         help='folder to make (default recordings/<date and time>)')
     parser.add_argument('--bag', type=Path, metavar='PATH',
                         help='a bag, or a table to import, instead of a rig')
     parser.add_argument('--mapping', type=Path,
-                        help='mapping file, for --bag with a foreign table')
+                        help='mapping file, for --bag with a foreign table (default: the shipped '
+                             'one of the servo, for MAT and JSON)')
     parser.add_argument('--mode', choices=LIVE_MODES, default='measured_input',
                         help='the way the twin runs (default %(default)s)')
     rig = parser.add_argument_group('the rig')
@@ -65,13 +69,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Run; 0 when nothing was lost and the replay is the live run."""
     folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as by Ctrl-C
     try:
         if arguments.bag is not None:
             return _look_at(_bag_of(arguments, folder), arguments, folder)
         bench = _bench(arguments, folder)
         load(bench.servo)
-        summary = record(bench)
-        print(f'\nlive: {summary}\nreplay of {bench.bag}:')
+        outcome = record(bench)
+        shares = ', '.join(f'{name} {share:.0%}' for name, share in outcome.cpu.items())
+        print(f'\nlive: {outcome.counts}\nof a core: {shares}\nreplay of {bench.bag}:')
         arguments.servo = None
         return _look_at(bench.bag, arguments, folder, compare=True)
     except ProcessError as problem:
@@ -83,7 +89,7 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
     from . import replay
     command = [str(bag), '--mode', arguments.mode, '--page', str(folder / 'page.html')]
     if arguments.servo:
-        command += ['--servo', str(arguments.servo)]
+        command += ['--servo', arguments.servo]
     if not compare:
         command += ['-o', str(folder / 'answer')]
     parser = argparse.ArgumentParser()
@@ -100,12 +106,16 @@ def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
         return given
     if not arguments.servo:
         raise ServoError(f'--bag {given} is a table: --servo must say of which machine it is')
+    servo = servo_at(arguments.servo)
+    mapping = arguments.mapping
+    if mapping is None and given.suffix not in _NAMED:
+        mapping = shipped(f'imports/{servo.stem}.yaml')
     bag = folder / 'recording'
     folder.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, '-m', 'servo_identify.cli', 'import', str(given),
-               '--servo', str(arguments.servo), '-o', str(bag)]
-    if arguments.mapping:
-        command += ['--mapping', str(arguments.mapping)]
+               '--servo', str(servo), '-o', str(bag)]
+    if mapping:
+        command += ['--mapping', str(mapping)]
     if subprocess.run(command).returncode:
         raise ProcessError(f'{given} was not imported')
     return bag
@@ -119,20 +129,9 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
     return Bench(
-        folder=folder, servo=arguments.servo or shipped('servos/rv_bench.yaml'),
+        folder=folder, servo=servo_at(arguments.servo or 'rv_bench'),
         driver=arguments.driver or shipped('driver.yaml'),
         rig=None if arguments.no_emulator else arguments.rig or shipped('rigs/rv_bench.yaml'),
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
         settings=tuple(settings), duration=arguments.duration)
-
-
-def shipped(name: str) -> Path:
-    """Return a file of the shipped configuration; raises ServoError where it is not installed."""
-    try:
-        path = Path(get_package_share_directory('servo_twin')) / 'config' / name
-    except PackageNotFoundError:
-        path = Path(name)
-    if not path.exists():
-        raise ServoError(f'{path} is not installed; source env.sh, or name a file')
-    return path

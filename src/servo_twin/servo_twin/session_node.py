@@ -10,6 +10,7 @@ from lifecycle_msgs.srv import ChangeState
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 CONFIGURE = Transition.TRANSITION_CONFIGURE
 ACTIVATE = Transition.TRANSITION_ACTIVATE
@@ -25,7 +26,7 @@ class Session(Node):
     """
 
     def __init__(self, namespace: str) -> None:
-        rclpy.init()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         super().__init__('session', namespace=namespace)
         self.facts: dict[str, dict[str, str]] = {}
         self.sentences: dict[str, str] = {}

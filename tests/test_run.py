@@ -1,0 +1,155 @@
+"""`servo-twin run`: real processes, brought up, watched and taken down."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from time import monotonic, sleep
+
+from bench_recording import bench_recording, SERVO
+import numpy as np
+import pytest
+
+from servo_twin.bag import read_predictions, read_recording, write_recording
+from servo_twin.cli import main
+from servo_twin.processes import ProcessError, Processes, wait_until
+
+pytestmark = pytest.mark.ros
+CONFIG = Path(SERVO).parent.parent
+
+
+def run_command(folder, *more):
+    return [sys.executable, '-m', 'servo_twin.cli', 'run', '-o', str(folder), *map(str, more)]
+
+
+def children_of(folder):
+    """Return the processes whose command line names a folder."""
+    found = []
+    for entry in Path('/proc').iterdir():
+        if entry.name.isdigit() and int(entry.name) != os.getpid():
+            try:
+                line = (entry / 'cmdline').read_bytes().decode(errors='replace')
+            except OSError:
+                continue
+            if str(folder) in line:
+                found.append(line)
+    return found
+
+
+def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
+    folder = tmp_path / 'bench'
+    done = subprocess.run(run_command(folder, '--duration', 2), capture_output=True, text=True,
+                          timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert 'replay and live run are identical to the last bit' in done.stdout
+    assert ' 0 lost' in done.stdout
+    recording, live = read_recording(folder / 'sine'), read_predictions(folder / 'sine')
+    assert recording.duration > 2.0
+    assert recording.family == 'sine'
+    assert recording.servo == 'rv_bench'
+    assert len(live) == len(recording)
+    assert np.nanmax(abs(recording['reference_velocity'])) == pytest.approx(0.5, rel=0.02)
+    assert (folder / 'page.html').stat().st_size > 20_000
+    assert children_of(folder) == []
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_it_leaves_no_process_behind_when_it_is_interrupted(tmp_path, number):
+    folder = tmp_path / 'bench'
+    process = subprocess.Popen(run_command(folder, '--duration', 60), stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True, start_new_session=True)
+    until = monotonic() + 60.0
+    while monotonic() < until and not (folder / 'logs' / 'player.log').exists():
+        assert process.poll() is None, process.communicate()[0]
+        sleep(0.05)
+    bag = folder / 'sine'
+    wait_until(lambda: sum(file.stat().st_size for file in bag.glob('*.mcap')) > 50_000,
+               'samples are on disk', 30.0)
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=60)
+    assert 'ending early' in said
+    assert 'identical to the last bit' in said
+    assert process.returncode == 0, said
+    assert children_of(folder) == []
+
+
+@pytest.mark.parametrize('words, said', [
+    (['--rig', '/nowhere/rig.yaml'], 'emulated_rig ended with status 1'),
+    (['--family', 'nonsense'], 'player ended with status 2'),
+    (['--rate', '7'], 'driver'),
+])
+def test_it_says_which_part_did_not_start_and_ends_the_others(tmp_path, words, said):
+    folder = tmp_path / 'bench'
+    done = subprocess.run(run_command(folder, '--duration', 2, *words), capture_output=True,
+                          text=True, timeout=120)
+    assert done.returncode == 1, done.stdout
+    assert said in done.stderr
+    assert children_of(folder) == []
+
+
+def test_it_refuses_a_servo_file_that_is_wrong_before_it_starts_anything(tmp_path, capsys):
+    bad = tmp_path / 'bad.yaml'
+    bad.write_text(SERVO.read_text().replace('ratio: {value: 161.0', 'ratio: {value: -1.0'))
+    assert main(['run', '--servo', str(bad), '-o', str(tmp_path / 'out')]) == 2
+    assert 'mechanism.ratio = -1 is outside' in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()
+
+
+def test_it_looks_at_a_bag_instead_of_a_rig(tmp_path, capsys):
+    bag = write_recording(tmp_path / 'bag', bench_recording(0.5))
+    assert main(['run', '--bag', str(bag), '-o', str(tmp_path / 'out')]) == 0
+    assert (tmp_path / 'out' / 'page.html').exists()
+    assert len(read_predictions(tmp_path / 'out' / 'answer')) == 500
+    assert 'load_speed' in capsys.readouterr().out
+
+
+def test_it_imports_a_table_and_looks_at_it(tmp_path, capsys):
+    recording = bench_recording(0.5)
+    table = tmp_path / 'own.csv'
+    names = ('voltage', 'motor_position', 'load_position', 'torque', 'reference_velocity')
+    rows = [f'{t:.6f},' + ','.join(repr(float(recording[n][k])) for n in names)
+            for k, t in enumerate(recording.time)]
+    table.write_text('\n'.join(['t,' + ','.join(names), *rows]) + '\n')
+    assert main(['run', '--bag', str(table), '-o', str(tmp_path / 'none')]) == 2
+    assert '--servo must say of which machine' in capsys.readouterr().err
+    assert main(['run', '--bag', str(table), '--servo', str(SERVO), '-o',
+                 str(tmp_path / 'out')]) == 0
+    assert (tmp_path / 'out' / 'page.html').exists()
+
+
+def test_it_takes_a_shipped_machine_by_its_name(tmp_path, shared_data, capsys):
+    table = shared_data / 'emps' / 'DATA_EMPS.mat'
+    out = str(tmp_path / 'out')
+    assert main(['run', '--bag', str(table), '--servo', 'emps', '-o', out]) == 0
+    assert 'torque_balance' in capsys.readouterr().out
+    assert main(['run', '--bag', str(table), '--servo', 'none', '-o', out + '2']) == 2
+    assert "shipped are ['emps', 'rv_bench', 'two_mass', 'xl330']" in capsys.readouterr().err
+
+
+def test_a_path_that_is_not_there_is_one_clear_line(tmp_path, capsys):
+    assert main(['run', '--bag', '/nowhere.csv', '-o', str(tmp_path / 'out')]) == 2
+    assert '/nowhere.csv: there is no such file' in capsys.readouterr().err
+
+
+def test_processes_are_killed_when_they_do_not_listen(tmp_path, monkeypatch):
+    monkeypatch.setattr('servo_twin.processes._PATIENCE', 0.2)
+    deaf = ('import signal,time; signal.signal(2, signal.SIG_IGN); '
+            'signal.signal(15, signal.SIG_IGN); print("deaf", flush=True); time.sleep(600)')
+    with Processes(tmp_path) as processes:
+        processes.start('deaf', [sys.executable, '-c', deaf])
+        wait_until(lambda: 'deaf' in processes.said('deaf'), 'it listens', 10.0, processes)
+        pid = processes.pids()['deaf']
+    assert not Path(f'/proc/{pid}').exists()
+
+
+def test_a_process_that_ends_early_is_told_with_its_last_words(tmp_path):
+    with Processes(tmp_path) as processes:
+        processes.start('short', [sys.executable, '-c', 'print("no rig here"); exit(3)'])
+        with pytest.raises(ProcessError, match='short ended with status 3:\n  no rig here'):
+            wait_until(lambda: False, 'it runs', 10.0, processes)
+
+
+def test_waiting_names_what_did_not_happen():
+    with pytest.raises(ProcessError, match='the sun is up: not within 0.05 s'):
+        wait_until(lambda: False, 'the sun is up', 0.05)
