@@ -11,9 +11,7 @@ import every_effect
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
-import pytest
 
-from servo_twin.physics import network
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.controllers import Open
 from servo_twin.physics.drives import CurrentDrive
@@ -119,22 +117,3 @@ def test_friction_takes_from_a_shaft_and_never_gives(speed, push, budget, inerti
     assert abs(x[1]) <= abs(free)
     assert x[1] * free >= 0.0
     assert abs(resisted) <= budget * (1.0 + 1e-9) + 1e-9 * inertia * abs(free) / h
-
-
-# --- networks
-
-
-def test_tanh_is_good_to_the_last_digits_everywhere():
-    x = np.concatenate([np.linspace(-25.0, 25.0, 20_001), np.logspace(-300, 1, 2000),
-                        -np.logspace(-12, 2, 2000)])
-    exact = np.tanh(x.astype(np.longdouble))
-    mine = np.array([network.tanh(v) for v in x])
-    assert np.abs((mine - exact) / np.where(exact == 0.0, 1.0, exact)).max() < 1e-15
-
-
-@pytest.mark.parametrize('nodes', [1, 5, 30, 32, 33, 70])
-def test_a_network_is_the_sum_of_its_nodes(nodes):
-    noise = np.random.default_rng(nodes)
-    w1, w2, threshold, v = noise.normal(size=(4, nodes))
-    mine = network.two_layers(w1, w2, threshold, v, 0.3, -0.7, np.zeros(32))
-    assert mine == pytest.approx(v @ np.tanh(0.3 * w1 - 0.7 * w2 - threshold), abs=1e-13)

@@ -10,7 +10,6 @@ import pytest
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.delay_line import delayed, ROOM
 from servo_twin.physics.simulate import initial_state, simulate
 
 # --- friction against event-located and stiff integration
@@ -137,15 +136,6 @@ def test_a_payload_shows_its_resonance_and_antiresonance():
 
 
 # --- delays
-
-
-@pytest.mark.parametrize('delay', [0.0, 1e-4, 3.7e-4, 1e-3, 0.02, 0.3])
-def test_a_delayed_ramp_is_the_ramp_of_before(delay):
-    s, h = np.zeros(ROOM), 1e-4
-    late = np.array([delayed(s, k * h, delay, h) for k in range(8000)])
-    at = np.arange(8000) * h - delay
-    assert late == pytest.approx(np.maximum(at, 0.0), abs=1e-12 if delay < 0.025 else 2e-3)
-    assert late[4000:] == pytest.approx(at[4000:], abs=1e-12)
 
 
 def test_a_command_delay_moves_the_answer_by_as_many_samples():

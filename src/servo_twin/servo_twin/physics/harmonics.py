@@ -1,8 +1,8 @@
 """Sums of harmonics over an angle, for laws that repeat with a turn."""
 
-from math import cos, sin
-
 from numba import njit
+
+from .elementary import cos_sin
 
 
 @njit(error_model='numpy')
@@ -13,7 +13,7 @@ def wave(cosine, sine, phase):
     The rows are arrays of shape (n,), ``phase`` in rad. One cosine and one sine are computed, the
     multiples follow by adding angles.
     """
-    once_cos, once_sin = cos(phase), sin(phase)
+    once_cos, once_sin = cos_sin(phase)
     c, z, total = once_cos, once_sin, 0.0
     for i in range(len(cosine)):
         total += cosine[i] * c + sine[i] * z

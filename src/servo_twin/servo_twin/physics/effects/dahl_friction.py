@@ -1,8 +1,7 @@
 """Friction that builds up with travel after each reversal (Dahl)."""
 
-from math import exp
-
 from ..effect import Parameter
+from ..elementary import exp
 from ..ports import Torque
 
 

@@ -1,8 +1,7 @@
 """Friction that fades as the machine warms up."""
 
-from math import exp
-
 from ..effect import Parameter
+from ..elementary import exp
 from ..ports import Friction
 
 

@@ -1,8 +1,7 @@
 """Weight on a lever at the load."""
 
-from math import cos, sin
-
 from ..effect import Parameter
+from ..elementary import cos_sin
 from ..ports import Torque
 
 
@@ -25,5 +24,5 @@ class Gravity(Torque):
 
     @staticmethod
     def law(p, s, motion, h):
-        phase = p.order * motion.angle
-        return p.cosine * cos(phase) + p.sine * sin(phase)
+        cosine, sine = cos_sin(p.order * motion.angle)
+        return p.cosine * cosine + p.sine * sine

@@ -1,8 +1,7 @@
 """A gap that opens as the teeth and bearings give under load."""
 
-from math import exp
-
 from ..effect import Parameter
+from ..elementary import exp
 from ..ports import Clearance
 
 

@@ -1,8 +1,7 @@
 """A disc of the load encoder that is not centred on its shaft."""
 
-from math import cos, sin
-
 from ..effect import Parameter
+from ..elementary import cos_sin
 from ..ports import Sensor
 
 
@@ -24,5 +23,5 @@ class LoadEncoderEccentricity(Sensor):
 
     @staticmethod
     def law(p, s, motion, h):
-        phase = p.order * motion.angle
-        return motion.value + p.cosine * cos(phase) + p.sine * sin(phase)
+        cosine, sine = cos_sin(p.order * motion.angle)
+        return motion.value + p.cosine * cosine + p.sine * sine

@@ -1,8 +1,7 @@
 """A gap that varies over the turn."""
 
-from math import cos, sin
-
 from ..effect import Parameter
+from ..elementary import cos_sin
 from ..ports import Clearance
 
 
@@ -24,5 +23,5 @@ class PositionDependentBacklash(Clearance):
 
     @staticmethod
     def law(p, s, motion, h):
-        phase = p.order * motion.load_angle
-        return p.cosine * cos(phase) + p.sine * sin(phase)
+        cosine, sine = cos_sin(p.order * motion.load_angle)
+        return p.cosine * cosine + p.sine * sine

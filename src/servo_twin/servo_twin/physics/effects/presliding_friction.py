@@ -1,8 +1,7 @@
 """Friction of bristles that bend before they slip (LuGre)."""
 
-from math import exp
-
 from ..effect import Parameter
+from ..elementary import exp
 from ..ports import Torque
 
 

@@ -1,8 +1,7 @@
 """Angle that the shape of the teeth adds and takes as they pass."""
 
-from math import cos, sin
-
 from ..effect import Parameter
+from ..elementary import cos_sin
 from ..ports import MeshError
 
 
@@ -33,7 +32,7 @@ class TransmissionError(MeshError):
         backwards = min(1.0, motion.travel / p.blend)
         if motion.direction > 0.0:
             backwards = 1.0 - backwards
-        once_cos, once_sin = cos(p.order * motion.load_angle), sin(p.order * motion.load_angle)
+        once_cos, once_sin = cos_sin(p.order * motion.load_angle)
         c, z, total = once_cos, once_sin, 0.0
         for i in range(len(p.cosine)):
             total += (p.cosine[i] + backwards * p.cosine_change[i]) * c
