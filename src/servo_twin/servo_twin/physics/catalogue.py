@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
+from pathlib import Path
 import pkgutil
 import sys
-from pathlib import Path
 
 from . import effects
 from .effect import Effect

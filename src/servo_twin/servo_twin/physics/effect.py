@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import re
 from types import MappingProxyType
 from typing import ClassVar
 

@@ -10,15 +10,15 @@ kernel.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 import hashlib
 import importlib.util
 import inspect
 import os
+from pathlib import Path
 import sys
 import textwrap
-from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 from types import FunctionType, ModuleType
 
 import numba
@@ -49,9 +49,9 @@ class Kernel:
 
     ``run(theta, on, x, u, y, substeps, h, mode)`` advances ``x`` in place over the samples of
     ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
-    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up. ``follow``, ``lose``,
-    ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured motion, see
-    :mod:`.following`. Each is compiled when it is first called, releases the GIL and may run on
+    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up.
+    ``follow``, ``lose``, ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured
+    motion, see :mod:`.following`. Each is compiled when it is first called, releases the GIL and may run on
     several threads.
     """
 

@@ -82,8 +82,8 @@ class Servo:
                 raise ServoError(f'{self.name}: two effects are named {placed.name!r}')
             taken.add(placed.name)
             if placed.site not in effect.sites:
-                raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} cannot act at '
-                                 f'{placed.site!r}; it can at {list(effect.sites)}')
+                raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} cannot act '
+                                 f'at {placed.site!r}; it can at {list(effect.sites)}')
             if not self.mechanism.compliant and effect.port in ('mesh', 'clearance'):
                 raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} needs a mesh '
                                  f'that winds up, and the mechanism is rigid')

@@ -5,8 +5,18 @@ from ..folds import load_friction, load_torque, mesh_error, motor_friction, moto
 from ..part import Mechanism
 from ..ports import Shaft, Teeth
 from ..state import (
-    CURRENT, LOAD_ANGLE, LOAD_DIRECTION, LOAD_REVERSAL, LOAD_SPEED, MOTOR_ANGLE, MOTOR_DIRECTION,
-    MOTOR_REVERSAL, MOTOR_SPEED, TIME, TORQUE, ZERO,
+    CURRENT,
+    LOAD_ANGLE,
+    LOAD_DIRECTION,
+    LOAD_REVERSAL,
+    LOAD_SPEED,
+    MOTOR_ANGLE,
+    MOTOR_DIRECTION,
+    MOTOR_REVERSAL,
+    MOTOR_SPEED,
+    TIME,
+    TORQUE,
+    ZERO,
 )
 from .slide import slide
 

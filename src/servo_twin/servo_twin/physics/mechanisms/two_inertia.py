@@ -2,14 +2,29 @@
 
 from ..effect import Parameter
 from ..folds import (
-    load_friction, load_torque, mesh_clearance, mesh_error, mesh_torque, motor_friction,
+    load_friction,
+    load_torque,
+    mesh_clearance,
+    mesh_error,
+    mesh_torque,
+    motor_friction,
     motor_torque,
 )
 from ..part import Mechanism
 from ..ports import Shaft, Teeth, WindUp
 from ..state import (
-    CURRENT, LOAD_ANGLE, LOAD_DIRECTION, LOAD_REVERSAL, LOAD_SPEED, MOTOR_ANGLE, MOTOR_DIRECTION,
-    MOTOR_REVERSAL, MOTOR_SPEED, TIME, TORQUE, ZERO,
+    CURRENT,
+    LOAD_ANGLE,
+    LOAD_DIRECTION,
+    LOAD_REVERSAL,
+    LOAD_SPEED,
+    MOTOR_ANGLE,
+    MOTOR_DIRECTION,
+    MOTOR_REVERSAL,
+    MOTOR_SPEED,
+    TIME,
+    TORQUE,
+    ZERO,
 )
 from .slide import slide
 
