@@ -31,7 +31,7 @@ def main() -> int:
     parser.add_argument('seconds', type=float, nargs='?', default=60.0)
     seconds = parser.parse_args().seconds
     lost = 0
-    for rate, block in ((1000.0, 1), (4000.0, 40)):
+    for rate, block in ((1000.0, 1), (1000.0, 10), (4000.0, 40)):
         with TemporaryDirectory() as folder:
             lost += _run(Path(folder) / 'live', seconds, rate, block)
     return int(lost > 0)

@@ -16,12 +16,14 @@ from rich.table import Table
 from .physics import catalogue
 from .physics.effect import Parameter
 from .servo_file import load
+from .shipped import servo_at
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
     parser.add_argument('subject', nargs='?', metavar='SERVO.yaml | EFFECT',
-                        help='a servo file, or an effect of the catalogue; left out: all effects')
+                        help='a servo file or the name of a shipped one, or an effect of the '
+                             'catalogue; left out: all effects')
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -33,7 +35,7 @@ def main(arguments: argparse.Namespace) -> int:
     elif subject in catalogue.names():
         console.print(effect_table(subject))
     else:
-        console.print(servo_table(Path(subject)))
+        console.print(servo_table(servo_at(subject)))
     return 0
 
 

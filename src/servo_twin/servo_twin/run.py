@@ -54,7 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                      help='parameter file of the driver (default: the shipped driver.yaml)')
     rig.add_argument('--namespace', default='rig', help='of all nodes (default %(default)s)')
     rig.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples a second')
-    rig.add_argument('--block', type=int, default=1, help='samples a message')
+    rig.add_argument('--block', type=int, default=10,
+                     help='samples a message (default %(default)s)')
     what = parser.add_argument_group('what it does')
     what.add_argument('--family', '--experiment', default='sine',
                       help='excitation family (default %(default)s, of the load speed)')
