@@ -51,8 +51,8 @@ class Kernel:
     ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
     :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up.
     ``follow``, ``lose``, ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured
-    motion, see :mod:`.following`. Each is compiled when it is first called, releases the GIL and may run on
-    several threads.
+    motion, see :mod:`.following`. Each is compiled when it is first called, releases the GIL and
+    may run on several threads.
     """
 
     run: FunctionType
