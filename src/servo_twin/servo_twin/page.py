@@ -19,6 +19,9 @@ CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
          ('mesh', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))
 """What the chain is drawn of: a block, and the balance that tells whether it is as modelled."""
 
+ONE_PIECE = (*CHAIN[:2], ('motor, load', 'torque_balance'), CHAIN[-1])
+"""The chain of a rig that cannot tell its shafts apart."""
+
 ANSWERS_TO = {
     'controller': 'gain, filter, wind-up, sample time',
     'drive': 'gain, bandwidth, saturation, dead band, delay',
@@ -50,8 +53,9 @@ def page_of(servo: Servo, recording: Recording, answer: Predictions,
             'length': f'{recording.duration:.4g} s at {1.0 / recording.period:.6g} Hz',
             'excitation': recording.family or 'not said', 'twin runs': mode.replace('_', ' ')}
     return template.render(
-        title=f'{recording.servo or servo.name}: {recording.name}', sentence=sentence(fit, mode),
-        facts=head | (facts or {}), fit=fit, chain=Markup(_chain(fit)), colour=colour,
+        title=': '.join(dict.fromkeys((head['rig'], recording.name))),
+        sentence=sentence(fit, mode), facts=head | (facts or {}), fit=fit,
+        chain=Markup(_chain(fit)), colour=colour, spoken=spoken,
         width=_bar_width, channels=_channels(recording, answer, fit),
         balances=_balances(recording, answer), answers_to=ANSWERS_TO,
         warnings=[*recording.warnings, *answer.warnings], restarts=answer.restarts,
@@ -69,9 +73,14 @@ def sentence(fit: Fit, mode: str) -> str:
         worst = max(fit.balances, key=lambda b: b.over_noise)
         if worst.over_noise < 2.0:
             return said + ' No balance departs from what noise alone does.'
-        said += (f' It departs most in the {worst.balance} balance, '
+        said += (f' It departs most in the {spoken(worst.balance)} balance, '
                  f'{worst.over_noise:.3g} times the noise floor.')
     return said
+
+
+def spoken(balance: str) -> str:
+    """Return a balance as people call it."""
+    return balance.removesuffix('_balance').replace('_', ' ')
 
 
 def colour(over_noise: float) -> str:
@@ -89,7 +98,8 @@ def _bar_width(over_noise: float) -> float:
 def _chain(fit: Fit) -> str:
     by_name = {b.balance: b.over_noise for b in fit.balances}
     wide, gap, parts = 130, 34, []
-    for k, (block, balance) in enumerate(CHAIN):
+    chain = ONE_PIECE if 'torque_balance' in by_name else CHAIN
+    for k, (block, balance) in enumerate(chain):
         x = k * (wide + gap)
         over = by_name.get(balance, float('nan'))
         said = f'{over:.3g} × noise' if isfinite(over) else 'not observable'
@@ -98,11 +108,11 @@ def _chain(fit: Fit) -> str:
             f'rx="9"/><text class="block" x="{x + wide / 2}" y="39" text-anchor="middle">{block}'
             f'</text><text class="said" x="{x + wide / 2}" y="59" text-anchor="middle">{said}'
             f'</text></g>')
-        if k < len(CHAIN) - 1:
+        if k < len(chain) - 1:
             parts.append(f'<path class="arrow" d="M{x + wide + 5} 43h{gap - 12}m-6 -5l6 5l-6 5"/>')
-    total = len(CHAIN) * (wide + gap) - gap + 2
-    return (f'<svg viewBox="0 0 {total} 86" role="img" aria-label="The chain from command to '
-            f'sensors, coloured by the residual of each balance">{"".join(parts)}</svg>')
+    total = len(chain) * (wide + gap) - gap + 2
+    return (f'<svg viewBox="0 0 {total} 86" style="max-width: {total}px" role="img" '
+            f'aria-label="The chain from command to sensors, coloured by the residual of each balance">{"".join(parts)}</svg>')
 
 
 def _channels(recording: Recording, answer: Predictions, fit: Fit) -> list[dict]:
