@@ -9,6 +9,7 @@ with the stamps and sequence numbers of the samples, and its health on /diagnost
 from __future__ import annotations
 
 from functools import partial
+import gc
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -80,6 +81,7 @@ class TwinNode(LifecycleNode):
             return FAILURE
         finally:
             self._declaring = False
+        gc.freeze()  # the compiler's many objects stay: looking through them holds samples up
         for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
             self._outputs.append(self.create_lifecycle_publisher(kind, topic, SAMPLES))
         for topic, kind in conversion.TOPICS.items():

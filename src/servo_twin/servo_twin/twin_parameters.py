@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -14,6 +13,7 @@ from .balances import WINDOW
 from .lockstep import Settings
 from .physics.servo import Servo, ServoError
 from .samples import reference_of
+from .shipped import servo_at
 from .twin import LIVE_MODES
 
 SHIPPED = 'rv_bench'
@@ -58,19 +58,7 @@ def autostart(node: Node) -> bool:
 
 def servo_path(node: Node) -> Path:
     """Return the path of the servo file; a bare name is that of a shipped one."""
-    given = node.get_parameter('servo_file').value
-    path = Path(given)
-    if path.suffix or path.exists():
-        return path
-    try:
-        shipped = Path(get_package_share_directory('servo_twin')) / 'config' / 'servos'
-    except PackageNotFoundError:
-        return path
-    known = sorted(file.stem for file in shipped.glob('*.yaml'))
-    if given not in known:
-        raise ServoError(f'there is no servo file {given!r}, and none is shipped by that name; '
-                         f'shipped are {known}')
-    return shipped / f'{given}.yaml'
+    return servo_at(node.get_parameter('servo_file').value)
 
 
 def judge(parameters: Iterable[Parameter], servo: Servo | None) -> None:
