@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from servo_twin.physics.servo import Provenance, Servo
+from servo_twin.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,11 @@ def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float]
         provenance[path] = Provenance(source, worst, bags)
     changes = {p: tuple(v) if isinstance(v, list) else v for p, v in changes.items()}
     return replace(servo, values={**servo.values, **changes}, provenance=provenance)
+
+
+def bag_name(recording: Recording) -> str:
+    """Return how provenance names a recording: its name and the first of its hash."""
+    return f'{recording.name}#{recording.digest[:12]}' if recording.digest else recording.name
 
 
 def _nulled(thing):

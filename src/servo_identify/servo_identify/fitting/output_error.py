@@ -19,7 +19,7 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording import Recording
 
-from .estimate import Estimate, servo_with
+from .estimate import bag_name, Estimate, servo_with
 from .freedom import Freedom, freedom_of
 from .information import foreseen, spread, UNSURE
 from .problem import Problem
@@ -175,7 +175,7 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     names = freedom.names
     values = {n: float(unknowns.theta[i]) for n, i in zip(names, freedom.index, strict=True)}
     errors = {n: float(s) for n, s in zip(names, std, strict=True)}
-    bags = tuple(_bag(c.recording) for c in problem.shooting.courses)
+    bags = tuple(bag_name(c.recording) for c in problem.shooting.courses)
     left = problem.raw_of(unknowns)
     scaled = problem.weighed(first)
     return Estimate(
@@ -226,7 +226,3 @@ def _floors(problem: Problem) -> dict[str, float]:
 def _horizon(problem: Problem) -> float:
     lengths = [(c.stops - c.starts) * c.period for c in problem.shooting.courses]
     return float(np.median(np.concatenate(lengths)))
-
-
-def _bag(recording: Recording) -> str:
-    return f'{recording.name}#{recording.digest[:12]}' if recording.digest else recording.name

@@ -1,0 +1,1 @@
+"""Friction learned from recordings: the balance, the learners, the table that compares them."""

@@ -1,0 +1,1 @@
+"""Backlash and transmission error, learned from turns in both directions."""
