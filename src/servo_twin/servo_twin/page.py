@@ -112,7 +112,8 @@ def _chain(fit: Fit) -> str:
             parts.append(f'<path class="arrow" d="M{x + wide + 5} 43h{gap - 12}m-6 -5l6 5l-6 5"/>')
     total = len(chain) * (wide + gap) - gap + 2
     return (f'<svg viewBox="0 0 {total} 86" style="max-width: {total}px" role="img" '
-            f'aria-label="The chain from command to sensors, coloured by the residual of each balance">{"".join(parts)}</svg>')
+            f'aria-label="The chain from command to sensors, coloured by the residual of each '
+            f'balance">{"".join(parts)}</svg>')
 
 
 def _channels(recording: Recording, answer: Predictions, fit: Fit) -> list[dict]:
