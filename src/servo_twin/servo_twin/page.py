@@ -19,8 +19,8 @@ CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
          ('mesh', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))
 """What the chain is drawn of: a block, and the balance that tells whether it is as modelled."""
 
-ONE_PIECE = (*CHAIN[:2], ('motor, load', 'torque_balance'), CHAIN[-1])
-"""The chain of a rig that cannot tell its shafts apart."""
+WITHOUT_TORQUE = (*CHAIN[:2], ('motor, load', 'torque_balance'), CHAIN[3], CHAIN[5])
+"""The chain of a rig without torque sensor: what acts on either shaft cannot be told apart."""
 
 ANSWERS_TO = {
     'controller': 'gain, filter, wind-up, sample time',
@@ -55,7 +55,7 @@ def page_of(servo: Servo, recording: Recording, answer: Predictions,
     return template.render(
         title=': '.join(dict.fromkeys((head['rig'], recording.name))),
         sentence=sentence(fit, mode), facts=head | (facts or {}), fit=fit,
-        chain=Markup(_chain(fit)), colour=colour, spoken=spoken,
+        chain=Markup(_chain(fit)), colour=colour, spoken=spoken, times=times,
         width=_bar_width, channels=_channels(recording, answer, fit),
         balances=_balances(recording, answer), answers_to=ANSWERS_TO,
         warnings=[*recording.warnings, *answer.warnings], restarts=answer.restarts,
@@ -74,13 +74,18 @@ def sentence(fit: Fit, mode: str) -> str:
         if worst.over_noise < 2.0:
             return said + ' No balance departs from what noise alone does.'
         said += (f' It departs most in the {spoken(worst.balance)} balance, '
-                 f'{worst.over_noise:.3g} times the noise floor.')
+                 f'{times(worst.over_noise)} times the noise floor.')
     return said
 
 
 def spoken(balance: str) -> str:
     """Return a balance as people call it."""
     return balance.removesuffix('_balance').replace('_', ' ')
+
+
+def times(over_noise: float) -> str:
+    """Return a multiple of the noise floor in three digits."""
+    return f'{over_noise:.3g}' if over_noise < 999.5 else f'{over_noise:.0f}'
 
 
 def colour(over_noise: float) -> str:
@@ -98,11 +103,11 @@ def _bar_width(over_noise: float) -> float:
 def _chain(fit: Fit) -> str:
     by_name = {b.balance: b.over_noise for b in fit.balances}
     wide, gap, parts = 130, 34, []
-    chain = ONE_PIECE if 'torque_balance' in by_name else CHAIN
+    chain = WITHOUT_TORQUE if 'torque_balance' in by_name else CHAIN
     for k, (block, balance) in enumerate(chain):
         x = k * (wide + gap)
         over = by_name.get(balance, float('nan'))
-        said = f'{over:.3g} × noise' if isfinite(over) else 'not observable'
+        said = f'{times(over)} × noise' if isfinite(over) else 'not observable'
         parts.append(
             f'<g class="{colour(over)}"><rect x="{x + 1}" y="14" width="{wide}" height="58" '
             f'rx="9"/><text class="block" x="{x + wide / 2}" y="39" text-anchor="middle">{block}'
