@@ -108,6 +108,18 @@ def test_it_takes_up_the_speed_of_a_rig_that_is_already_moving():
     assert off(0.1) < 0.2 * off(0.0)
 
 
+def test_it_is_pulled_by_the_measurements_as_an_observer():
+    samples = rig(2000)
+    wrong = BENCH.with_values({'effects.bearing.level': 60.0})
+    load = CHANNELS.index('load_position')
+
+    def off(mode):
+        y = Twin(wrong, PERIOD, mode).step(0, samples)
+        return np.abs(y[500:, 1] - samples[500:, load]).max()
+
+    assert off('observer') < 0.1 * off('measured_input')
+
+
 def test_it_bridges_a_short_gap_with_the_last_input_held():
     samples = recording(300, voltage=1.0)
     through = Twin(BENCH, PERIOD).step(0, samples)

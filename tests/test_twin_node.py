@@ -9,6 +9,8 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -255,6 +257,25 @@ def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
     assert rig.predictions[0].sequence == 2
     rig.wait(lambda: any('torque.torque of sequence 1 has 0 samples' in s.message
                          for s in rig.told))
+
+
+def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(graph):
+    rig = graph('rig').ready()
+    for k in range(5):
+        rig.say(k, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 5)
+
+    def change(transition: int) -> None:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        assert rig.ask(ChangeState, 'twin/change_state', request).success
+
+    change(Transition.TRANSITION_DEACTIVATE)
+    rig.wait(lambda: len(rig.residuals) == 5)
+    assert np.isnan(rig.residuals[-1].load).all()
+    change(Transition.TRANSITION_ACTIVATE)
+    rig.say(500, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 6)
+    assert (rig.predictions[-1].sequence, rig.predictions[-1].restarts) == (500, 0)
 
 
 def test_it_runs_beside_another_rig_in_another_namespace(graph):

@@ -46,6 +46,8 @@ class ServoLoading:
             response.success = True
         except ServoError as problem:
             response.message = str(problem)
+        except Exception as problem:  # of the compiler: the service must outlive it
+            response.message = f'it does not compile: {type(problem).__name__}: {problem}'
         return response
 
     def close(self) -> None:
@@ -59,7 +61,7 @@ class ServoLoading:
         def on_twins_thread() -> None:
             try:
                 outcome.append(self._twin.exchange(servo))
-            except ServoError as problem:
+            except Exception as problem:  # told by the caller's thread; the twin goes on
                 outcome.append(problem)
             finally:
                 done.set()
@@ -67,7 +69,7 @@ class ServoLoading:
         self._twin.executor.create_task(on_twins_thread)
         if not done.wait(WITHIN):
             raise ServoError(f'{servo.name}: the twin did not come to it within {WITHIN:g} s')
-        if isinstance(outcome[0], ServoError):
+        if isinstance(outcome[0], Exception):
             raise outcome[0]
         return outcome[0]
 
