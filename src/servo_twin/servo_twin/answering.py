@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from .lockstep import Lockstep, Settings
+from .lockstep import Answer, Lockstep, Settings
 from .physics.servo import Servo, ServoError
 from .recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
-from .samples import CHANNELS, samples_of
+from .samples import samples_of
 
 _AS_DECLARED = Settings()
-_BLOCK = 1 << 16  # samples a step: bounds the memory that a long recording takes
+_BLOCK = 1 << 12  # samples a step, so that what is passed on stays near the core
 _MUST_ARRIVE = (('motor_position', 'load_position'),
                 ('current', 'voltage', 'current_reference', 'reference_velocity',
                  'reference_position', 'temperature'))
@@ -28,16 +28,20 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
     """
     samples = samples_of(recording.columns)
     line = Lockstep(servo, recording.period, settings)
-    present = _present(samples, recording, settings.mode)
-    y = np.full((len(samples), len(PREDICTED)), np.nan)
-    gap = np.full((len(samples), len(COMPARED) + len(BALANCES)), np.nan)
-    residuals = []
+    present = _present(recording, settings.mode)
+    y = np.empty((len(PREDICTED), len(samples)))
+    gap = np.empty((len(COMPARED) + len(BALANCES), len(samples)))
+    y[:, ~present] = gap[:, ~present] = np.nan
+
+    def fill(parts: list[Answer]) -> None:
+        for part in parts:
+            gap[:, part.sequence:part.sequence + len(part.values)] = part.values.T
+
     for begin, end in _stretches(present):
         prediction, due = line.step(begin, 0, samples[begin:end])
-        y[begin:end] = prediction.values
-        residuals += due
-    for part in residuals + line.finish():
-        gap[part.sequence:part.sequence + len(part.values)] = part.values
+        y[:, begin:end] = prediction.values.T
+        fill(due)
+    fill(line.finish())
     warnings = []
     if line.twin.restarts:
         warnings.append(f'the twin began anew {line.twin.restarts} times: {line.twin.why}')
@@ -46,17 +50,21 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
                         f'{line.twin.bridged} were bridged')
     return Predictions(
         name=recording.name, period=recording.period,
-        prediction=dict(zip(PREDICTED, y.T, strict=True)),
-        residual=dict(zip(COMPARED + BALANCES, gap.T, strict=True)),
+        prediction=dict(zip(PREDICTED, y, strict=True)),
+        residual=dict(zip(COMPARED + BALANCES, gap, strict=True)),
         channel_noise=line.balances.channel_noise, balance_noise=line.balances.noise,
         start=recording.start, sequence=recording.sequence, restarts=line.twin.restarts,
         warnings=tuple(warnings))
 
 
-def _present(samples: np.ndarray, recording: Recording, mode: str) -> np.ndarray:
-    present = np.ones(len(samples), dtype=bool)
+def _present(recording: Recording, mode: str) -> np.ndarray:
+    present = np.ones(len(recording), dtype=bool)
     for group in _MUST_ARRIVE:
-        known = ~np.isnan(samples[:, [CHANNELS.index(name) for name in group]]).all(axis=1)
+        known = np.zeros(len(recording), dtype=bool)
+        for name in group:
+            known |= ~np.isnan(recording[name])
+            if known.all():
+                break
         if not known.any():
             raise ServoError(f'{recording.name}: none of {list(group)} was recorded; '
                              f'a twin in {mode} needs them')
