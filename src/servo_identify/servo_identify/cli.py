@@ -9,7 +9,11 @@ import sys
 COMMANDS = {
     'import': ('.importing', 'make a bag of a table: CSV, Parquet, or MAT and JSON by a mapping'),
     'info': ('.info', 'say what bags hold: duration, rate, channels, ranges, gaps, warnings'),
+    'experiment': ('.experiment.command', 'drive a rig through a procedure and record its bags'),
+    'diagnose': ('.gap.command', 'where the gap lies, which effect causes it, how far it shrinks'),
     'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
+    'friction': ('.friction.command', 'learn friction by every learner and compare them'),
+    'blind-check': ('.blind.command', 'score the diagnosis on rigs with effects withheld'),
 }
 """Subcommand: its module, which has `add_arguments(parser)` and `main(arguments)`; a summary."""
 

@@ -1,0 +1,74 @@
+"""Friction as features and target, split by time (paper 003 sections 3.2 to 3.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .balance import FrictionSamples
+
+SEQUENCE = 20  # samples a window, paper 003 table 1
+FEATURES = ('speed', 'acceleration', 'current')
+FAST = 0.8  # samples above this share of the top speed are kept to test extrapolation
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """
+    The same rows for every learner.
+
+    ``features`` (samples, 3): speed rad/s, acceleration rad/s2, current A; ``target`` (samples,)
+    friction, N m, with the sign of the motion it resists; ``run`` (samples,); ``period`` s.
+    ``train``, ``validation``, ``test`` and ``beyond`` are the numbers of samples whose window of
+    :data:`SEQUENCE` samples ends there and lies within one run; ``beyond`` is faster than any of
+    the others.
+    """
+
+    features: np.ndarray
+    target: np.ndarray
+    angle: np.ndarray
+    run: np.ndarray
+    period: float
+    train: np.ndarray
+    validation: np.ndarray
+    test: np.ndarray
+    beyond: np.ndarray
+
+    def windows(self, rows: np.ndarray) -> np.ndarray:
+        """Return (rows, SEQUENCE, 3), the sample itself last."""
+        return self.features[rows[:, None] + np.arange(1 - SEQUENCE, 1)]
+
+
+def dataset_of(samples: FrictionSamples, period: float = 0.01, most: int = 30_000) -> Dataset:
+    """
+    Thin samples to ``period`` s and split each run: 60 % train, 20 % validation, 20 % test.
+
+    Chronological, so that no window of one part holds a sample of another's target. ``most``
+    limits the number of training windows. Raises ValueError when too little is left.
+    """
+    every = max(1, round(period / samples.period))
+    thin = samples[::every]
+    features = np.column_stack([thin.speed, thin.acceleration, thin.current])
+    fast = np.abs(thin.speed) > FAST * np.abs(thin.speed).max()
+    parts: list[list[np.ndarray]] = [[], [], [], []]
+    for run in np.unique(thin.run):
+        rows = np.flatnonzero(thin.run == run)[SEQUENCE - 1:]
+        if not len(rows):
+            continue
+        if fast[rows].mean() > 0.3:
+            parts[3].append(rows[fast[rows]])
+            continue
+        cuts = np.split(rows, [int(0.6 * len(rows)), int(0.8 * len(rows))])
+        for i, cut in enumerate(cuts):
+            ready = cut if i == 0 else cut[SEQUENCE - 1:]
+            parts[3].append(ready[fast[ready]])
+            parts[i].append(ready[~fast[ready]])
+    train, validation, test, beyond = (
+        np.concatenate(p) if p else np.array([], dtype=int) for p in parts)
+    if min(len(train), len(validation), len(test)) < 50:
+        raise ValueError(f'{len(train)} windows to train, {len(validation)} to validate and '
+                         f'{len(test)} to test are too few (50 each); give longer recordings')
+    train = train[::max(1, len(train) // most)]
+    return Dataset(features, thin.torque, thin.angle, thin.run, every * samples.period, train,
+                   validation, test, beyond)

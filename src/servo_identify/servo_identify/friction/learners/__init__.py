@@ -1,0 +1,25 @@
+"""Learners of friction on one interface, each imported when it is asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from .model import Learner
+
+_WHERE = {
+    'coulomb_viscous': 'classical', 'stribeck': 'classical', 'dahl': 'classical',
+    'lugre': 'classical', 'sindy': 'sparse', 'feedforward': 'neural', 'cnn': 'neural',
+    'lstm': 'neural', 'transformer': 'neural', 'physics_informed': 'physics_informed',
+}
+
+
+def names() -> list[str]:
+    """Names of all learners, simplest first."""
+    return list(_WHERE)
+
+
+def learner(name: str) -> Learner:
+    """Return a learner; raises ValueError with the names there are."""
+    if name not in _WHERE:
+        raise ValueError(f'there is no learner {name!r}; there are {names()}')
+    return import_module(f'.{_WHERE[name]}', __package__).LEARNERS[name]
