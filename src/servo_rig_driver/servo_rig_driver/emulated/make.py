@@ -5,7 +5,10 @@ Makes a recording of the emulated rig without its bus, faster than real time.
         --setting amplitude=1.5 --set friction.level=1.5 --seed 7 -o sine.csv
 
 The table has the columns that `servo-identify import` takes; .npz holds the same as arrays. With
---list, family and replicate are noted in the recordings.yaml beside the table.
+--list, family and replicate are noted in the recordings.yaml beside the table. With --waves the
+rig plays set-points of one's own, and the family is only their name:
+
+    python -m servo_rig_driver.emulated.make my_sweep --waves my_sweep.npz --mode velocity ...
 """
 
 from __future__ import annotations
@@ -44,6 +47,26 @@ def make_recording(name: str, rig_file: str | Path, mode: str | None = None,
     reference, external = chosen.waves(t, settings or {})
     rig = load_rig(rig_file, overrides or [])
     return run(rig, mode or chosen.mode, reference, external, 1.0 / rate, seed)
+
+
+def play_waves(path: Path, rig_file: str | Path, mode: str | None, overrides: list[str],
+               rate: float, seed: int) -> dict[str, np.ndarray]:
+    """
+    Return the columns of one recording of the set-points in an .npz file.
+
+    Its arrays are `reference`, in the unit of ``mode``, and `external_torque`, N m, both (n,), one
+    set-point a sample. Raises ValueError for a file or a mode that cannot be played.
+    """
+    if mode is None:
+        raise ValueError(f'{path}: say by --mode what its reference is of')
+    with np.load(path) as waves:
+        for name in ('reference', 'external_torque'):
+            if name not in waves:
+                raise ValueError(f"{path} has no array '{name}'; it has {list(waves)}")
+        reference, external = waves['reference'], waves['external_torque']
+    if not 100.0 <= rate <= 20_000.0:
+        raise ValueError(f'rate = {rate:g} Hz is outside [100, 20000]')
+    return run(load_rig(rig_file, overrides), mode, reference, external, 1.0 / rate, seed)
 
 
 def write_table(path: Path, columns: dict[str, np.ndarray]) -> None:
@@ -91,6 +114,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('family', help='excitation family, see below')
     parser.add_argument('--rig', required=True, help='rig file, as config/rigs/rv_bench.yaml')
     parser.add_argument('--mode', choices=('voltage', 'current', 'velocity', 'position'))
+    parser.add_argument('--waves', type=Path, metavar='FILE.npz',
+                        help='set-points of one\'s own: arrays reference and external_torque')
     parser.add_argument('--setting', action='append', default=[], type=_setting,
                         metavar='NAME=NUMBER', help='of the family')
     parser.add_argument('--set', action='append', default=[], metavar='PATH=VALUE',
@@ -104,8 +129,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('-o', '--output', required=True, type=Path, help='.csv or .npz')
     options = parser.parse_args(arguments)
     try:
-        columns = make_recording(options.family, options.rig, options.mode, dict(options.setting),
-                                 options.set, options.duration, options.rate, options.seed)
+        if options.waves:
+            columns = play_waves(options.waves, options.rig, options.mode, options.set,
+                                 options.rate, options.seed)
+        else:
+            columns = make_recording(
+                options.family, options.rig, options.mode, dict(options.setting), options.set,
+                options.duration, options.rate, options.seed)
         write_table(options.output, columns)
         if options.list:
             note(options.output, options.family, options.replicate)

@@ -1,0 +1,1 @@
+"""Experiments: the procedures that a rig is driven through, their limits, and who does it."""

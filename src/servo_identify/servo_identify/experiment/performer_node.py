@@ -1,0 +1,242 @@
+"""The node that plays a run on a rig, watches the limits, and brings the motor to rest."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from math import isfinite
+from time import monotonic
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import numpy as np
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from servo_twin.conversion import SECOND, to_instant, to_time
+from servo_twin_msgs.msg import Command, Current, Encoder, Torque
+
+from .limits import Guard, LimitError, Limits
+from .procedures import Run
+from .waves import ACCELERATION, eased
+
+BLOCK = 0.1  # s of set-points in one message
+AHEAD = 0.2  # s that a block leaves before its first instant
+SETTLE = 0.1  # s that is recorded behind the last set-point
+SILENCE = 0.3  # s without a sample after which the rig is taken for lost
+HOMING = 0.3  # rad/s
+CLOSE = 0.02  # rad from where the experiment began that need no way home
+_UNLOOPED = ('torque', 'current', 'no samples', 'the driver')
+"""Troubles in which no control loop is asked to brake."""
+_MODES = {'voltage': Command.VOLTAGE, 'current': Command.CURRENT, 'velocity': Command.VELOCITY,
+          'position': Command.POSITION}
+
+
+class Stopped(RuntimeError):
+    """An experiment that ended early: interrupted, at a limit, or without a rig."""
+
+
+class Performer(Node):
+    """
+    Plays runs one after the other on the rig of a namespace.
+
+    A context: leaving it brings the motor to rest. ``interrupt`` may be called from a signal
+    handler; the run that is played then raises Stopped.
+    """
+
+    def __init__(self, namespace: str, limits: Limits) -> None:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        super().__init__('experiment', namespace=namespace)
+        self.limits = limits
+        self.period = 0.0
+        self.guard: Guard | None = None
+        self.trouble = ''
+        self._interrupted = ''
+        self._heard = 0.0
+        self._moving = self._watching = False
+        reliable = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
+        self._command = self.create_publisher(Command, 'command', reliable)
+        self.create_subscription(Encoder, 'encoder', self._encoder, reliable)
+        self.create_subscription(Torque, 'torque', self._torque, reliable)
+        self.create_subscription(Current, 'current', self._current, reliable)
+        self._failure = ''
+        self._due = 0
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, 100)
+        self._executor = EventsExecutor()
+        self._executor.add_node(self)
+
+    def __enter__(self) -> Performer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self.rest()
+        finally:
+            self._executor.remove_node(self)
+            self.destroy_node()
+            rclpy.try_shutdown()
+
+    def interrupt(self, why: str = 'interrupted') -> None:
+        """Have the run that is played, or the next one, end with Stopped."""
+        self._interrupted = why
+
+    def begin(self, patience: float) -> None:
+        """Wait for the rig; where its load stands is where travel counts from."""
+        if not self._wait(lambda: self._interrupted or self.guard is not None and not self._failure
+                          and self._command.get_subscription_count(), patience):
+            raise Stopped(f'no rig within {patience:g} s: ' + (
+                'no samples came' if self.guard is None else
+                self._failure or 'its driver takes no commands'))
+        self._heed()
+
+    def linked(self, patience: float) -> None:
+        """Wait until somebody besides this node reads all samples."""
+        topics = ('encoder', 'torque', 'current')
+        if not self._wait(lambda: all(self.count_subscribers(t) >= 2 for t in topics)
+                          or self._interrupted, patience):
+            raise Stopped(f'the recorder did not listen within {patience:g} s')
+        self._heed()
+
+    def home(self) -> None:
+        """Bring the load back to where the experiment began, if it is elsewhere."""
+        angle = self.guard.origin - self._angle
+        if abs(angle) < CLOSE:
+            return
+        speed = min(HOMING, self.limits.speed / 2.0, (ACCELERATION * abs(angle)) ** 0.5 / 2.0)
+        wanted = np.append(np.full(round(abs(angle) / speed / self.period), speed),
+                           np.zeros(round(2.0 * speed / ACCELERATION / self.period)))
+        reference = np.sign(angle) * eased(wanted, self.period)
+        self._play('velocity', reference, np.zeros(len(reference)), lambda share: None)
+
+    def perform(self, run: Run, told: Callable[[float], None]) -> None:
+        """
+        Play a run; ``told`` hears which share of it is done, 0 to 1.
+
+        Raises LimitError where the rig samples at another period, Stopped for what ended the run
+        before its time; the motor is at rest then.
+        """
+        if abs(self.period - run.period) > 1e-9:
+            raise LimitError(f'{run.name} has a set-point every {run.period:g} s, the rig samples '
+                             f'every {self.period:g} s; choose --rate {1.0 / self.period:g}')
+        reference = run.reference + (self._angle if run.mode == 'position' else 0.0)
+        self._play(run.mode, reference, run.external_torque, told)
+
+    def rest(self) -> None:
+        """Brake where a loop can do it, then switch off until the load stands still."""
+        self._watching = False
+        if self._moving and not self.trouble.startswith(_UNLOOPED):
+            self._say('velocity', np.zeros(round(0.4 / self.period)), True)
+            self._wait(lambda: abs(self.guard.speed) < 0.01, 0.4)
+        until = monotonic() + 3.0
+        while self._moving and monotonic() < until:
+            self._say('off', np.zeros(1), True)
+            if self._wait(lambda: self.guard.at_rest(), 0.05):
+                self._wait(lambda: False, SETTLE)
+                break
+        self._moving = False
+
+    def _play(self, mode: str, reference: np.ndarray, torque: np.ndarray,
+              told: Callable[[float], None]) -> None:
+        self._heed()
+        size, sent = max(1, round(BLOCK / self.period)), 0
+        start = self._now() + round(AHEAD * SECOND)
+        end = start + round(len(reference) * self.period * SECOND)
+        self.trouble, self._watching, self._moving = '', True, True
+        self._heard = monotonic()
+        try:
+            while self._now() < end + SETTLE * SECOND:
+                while sent < len(reference) and start + round(
+                        sent * self.period * SECOND) - self._now() < AHEAD * SECOND:
+                    part = slice(sent, sent + size)
+                    instant = start + round(sent * self.period * SECOND)
+                    self._publish(_MODES[mode], instant, reference[part], torque[part])
+                    sent += size
+                self._wait(lambda: bool(self.trouble or self._interrupted), BLOCK / 2.0)
+                self._heed()
+                told(min(1.0, max(0.0, 1.0 - (end - self._now()) / (end - start))))
+        except Stopped:
+            self.rest()
+            raise
+        self._watching = False
+
+    def _heed(self) -> None:
+        """Raise Stopped for what is wrong."""
+        if not self.trouble and self._moving and self._watching and (
+                monotonic() - self._heard > SILENCE):
+            self.trouble = f'no samples for {SILENCE:g} s'
+        if self.trouble or self._interrupted:
+            raise Stopped(self.trouble or self._interrupted)
+
+    def _say(self, mode: str, reference: np.ndarray, unloaded: bool) -> None:
+        kind = _MODES.get(mode, Command.OFF)
+        self._publish(kind, self._now(), reference, np.zeros(len(reference)) if unloaded else None)
+
+    def _publish(self, mode: int, instant: int, reference: np.ndarray,
+                 torque: np.ndarray | None) -> None:
+        message = Command(mode=mode, period=self.period or 1e-3)
+        message.header.stamp = to_time(instant)
+        message.reference = array('d', reference.astype(float).tobytes())
+        if torque is not None:
+            message.external_torque = array('d', torque.astype(float).tobytes())
+        self._command.publish(message)
+
+    def _encoder(self, message: Encoder) -> None:
+        self._heard = monotonic()
+        positions = message.load_position
+        if self.guard is None:
+            if not isfinite(positions[-1]):
+                return
+            self.period = message.period
+            self.guard = Guard(self.limits, positions[-1], message.period)
+        stamp = to_instant(message.header.stamp)
+        if abs(stamp - self._due) > 2.5e9 * message.period:
+            self.guard.forget()
+        self._due = stamp + round(len(positions) * message.period * SECOND)
+        for position in positions:
+            self._note(self.guard.see(position=position))
+
+    def _torque(self, message: Torque) -> None:
+        if self.guard is not None:
+            for torque in message.torque:
+                self._note(self.guard.see(torque=torque))
+
+    def _current(self, message: Current) -> None:
+        if self.guard is not None:
+            for current in message.current:
+                self._note(self.guard.see(current=current))
+
+    def _diagnosis(self, message: DiagnosticArray) -> None:
+        """Heed what the driver of this rig says of its drive and its bus."""
+        of_driver = [status for status in message.status
+                     if status.hardware_id == f'{self.get_namespace()}/driver']
+        if of_driver:
+            wrong = [s.message for s in of_driver if s.level >= DiagnosticStatus.ERROR]
+            self._failure = f'the driver says: {wrong[0]}' if wrong else ''
+            self._note(self._failure)
+
+    def _note(self, said: str) -> None:
+        if said and self._watching and not self.trouble:
+            self.trouble = said
+
+    @property
+    def _angle(self) -> float:
+        return self.guard.angle
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+    def _wait(self, condition: Callable[[], object], seconds: float) -> bool:
+        """Run callbacks until a condition holds or the time is over; say whether it holds."""
+        done, limit = Future(), monotonic() + seconds
+
+        def look() -> None:
+            if not done.done() and (condition() or monotonic() > limit):
+                done.set_result(None)
+
+        timer = self.create_timer(0.005, look)
+        self._executor.spin_until_future_complete(done, seconds + 1.0)
+        self.destroy_timer(timer)
+        return bool(condition())
