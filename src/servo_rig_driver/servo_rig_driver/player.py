@@ -38,6 +38,7 @@ class Player(Node):
         super().__init__('player')
         self.heard = False
         self.sent = 0
+        self._ended = False
         self._mode, self._period = mode, period
         self._reference, self._torque = reference, external_torque
         self._start = 0
@@ -49,8 +50,10 @@ class Player(Node):
     @property
     def done(self) -> bool:
         """Whether the last set-point has been sent and its instant has passed."""
-        end = self._start + round(len(self._reference) * self._period * SECOND)
-        return self.sent >= len(self._reference) and self._now() >= end
+        return self._ended and self._now() >= self._instant(len(self._reference))
+
+    def _instant(self, number: int) -> int:
+        return self._start + round(number * self._period * SECOND)
 
     def _now(self) -> int:
         return self.get_clock().now().nanoseconds
@@ -65,7 +68,7 @@ class Player(Node):
         self._start = self._start or self._now() + round(AHEAD * SECOND)
         size = max(1, round(BLOCK / self._period))
         while self.sent < len(self._reference):
-            instant = self._start + round(self.sent * self._period * SECOND)
+            instant = self._instant(self.sent)
             if instant - self._now() > AHEAD * SECOND:
                 return
             part = slice(self.sent, self.sent + size)
@@ -75,6 +78,11 @@ class Player(Node):
             message.external_torque = array('d', self._torque[part].tobytes())
             self._topic.publish(message)
             self.sent += len(message.reference)
+        if not self._ended:
+            off = Command(mode=int(Mode.OFF), reference=[0.0])
+            off.header.stamp = conversion.to_time(self._instant(self.sent))
+            self._topic.publish(off)
+            self._ended = True
 
 
 def eased(wave: np.ndarray, period: float) -> np.ndarray:

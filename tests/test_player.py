@@ -1,0 +1,29 @@
+"""The player of excitations: what it refuses, and how it begins and ends."""
+
+import numpy as np
+import pytest
+
+from servo_rig_driver.player import eased, main
+
+
+def test_a_reference_begins_and_ends_at_rest():
+    wave = eased(np.ones(4000), 1e-3)
+    assert wave[0] == wave[-1] == 0.0
+    assert (wave[600:-600] == 1.0).all()
+    assert (np.diff(wave[:500]) > 0.0).all()
+
+
+@pytest.mark.parametrize('words, said', [
+    (['sine', '--setting', 'loudness=3'], "has no setting 'loudness'; it has"),
+    (['sine', '--setting', 'amplitude=high'], 'high'),
+    (['sine', '--duration', '0.0005'], 'hold no two set-points'),
+])
+def test_it_refuses_what_cannot_be_played(capsys, words, said):
+    assert main(words) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.ros
+def test_it_says_that_no_rig_was_there(capsys):
+    assert main(['sine', '--wait', '0.2']) == 1
+    assert 'no rig took a set-point within 0.2 s: no samples came' in capsys.readouterr().err
