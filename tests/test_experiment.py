@@ -123,8 +123,12 @@ def started(folder, *words):
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+def size(bag):
+    return sum(file.stat().st_size for file in bag.glob('*.mcap'))
+
+
 def growing(bag, least):
-    return lambda: sum(file.stat().st_size for file in bag.glob('*.mcap')) > least
+    return lambda: size(bag) > least
 
 
 @pytest.mark.ros
@@ -134,7 +138,8 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
         for attempt in ATTEMPTS:
             asked = started(tmp_path / attempt, 'friction', '--speeds', '0.5')
             bag = tmp_path / attempt / 'friction_0.5'
-            wait_until(growing(bag, 350_000), 'samples are on disk', 60.0, processes)
+            assert asked.stdout.readline() == 'playing friction_0.5\n'
+            wait_until(growing(bag, size(bag) + 200_000), 'it moves', 60.0, processes)
             asked.send_signal(signal.SIGINT)
             _, said = asked.communicate(timeout=30)
             assert asked.returncode == 1

@@ -178,14 +178,9 @@ def _record(run: Run, arguments: argparse.Namespace, performer, processes: Proce
     try:
         wait_until(lambda: 'recording to' in processes.said(name), 'the recorder is there',
                    _WAIT, processes)
-        performer.linked(_WAIT)
-        bare = _size(bag)
-        wait_until(lambda: _size(bag) > bare, 'samples are on disk', _WAIT, processes)
+        performer.recorded(bag, _WAIT)
+        print(f'playing {run.name}', flush=True)
         performer.perform(run, lambda share: bar.update(task, completed=share))
         print(bag, flush=True)
     finally:
         processes.stop(name)
-
-
-def _size(bag: Path) -> int:
-    return sum(file.stat().st_size for file in bag.glob('*.mcap'))

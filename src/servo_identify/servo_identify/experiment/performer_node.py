@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 from math import isfinite
+from pathlib import Path
 from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -64,6 +65,7 @@ class Performer(Node):
         self.create_subscription(Current, 'current', self._current, reliable)
         self._failure = ''
         self._due = 0
+        self._recording: dict[str, set[str]] = {}
         self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, 100)
         self._executor = EventsExecutor()
         self._executor.add_node(self)
@@ -92,12 +94,13 @@ class Performer(Node):
                 self._failure or 'its driver takes no commands'))
         self._heed()
 
-    def linked(self, patience: float) -> None:
-        """Wait until somebody besides this node reads all samples."""
-        topics = ('encoder', 'torque', 'current')
-        if not self._wait(lambda: all(self.count_subscribers(t) >= 2 for t in topics)
-                          or self._interrupted, patience):
-            raise Stopped(f'the recorder did not listen within {patience:g} s')
+    def recorded(self, bag: Path, patience: float) -> None:
+        """Wait until the recorder of a bag says that it takes down all samples."""
+        wanted = {f'messages {self.resolve_topic_name(topic)}'
+                  for topic in ('encoder', 'torque', 'current')}
+        if not self._wait(lambda: self._interrupted or wanted <= self._recording.get(
+                str(bag), set()), patience):
+            raise Stopped(f'{bag}: the recorder took no samples within {patience:g} s')
         self._heed()
 
     def home(self) -> None:
@@ -209,7 +212,11 @@ class Performer(Node):
                 self._note(self.guard.see(current=current))
 
     def _diagnosis(self, message: DiagnosticArray) -> None:
-        """Heed what the driver of this rig says of its drive and its bus."""
+        """Heed what the driver of this rig says of its drive, and a recorder of its bag."""
+        for status in message.status:
+            if status.name.endswith(': recording'):
+                facts = {pair.key: pair.value for pair in status.values}
+                self._recording[facts.get('output', '')] = set(facts)
         of_driver = [status for status in message.status
                      if status.hardware_id == f'{self.get_namespace()}/driver']
         if of_driver:

@@ -115,7 +115,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--rig', required=True, help='rig file, as config/rigs/rv_bench.yaml')
     parser.add_argument('--mode', choices=('voltage', 'current', 'velocity', 'position'))
     parser.add_argument('--waves', type=Path, metavar='FILE.npz',
-                        help='set-points of one\'s own: arrays reference and external_torque')
+                        help="set-points of one's own: arrays reference and external_torque")
     parser.add_argument('--setting', action='append', default=[], type=_setting,
                         metavar='NAME=NUMBER', help='of the family')
     parser.add_argument('--set', action='append', default=[], metavar='PATH=VALUE',
