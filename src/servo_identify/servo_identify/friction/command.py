@@ -31,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--learners', nargs='+', choices=names(), default=names())
     parser.add_argument('--site', choices=('load', 'motor'), default='load')
     parser.add_argument('--seconds', type=float, default=60.0, help='at most, for each learner')
+    parser.add_argument('--cells', type=int, default=360,
+                        help='equal angles of the turn that friction is resampled to')
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--namespace', help='rig to read where a bag has several')
 
@@ -66,7 +68,8 @@ def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
     from .pictures import friction_angle
 
     try:
-        learned = learned_friction(servo, recordings, arguments.site, seed=arguments.seed)
+        learned = learned_friction(servo, recordings, arguments.site, seed=arguments.seed,
+                                   cells=arguments.cells)
     except ValueError as problem:
         print(f'no network of paper 000: {problem}', file=sys.stderr)
         return

@@ -100,7 +100,7 @@ def trained(first: np.ndarray, second: np.ndarray, target: np.ndarray, *, hidden
         losses.append((now * size**2, kept * size**2))
         if told:
             told(iteration, *losses[-1])
-        if kept < best_loss * (1.0 - 1e-4):
+        if kept < best_loss * (1.0 - 1e-3):
             best, best_loss, since = weights, kept, 0
         else:
             since += 1

@@ -48,7 +48,7 @@ def train(net, loss_of: Callable, inputs: tuple, data: Dataset, seconds: float,
             loss = loss_of(net, x[rows], y[rows])
             loss.backward()
             optimiser.step()
-            total += float(loss) * len(rows)
+            total += loss.item() * len(rows)
         net.eval()
         with torch.no_grad():
             held = float(np.mean((np.concatenate([net(p).numpy() for p in vx.split(4096)])
