@@ -1,0 +1,1 @@
+"""Where a twin departs from its rig, which effect causes it, how far the gap shrinks."""

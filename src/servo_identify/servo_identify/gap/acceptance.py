@@ -1,0 +1,144 @@
+"""An explanation is kept only as far as the twin, run anew on other recordings, is better for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+
+from .balance import Balance, BALANCES
+from .explanation import augmented, Explanation, fit
+from .resimulation import Diverged, Gap, gap_of, resimulate
+from .screening import Screening
+from .stack import Stack
+
+AT_LEAST = 0.05  # shrink of a channel's gap that counts
+WORSE = 0.10  # growth of a channel's gap that does not do
+BY_BALANCE = 0.15  # shrink of a balance's gap that counts where the channels are too coarse
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A twin with some causes in it, run over some recordings."""
+
+    explanation: Explanation
+    servo: Servo
+    gap: Gap
+
+
+def tried(screening: Screening, chosen: list[int], servo: Servo, balances: list[Balance],
+          names: tuple[str, ...] = ()) -> Trial:
+    """Fit a set of causes on the screen recordings and run the twin over other ones."""
+    explanation = fit(screening, chosen)
+    better = augmented(servo, screening.stack, explanation, names)
+    return Trial(explanation, better, run_over(better, balances))
+
+
+def run_over(servo: Servo, balances: list[Balance]) -> Gap:
+    """Run a servo over recordings and return its gaps. Raises Diverged."""
+    return gap_of([resimulate(servo, one) for one in balances], balances)
+
+
+def accept(screening: Screening, chosen: list[int], servo: Servo, balances: list[Balance],
+           others: Stack, tick: Callable[[float], None],
+           names: tuple[str, ...]) -> tuple[list[int], list[str]]:
+    """
+    Return (the causes that stand, why others fell).
+
+    Each is taken out in turn, the rest refitted: its twin must leave a larger gap in a channel (or
+    in a balance, where the channel does not resolve it), and with it no channel may get worse.
+    """
+    kept, fallen = list(chosen), []
+    full = _tried_or_none(screening, kept, servo, balances, names)
+    for round_number in range(len(chosen)):
+        verdicts = []
+        for one in kept:
+            rest = [c for c in kept if c != one]
+            without = _tried_or_none(screening, rest, servo, balances, names)
+            verdicts.append(_judge(without, full, others))
+        tick((round_number + 1) / max(1, len(chosen)))
+        failing = [(gain, one, why) for one, (passes, gain, why) in
+                   zip(kept, verdicts, strict=True) if not passes]
+        if not failing:
+            break
+        _, worst, why = min(failing)
+        fallen.append(f'{screening.library.candidates[worst].label} was screened but does not '
+                      f'stand on the accept recordings: {why}')
+        kept.remove(worst)
+        full = _tried_or_none(screening, kept, servo, balances, names)
+    return kept, fallen
+
+
+def _tried_or_none(screening, chosen, servo, balances, names) -> Trial | None:
+    try:
+        return tried(screening, chosen, servo, balances, names)
+    except Diverged:
+        return None
+
+
+def _judge(without: Trial | None, full: Trial | None,
+           others: Stack) -> tuple[bool, float, str]:
+    if full is None:
+        return False, -1.0, 'the twin with it diverges'
+    if without is None:
+        return True, 1.0, ''
+    best, worst = 0.0, 0.0
+    for channel in full.gap.squares:
+        before, after = without.gap.excess(channel), full.gap.excess(channel)
+        floor = full.gap.floor[channel]
+        if before > 0.2 * floor:
+            low, high = _interval(without.gap, full.gap, channel)
+            drop = 1.0 - after / before
+            best = max(best, drop if low > 0.0 else 0.0)
+            if high < 0.0 and after > 0.3 * floor:
+                worst = max(worst, -drop)
+    balance = _by_balance(without, full, others)
+    if worst > WORSE and best < 3.0 * worst:
+        return False, best - worst, f'a channel gets worse by {100 * worst:.0f} %'
+    if best >= AT_LEAST or balance >= BY_BALANCE:
+        return True, max(best, balance), ''
+    return False, best, (f'it shrinks no channel by more than {100 * best:.0f} %, '
+                         f'no balance by more than {100 * balance:.0f} %')
+
+
+def _interval(before: Gap, after: Gap, channel: str) -> tuple[float, float]:
+    chance = np.random.default_rng(0)
+    size = len(before.squares[channel])
+    drops = []
+    for _ in range(200):
+        blocks = chance.integers(0, size, size)
+        first = before.excess(channel, blocks)
+        drops.append(1.0 - after.excess(channel, blocks) / first if first > 0.0 else 0.0)
+    return float(np.percentile(drops, 5)), float(np.percentile(drops, 95))
+
+
+def _by_balance(without: Trial, full: Trial, others: Stack) -> float:
+    """Largest share by which a cause, as fitted elsewhere, shrinks the gap of a balance."""
+    first = leftover(others, without.explanation)
+    second = leftover(others, full.explanation)
+    best = 0.0
+    for index in range(len(BALANCES)):
+        rows = others.balance == index
+        if not rows.any():
+            continue
+        before, after = float(np.mean(first[rows]**2)), float(np.mean(second[rows]**2))
+        drop = np.bincount(others.block[rows], first[rows]**2 - second[rows]**2)
+        drop = drop[np.bincount(others.block[rows]) > 0]
+        sure = drop.sum() > 1.6 * np.sqrt(len(drop)) * np.std(drop)
+        if before > 1.2 and sure:
+            best = max(best, 1.0 - after / before)
+    return best
+
+
+def leftover(others: Stack, explanation: Explanation) -> np.ndarray:
+    """Return the residuals of other recordings under an explanation fitted elsewhere."""
+    residual = others.at(explanation.theta, explanation.on)
+    labels, columns, low, high = others.nuisances()
+    free = [i for i, label in enumerate(labels) if label not in others.extended.servo.values]
+    if not free:
+        return residual
+    basis = np.linalg.qr(columns[:, free])[0]
+    return residual - basis @ (basis.T @ residual)

@@ -1,0 +1,320 @@
+"""
+The residual of every balance along what was measured, for any values and switches of a servo.
+
+The laws are those of the twin, evaluated along the measured motion (physics.following); where an
+effect is right, what it explains is gone from the residual. GAP_METHOD 'Where' names the balances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servo_twin.physics import state
+from servo_twin.physics.following import FOLLOWED, MOTION
+from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.simulate import substeps_of
+
+from .observation import Channels, Observation
+from .weak_form import Bump
+
+BALANCES = ('drive', 'motor', 'transmission', 'load', 'torque', 'controller')
+UNITS = {'drive': 'A', 'motor': 'N m', 'transmission': 'rad', 'load': 'N m', 'torque': 'N m',
+         'controller': 'V'}
+FINE = ('drive', 'controller')
+SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Smooth motion by which the laws are asked, at full rate over the inner samples."""
+
+    rows: np.ndarray  # (inner samples, len(MOTION))
+    weighed: dict[str, np.ndarray]  # derivatives under the bump, at the centres
+    moving: np.ndarray  # at the centres: no standstill under the bump
+
+
+@dataclass
+class Balance:
+    """
+    The residuals of one recording.
+
+    ``residuals(theta, on)`` returns by balance an array over the bump's centres, in the unit of
+    :data:`UNITS`; NaN where nothing can be said. A balance whose channels are missing is absent.
+    """
+
+    servo: Servo
+    seen: Observation
+    given: int  # how many of the servo's effects are its own; those behind are candidates
+    _slots: dict = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._slots = {p: s.start for p, s in self.servo.slots().items()}
+        self._kernel = kernel_of(self.servo)
+        self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
+                                         for p in self.servo.effects], dtype=bool)
+        self._off = np.arange(len(self.servo.effects)) < self.given
+        self._static = self._motion(self.seen.channels)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Balances that this recording's channels allow."""
+        seen, names = self.seen, []
+        encoders = seen.has('motor') + seen.has('load')
+        if seen.has('current'):
+            names.append('drive')
+        if encoders and seen.has('torque'):
+            names += ['motor', 'load']
+        elif encoders:
+            names.append('torque')
+        if encoders == 2:
+            names.append('transmission')
+        if seen.closed_loop and encoders:
+            names.append('controller')
+        return tuple(names)
+
+    def value(self, theta: np.ndarray, path: str) -> float:
+        """Value of a parameter in a flat vector; 0 where the servo has no such parameter."""
+        slot = self._slots.get(path)
+        return 0.0 if slot is None else float(theta[slot])
+
+    def bump_of(self, balance: str) -> Bump:
+        """Bump that weighs a balance."""
+        return self.seen.fine if balance in FINE else self.seen.bump
+
+    def times(self, balance: str) -> np.ndarray:
+        """Instants of the residuals of a balance, s from the start of the recording."""
+        bump = self.bump_of(balance)
+        return bump.centres(len(self.seen.recording)) * self.seen.period
+
+    def moving(self, balance: str) -> np.ndarray:
+        """Where friction is determined: no standstill under the bump. All true for others."""
+        if balance in ('motor', 'load', 'torque'):
+            return self._static.moving
+        return np.ones(len(self.times(balance)), dtype=bool)
+
+    def residuals(self, theta: np.ndarray, on: np.ndarray,
+                  only: tuple[str, ...] | None = None) -> dict[str, np.ndarray]:
+        """Return the residuals; ``only`` limits them to some balances."""
+        wanted = [n for n in self.names if only is None or n in only]
+        if not wanted:
+            return {}
+        channels, motion = self.seen.channels, self._static
+        if (on & self._sensor_members).any():
+            channels = self._corrected(channels, theta, on)
+            motion = self._motion(channels)
+        current = self._current(theta, on, motion) if (
+            'drive' in wanted or not self.seen.has('current')) else None
+        answer = {}
+        if 'drive' in wanted:
+            answer['drive'] = self.seen.fine.weigh(channels.current - current)
+        if 'controller' in wanted:
+            answer['controller'] = self.seen.fine.weigh(
+                self.seen.recording['voltage'] - self._command(theta, on, channels))
+        if {'motor', 'load', 'torque', 'transmission'} & set(wanted):
+            answer.update(self._mechanical(theta, on, channels, motion, current, wanted))
+        return answer
+
+    @property
+    def base_switches(self) -> np.ndarray:
+        """Switches with every candidate off."""
+        return self._off
+
+    def motion(self, name: str) -> np.ndarray:
+        """Return a column of the smooth motion (names: MOTION) over the inner samples."""
+        return self._static.rows[:, MOTION.index(name)]
+
+    def weighed(self, name: str) -> np.ndarray:
+        """Return a column of the smooth motion at the centres, NaN near the ends."""
+        return self._under(self.motion(name))
+
+    def model_current(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """Return the current that the drive makes of the command, A, at every sample."""
+        return self._current(theta, on, self._static)
+
+    def command_noise(self, theta: np.ndarray) -> float:
+        """Standard deviation of the controller balance by the noise of the encoders, V."""
+        chance, channels = np.random.default_rng(0), self.seen.channels
+        noise = self.seen.noise
+
+        def shaken(x, name):
+            return x + chance.normal(0.0, np.nan_to_num(noise[name]), len(x))
+
+        other = Channels(shaken(channels.motor, 'motor_position'),
+                         shaken(channels.load, 'load_position'), channels.torque, channels.current)
+        change = self._command(theta, self._off, other) - self._command(theta, self._off, channels)
+        return float(np.nanstd(self.seen.fine.weigh(change)))
+
+    def followed(self, theta: np.ndarray, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return (motion, what the laws say) over the inner samples; columns MOTION, FOLLOWED."""
+        rows = self._static.rows.copy()
+        if not self.seen.has('current'):
+            rows[:, MOTION.index('current')] = self._inner(
+                self._current(theta, on, self._static))
+        return rows, self._follow(theta, on, rows)
+
+    def _inner(self, full: np.ndarray) -> np.ndarray:
+        reach = self.seen.bump.reach
+        return full[reach:len(full) - reach]
+
+    def _under(self, series: np.ndarray) -> np.ndarray:
+        """Weigh what is known at the inner samples only, so that the centres agree."""
+        padded = np.full(len(self.seen.recording), np.nan)
+        reach = self.seen.bump.reach
+        padded[reach:len(padded) - reach] = series
+        return self.seen.bump.weigh(padded)
+
+    def _follow(self, theta, on, rows) -> np.ndarray:
+        out = np.empty((len(rows), len(FOLLOWED)))
+        self._kernel.follow(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
+        return out
+
+    def _mechanical(self, theta, on, channels, motion, current, wanted) -> dict:
+        seen, weighed = self.seen, motion.weighed
+        rows = motion.rows
+        if current is not None and not seen.has('current'):
+            rows = rows.copy()
+            rows[:, MOTION.index('current')] = self._inner(current)
+        out = self._follow(theta, on, rows)
+        ratio = self.value(theta, 'mechanism.ratio')
+        gain = self.value(theta, 'drive.torque_constant')
+        rotor = self.value(theta, 'mechanism.rotor_inertia')
+        inertia = self.value(theta, 'mechanism.load_inertia')
+
+        under = self._under
+        answer = {}
+        current_at = under(rows[:, MOTION.index('current')])
+        on_motor = gain * current_at + under(out[:, 0] + out[:, 1]) - rotor * weighed['motor_2']
+        on_load = under(out[:, 2] + out[:, 3]) - inertia * weighed['load_2'] - weighed['external']
+        if seen.has('torque'):
+            answer['motor'] = on_motor - weighed['torque'] / ratio
+            answer['load'] = on_load + weighed['torque']
+        else:
+            answer['torque'] = ratio * on_motor + on_load
+        if 'transmission' in wanted:
+            # always by the stiffness of the servo file, or a stiffer mesh would explain itself
+            stiffness = self.servo.values.get('mechanism.stiffness')
+            if stiffness:
+                torque = weighed['torque'] if seen.has('torque') else under(out[:, 5])
+                answer['transmission'] = (under(out[:, 4]) - torque) / stiffness
+            else:
+                answer['transmission'] = weighed['wind_up'] - self._lost(theta, on, rows)
+        return {name: answer[name] for name in wanted if name in answer}
+
+    def _lost(self, theta, on, rows) -> np.ndarray:
+        """Angle lost in the teeth of a rigid mechanism, rad, at the centres."""
+        out = np.empty(len(rows))
+        self._kernel.lose(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
+        return self._under(out)
+
+    def _corrected(self, channels: Channels, theta, on) -> Channels:
+        """Find the readings that the sensor effects turn into those that were recorded."""
+        rows = channels.as_rows()
+        measured = np.isfinite(rows)
+        recorded = np.where(measured, rows, 0.0)
+        truth, readings = recorded.copy(), np.empty_like(recorded)
+        keep = on & self._sensor_members
+        for _ in range(SENSOR_ROUNDS):
+            self._kernel.sense(theta, keep, fresh_state(self._kernel), truth, readings,
+                               self.seen.period)
+            truth += recorded - readings
+        return Channels(*np.where(measured, truth, np.nan).T.copy())
+
+    def _current(self, theta, on, motion: _Motion) -> np.ndarray:
+        """Return the current that the drive makes of the command, A, at every sample."""
+        samples = len(self.seen.recording)
+        reach = self.seen.bump.reach
+        speed = np.zeros(samples)
+        speed[reach:samples - reach] = motion.rows[:, MOTION.index('motor_speed')]
+        speed[:reach], speed[samples - reach:] = speed[reach], speed[samples - reach - 1]
+        substeps, h = substeps_of(self.servo, self.seen.period)
+        x = fresh_state(self._kernel)
+        if self.seen.has('current'):
+            x[state.CURRENT] = np.nan_to_num(self.seen.channels.current[0])
+        current = np.empty(samples)
+        self._kernel.conduct(theta, on, x, self.seen.voltage, speed, current, substeps, h)
+        return current
+
+    def _command(self, theta, on, channels: Channels) -> np.ndarray:
+        seen = self.seen
+        references = np.column_stack((seen.column('reference_position', 0.0),
+                                      seen.column('reference_velocity', 0.0)))
+        ratio = self.value(theta, 'mechanism.ratio')
+        motor, load = _both(channels, ratio)
+        command = np.empty(len(motor))
+        x = fresh_state(self._kernel)
+        self._kernel.govern(theta, on, x, references, motor, load, command, seen.period)
+        return command
+
+    def _motion(self, channels: Channels) -> _Motion:
+        seen, bump = self.seen, self.seen.bump
+        ratio = self.servo.values['mechanism.ratio']
+        motor, load = _both(channels, ratio)
+
+        def smooth(x, order=0):
+            return bump.smooth(_bridged(x), order)
+
+        angles = [smooth(motor), smooth(motor, 1), smooth(load), smooth(load, 1),
+                  bump.weigh(_bridged(load), 2, every=True)]
+        wind_up = motor / ratio - load
+        zero = np.nanmedian(wind_up)
+        stiffness = self.servo.values.get('mechanism.stiffness')
+        if stiffness and np.isfinite(channels.torque).any():
+            zero = np.nanmedian(wind_up - channels.torque / stiffness)
+        wind_up = wind_up - zero
+        size = len(angles[0])
+        reach = bump.reach
+        inner = slice(reach, reach + size)
+        torque = smooth(channels.torque) if np.isfinite(channels.torque).any() else np.full(
+            size, np.nan)
+        current = channels.current[inner] if np.isfinite(channels.current).any() else np.zeros(size)
+        rows = np.column_stack((*angles, torque, smooth(wind_up), smooth(wind_up, 1),
+                                np.nan_to_num(current), seen.external[inner],
+                                seen.temperature[inner]))
+        weighed = {
+            'motor_2': bump.weigh(motor, 2), 'load_2': bump.weigh(load, 2),
+            'torque': bump.weigh(channels.torque), 'external': bump.weigh(seen.external),
+            'wind_up': bump.weigh(wind_up),
+        }
+        return _Motion(rows, weighed, self._still(rows, motor, load, ratio))
+
+    def _still(self, rows, motor, load, ratio) -> np.ndarray:
+        """Tell at the centres whether both shafts keep moving under the bump."""
+        seen, bump = self.seen, self.seen.bump
+        noise = seen.noise
+        slow = 4.0 * bump.gain(1) * (noise['load_position'] if seen.has('load')
+                                     else noise['motor_position'] / ratio)
+        speed = np.abs(rows[:, MOTION.index('load_speed')])
+        if seen.has('motor') and seen.has('load'):
+            of_motor = np.abs(rows[:, MOTION.index('motor_speed')]) / ratio
+            slow = max(slow, 4.0 * bump.gain(1) * noise['motor_position'] / ratio)
+            speed = np.minimum(speed, of_motor)
+        slow = max(slow, 0.003 * float(np.nanmax(speed, initial=0.0)))
+        standing = np.ones(len(seen.recording))
+        way = np.sign(rows[:, MOTION.index('load_speed')])
+        turning = np.zeros(len(speed), dtype=bool)
+        turning[1:] = way[1:] != way[:-1]
+        turning[:-1] |= turning[1:]
+        standing[bump.reach:bump.reach + len(speed)] = (speed <= slow) | turning
+        return bump.weigh(standing) < 0.02
+
+
+def _both(channels: Channels, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+    """Angles of both shafts; of one encoder the other shaft follows."""
+    motor, load = channels.motor, channels.load
+    if not np.isfinite(motor).any():
+        motor = load * ratio
+    elif not np.isfinite(load).any():
+        load = motor / ratio
+    return motor, load
+
+
+def _bridged(x: np.ndarray) -> np.ndarray:
+    """Bridge missing samples, so that a law's memory survives them; residuals stay NaN there."""
+    missing = ~np.isfinite(x)
+    if not missing.any() or missing.all():
+        return x
+    at = np.arange(len(x))
+    return np.where(missing, np.interp(at, at[~missing], x[~missing]), x)

@@ -1,0 +1,171 @@
+"""
+What might be missing in a twin: every effect of the catalogue at every site, every parameter.
+
+The extended servo carries all candidates at once, switched off; to try one is a switch and a
+value, never a compilation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.effect import Effect, Parameter
+from servo_twin.physics.servo import Placed, Servo
+
+ROW = 3  # multiples of a base order that a candidate may have
+
+TABLE_NAMES = {
+    'drive.torque_constant': 'torque_constant_error',
+    'mechanism.stiffness': 'stiffness_error',
+}
+"""Parameters whose error has a name of its own in the table of signatures."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """
+    One possible cause: an effect at a site with given shapes, or a parameter beyond its tolerance.
+
+    ``paths`` are the servo paths of its amplitudes (rows spelled out by ``elements``), ``shapes``
+    the values of its shape parameters by path.
+    """
+
+    name: str
+    site: str
+    paths: tuple[str, ...]
+    elements: tuple[int, ...]
+    shapes: tuple[tuple[str, float], ...] = ()
+    switch: int | None = None
+    effect: type[Effect] | None = None
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What makes two candidates the same cause: name and site, whatever the shapes."""
+        return self.name, self.site
+
+    @property
+    def label(self) -> str:
+        """For people."""
+        return f'{self.name} ({self.site})' if self.site else self.name
+
+
+@dataclass(frozen=True)
+class Extended:
+    """A servo with every candidate effect placed and switched off."""
+
+    servo: Servo
+    given: int  # how many effects are the servo's own
+    theta: np.ndarray
+    on: np.ndarray
+
+    def slot(self, path: str, element: int = 0) -> int:
+        """Index of a parameter (or one number of a row) in theta."""
+        return self.servo.slots()[path].start + element
+
+    def declaration(self, path: str) -> Parameter:
+        """Declaration of a parameter."""
+        return dict(self.servo.declarations())[path]
+
+
+def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
+           without: tuple[str, ...] = ()) -> Extended:
+    """
+    Place every candidate that the recorded channels could tell anything about.
+
+    ``sides`` are the shafts whose balances are observable on their own, ``channels`` the measured
+    ones, ``without`` the names of effects that shall not be considered. Raises KeyError for a name
+    that no effect has.
+    """
+    for name in without:
+        find(name)
+    present = {(p.effect.name, p.site) for p in servo.effects}
+    placed, values = [], {}
+    for name in names():
+        effect = find(name)
+        if not effect.candidate or name in without:
+            continue
+        for site in _sites(effect, servo, sides, channels):
+            if (name, site) in present:
+                continue
+            instance = f'{name}__{site}'
+            placed.append(Placed(instance, effect, site))
+            for parameter in effect.parameters.values():
+                path = f'effects.{instance}.{parameter.name}'
+                off = parameter.off
+                if parameter.row:
+                    values[path] = (0.0 if off is None else off,) * ROW
+                elif off is not None:
+                    values[path] = off
+    full = servo.with_effects(*placed, values=values)
+    on = full.switches
+    on[len(servo.effects):] = False
+    return Extended(full, len(servo.effects), full.theta, on)
+
+
+def candidates_of(extended: Extended,
+                  shapes: Callable[[type[Effect], str], list[dict[str, float]]],
+                  ) -> list[Candidate]:
+    """
+    List all candidates of an extended servo.
+
+    ``shapes`` gives the combinations of shape values worth trying for an effect at a site.
+    """
+    servo, candidates = extended.servo, []
+    for index in range(extended.given, len(servo.effects)):
+        candidates += _of_effect(servo, servo.effects[index], index, shapes)
+    return candidates + _of_parameters(servo, extended.given)
+
+
+def _sites(effect: type[Effect], servo: Servo, sides, channels) -> list[str]:
+    both_encoders = {'motor_position', 'load_position'} <= set(channels)
+    if effect.port in ('torque', 'friction'):
+        return [s for s in effect.sites if s in sides]
+    if effect.port in ('mesh', 'clearance'):
+        return ['mesh'] if servo.mechanism.compliant and both_encoders else []
+    if effect.port == 'mesh_error':
+        return ['mesh'] if both_encoders else []
+    if effect.port == 'sensor':
+        return [s for s in effect.sites if s in channels]
+    return list(effect.sites)
+
+
+def _of_effect(servo: Servo, place: Placed, index: int, shapes) -> list[Candidate]:
+    effect, prefix = place.effect, f'effects.{place.name}'
+    paths, elements = [], []
+    for name in effect.amplitudes():
+        size = ROW if effect.parameters[name].row else 1
+        for element in range(size):
+            paths.append(f'{prefix}.{name}')
+            elements.append(element)
+    grids = [tuple((f'{prefix}.{n}', v) for n, v in values.items())
+             for values in shapes(effect, place.site)]
+    return [Candidate(effect.name, place.site, tuple(paths), tuple(elements), grid, index, effect)
+            for grid in grids]
+
+
+def _of_parameters(servo: Servo, given: int) -> list[Candidate]:
+    """Every physical value of the servo, beyond its tolerance or without one."""
+    found = []
+    own = {p.name: p.site for p in servo.effects[:given]}
+    for path, parameter in servo.declarations():
+        owner = path.split('.')[0]
+        if owner not in ('drive', 'mechanism', 'effects') or parameter.row:
+            continue
+        if path == 'mechanism.ratio':
+            continue  # the number of teeth is known
+        if owner == 'effects' and parameter.off is None:
+            continue
+        site = ''
+        if owner == 'effects':
+            instance = path.split('.')[1]
+            if instance not in own:
+                continue
+            site = own[instance]
+        leaf = path.removeprefix('effects.') if owner == 'effects' else path.split('.')[-1]
+        name = TABLE_NAMES.get(path, f'parameter:{leaf}')
+        found.append(Candidate(name, site, (path,), (0,)))
+    return found

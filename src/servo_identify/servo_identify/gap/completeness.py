@@ -1,0 +1,134 @@
+"""
+Whether anything predictable is left, and what it looks like.
+
+A flexible regressor with blocked cross-validation is the ceiling of what any law of the same
+variables could explain; what it finds in the residual is described for whoever writes the law.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.following import MOTION
+
+from .balance import BALANCES
+from .scales import orders
+from .screening import FOLDS
+from .stack import Stack
+
+ANGLE_OF = {'motor': 'motor_angle', 'drive': 'motor_angle', 'load': 'load_angle',
+            'torque': 'load_angle', 'transmission': 'load_angle', 'controller': 'load_angle'}
+VARIABLES = ('angle of the load', 'angle of the motor', 'speed', 'torque', 'current', 'wind-up',
+             'acceleration', 'direction', 'travel since reversal', 'time', 'temperature')
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """
+    What is left in one balance.
+
+    ``predictable`` is the mean square that a flexible law could still take away, in units of the
+    scale; ``depends_on`` names its variables, strongest first; ``parity`` is odd when it flips
+    with the direction of motion; ``orders`` are those of a shaft turn.
+    """
+
+    balance: str
+    square: float
+    predictable: float
+    depends_on: tuple[str, ...]
+    parity: str
+    orders: tuple[float, ...]
+    memory: bool
+    drift: bool
+    curve: tuple[np.ndarray, np.ndarray] | None
+
+
+def features(stack: Stack, balance: str) -> np.ndarray:
+    """Return the variables of :data:`VARIABLES` at the rows of a balance, (rows, variables)."""
+    parts = []
+    for number, one in enumerate(stack.balances):
+        if balance not in one.names:
+            continue
+        bump, reach = one.bump_of(balance), one.seen.bump.reach
+        centres = bump.centres(len(one.seen.recording))
+        at = np.clip(centres - reach, 0, len(one.motion('load_angle')) - 1)
+        motion = {n: one.motion(n)[at] for n in MOTION}
+        speed, angle = motion['load_speed'], one.motion('load_angle')
+        way = np.sign(one.motion('load_speed'))
+        turned = np.zeros(len(way))
+        last, anchor = way[0], angle[0]
+        for k in range(len(way)):
+            if way[k] * last < 0:
+                last, anchor = way[k], angle[k]
+            turned[k] = abs(angle[k] - anchor)
+        table = np.column_stack((
+            np.mod(motion['load_angle'], 2.0 * np.pi), np.mod(motion['motor_angle'], 2.0 * np.pi),
+            speed, motion['torque'], motion['current'], motion['wind_up'],
+            motion['load_acceleration'], np.sign(speed), turned[at],
+            centres * one.seen.period, motion['temperature']))
+        parts.append(table[stack.kept(number, balance)])
+    return np.nan_to_num(np.concatenate(parts))
+
+
+def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
+    """Describe what a residual (in units of the scale) leaves in a balance."""
+    from sklearn.ensemble import HistGradientBoostingRegressor
+
+    rows = stack.balance == BALANCES.index(balance)
+    target, table, block = residual[rows], features(stack, balance), stack.block[rows]
+    thin = max(1, len(target) // 12000)
+    target, table, block = target[::thin], table[::thin], block[::thin]
+    square = float(np.mean(target**2))
+    clipped = np.clip(target, *np.percentile(target, (0.5, 99.5)))
+    predicted = np.zeros(len(target))
+    importance = np.zeros(table.shape[1])
+    chance = np.random.default_rng(0)
+    folds = block % FOLDS
+    for k in range(0, FOLDS, 2):
+        test = (folds == k) | (folds == k + 1)
+        if not test.any() or test.all():
+            continue
+        model = HistGradientBoostingRegressor(max_iter=60, max_leaf_nodes=12, min_samples_leaf=40,
+                                              learning_rate=0.15, random_state=0)
+        model.fit(table[~test], clipped[~test])
+        predicted[test] = model.predict(table[test])
+        error = np.mean((clipped[test] - predicted[test])**2)
+        for i in range(table.shape[1]):
+            mixed = table[test].copy()
+            mixed[:, i] = chance.permutation(mixed[:, i])
+            importance[i] += np.mean((clipped[test] - model.predict(mixed))**2) - error
+    taken = np.mean(clipped**2) - np.mean((clipped - predicted)**2)
+    predictable = float(max(0.0, taken))
+    strongest = np.argsort(importance)[::-1]
+    depends = tuple(VARIABLES[i] for i in strongest[:3]
+                    if importance[i] > 0.15 * max(importance.max(), 1e-12))
+    name = 'angle of the motor' if ANGLE_OF[balance] == 'motor_angle' else 'angle of the load'
+    direction = np.sign(table[:, VARIABLES.index('speed')])
+    flipped = target * direction
+    odd = np.mean(flipped)**2 + _explained(table[:, 2], flipped)
+    even = np.mean(target)**2 + _explained(table[:, 2], target)
+    angle = table[:, VARIABLES.index(name)]
+    leading = VARIABLES.index(depends[0]) if depends else VARIABLES.index('speed')
+    return Remainder(
+        balance, square, predictable, depends, 'odd' if odd > even else 'even',
+        orders(angle, target) if name in depends else (),
+        'travel since reversal' in depends, 'time' in depends or 'temperature' in depends,
+        _curve(table[:, leading], predicted))
+
+
+def _explained(x: np.ndarray, y: np.ndarray) -> float:
+    """Mean square of the means of y over bins of the size of x."""
+    edges = np.quantile(np.abs(x), np.linspace(0, 1, 9)[1:-1])
+    bins = np.digitize(np.abs(x), edges)
+    means = np.array([y[bins == b].mean() if (bins == b).any() else 0.0 for b in range(8)])
+    return float(np.mean((means - y.mean())**2))
+
+
+def _curve(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, 41)))
+    bins = np.clip(np.digitize(x, edges) - 1, 0, max(len(edges) - 2, 0))
+    middle = np.array([x[bins == b].mean() for b in range(len(edges) - 1) if (bins == b).any()])
+    mean = np.array([y[bins == b].mean() for b in range(len(edges) - 1) if (bins == b).any()])
+    return middle, mean

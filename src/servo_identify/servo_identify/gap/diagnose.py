@@ -1,0 +1,190 @@
+"""From recordings of one machine and its servo file to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import time
+
+import numpy as np
+
+from servo_twin.physics.effect import Effect
+from servo_twin.physics.servo import Servo
+from servo_twin.recording import Recording
+
+from .acceptance import accept, leftover, run_over, Trial, tried
+from .answer import GapReport
+from .balance import Balance, BALANCES
+from .candidates import candidates_of, extend, Extended
+from .checks import check
+from .completeness import Remainder, remainder
+from .experiment_choice import next_experiment
+from .observation import observe
+from .scales import orders, Scales
+from .screening import build_library, Choice, Screening
+from .splitting import Split, split
+from .stack import Stack
+from .verdict import NOTICED, report_of
+
+STAGES = ('reading', 'noise', 'signatures', 'screening', 'acceptance', 'completeness', 'shrink')
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything behind a report that the page draws."""
+
+    servo: Servo
+    split: Split
+    stacks: dict[str, Stack]
+    start: np.ndarray
+    left: np.ndarray
+    choices: tuple[Choice, ...]
+    base: Trial
+    best: Trial
+    remainders: tuple[Remainder, ...]
+    reported: dict
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The report, the servo with the accepted causes in it, and the evidence."""
+
+    report: GapReport
+    augmented: Servo
+    evidence: Evidence
+
+
+def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recording] = (),
+             reporting: list[Recording] = (), without: tuple[str, ...] = (),
+             tick: Callable[[str, float], None] = lambda stage, share: None) -> Diagnosis:
+    """
+    Say where a twin departs from its rig, which effect causes it and how far the gap shrinks.
+
+    ``without`` names effects that shall not be considered; ``tick(stage, share)`` reports
+    progress. Raises checks.CannotDiagnose with a sentence for recordings that cannot be judged.
+    """
+    clock = {}
+    began = time.perf_counter()
+
+    def lap(stage):
+        clock[stage] = round(time.perf_counter() - began - sum(clock.values()), 3)
+
+    tick('noise', 0.0)
+    parts = split(list(recordings), list(accepting), list(reporting))
+    everything = [*parts.screen, *parts.accept, *parts.report]
+    warnings = [*check(everything, servo), *parts.warnings]
+    seen = observe(everything, servo)
+    channels = tuple(sorted({n for o in seen for n in o.noise if o.recording.has(n)}))
+    torque = all(o.has('torque') for o in seen)
+    extended = extend(servo, ('motor', 'load') if torque else ('load',), channels, without)
+    purposes, at = {}, 0
+    for purpose in ('screen', 'accept', 'report'):
+        size = len(getattr(parts, purpose))
+        purposes[purpose] = [Balance(extended.servo, o, extended.given)
+                             for o in seen[at:at + size]]
+        at += size
+    stacks = {purpose: Stack(balances, extended) for purpose, balances in purposes.items()}
+    lap('noise')
+
+    bare = Screening(stacks['screen'], build_library(stacks['screen'], [], lambda s: None))
+    start = bare.residual([])
+    candidates = candidates_of(extended, _shapes(extended, bare, start))
+    library = build_library(stacks['screen'], candidates, lambda s: tick('signatures', s))
+    lap('signatures')
+    screening = Screening(stacks['screen'], library)
+    chosen = screening.select(lambda s: tick('screening', s))
+    lap('screening')
+    names = tuple(f'{r.name}@{r.digest[:12]}' if r.digest else r.name for r in parts.screen)
+    kept, fallen = accept(screening, chosen, servo, purposes['accept'], stacks['accept'],
+                          lambda s: tick('acceptance', s), names)
+    warnings += fallen
+    base = tried(screening, [], servo, purposes['accept'])
+    best = tried(screening, kept, servo, purposes['accept'], names)
+    choices = screening.explain(kept)
+    lap('acceptance')
+    tick('completeness', 0.0)
+    left = screening.residual(kept)
+    remainders = tuple(
+        remainder(stacks['screen'], left, BALANCES[i])
+        for i in np.unique(stacks['screen'].balance)
+        if np.mean(left[stacks['screen'].balance == i]**2) > NOTICED)
+    lap('completeness')
+    tick('shrink', 0.0)
+    reported = {
+        'given': run_over(servo, purposes['report']),
+        'base': run_over(base.servo, purposes['report']),
+        'best': run_over(best.servo, purposes['report']),
+        'steps': _steps(screening, kept, servo, purposes, names),
+        'left': leftover(stacks['report'], best.explanation),
+    }
+    evidence = Evidence(servo, parts, stacks, start, left, tuple(choices), base, best, remainders,
+                        reported)
+    following = next_experiment(evidence, screening, kept)
+    lap('shrink')
+    report = report_of(evidence, following, warnings, clock)
+    return Diagnosis(report, best.servo, evidence)
+
+
+def _steps(screening, kept, servo, purposes, names) -> list[dict]:
+    """Gaps with the causes added one by one, and with each alone and left out."""
+    steps = []
+    for number, one in enumerate(kept):
+        upto = tried(screening, kept[:number + 1], servo, purposes['accept'], names)
+        rest = tried(screening, [c for c in kept if c != one], servo, purposes['accept'], names)
+        alone = tried(screening, [one], servo, purposes['accept'], names)
+        steps.append({
+            purpose: {'upto': run_over(upto.servo, purposes[purpose]),
+                      'rest': run_over(rest.servo, purposes[purpose]),
+                      'alone': run_over(alone.servo, purposes[purpose])}
+            for purpose in ('accept', 'report')})
+    return steps
+
+
+def _shapes(extended: Extended, bare: Screening, start: np.ndarray):
+    """Return a function that lists the shape values worth trying for an effect at a site."""
+    scales = Scales(bare.stack.balances)
+    spectra: dict[tuple[str, str], tuple[float, ...]] = {}
+
+    def found(effect: type[Effect], site: str) -> tuple[float, ...]:
+        balance, angle = _periodic(effect, site, bare.stack)
+        weight = {'position_dependent_friction': 'load_speed',
+                  'position_dependent_backlash': 'torque',
+                  'torque_ripple': 'current'}.get(effect.name, '')
+        key = (balance, angle, weight)
+        if key not in spectra:
+            spectra[key] = _spectrum(bare.stack, start, balance, angle, weight)
+        return spectra[key]
+
+    def shapes(effect: type[Effect], site: str) -> list[dict[str, float]]:
+        grid = scales.grid(effect, site)
+        order = effect.parameters.get('order')
+        if order is None or order.row:
+            return grid
+        values = found(effect, site) if order.grid else ()
+        values = values or order.grid or (order.default,)
+        return [{**others, 'order': float(v)} for others in grid for v in values]
+
+    return shapes
+
+
+def _periodic(effect: type[Effect], site: str, stack: Stack) -> tuple[str, str]:
+    names = {n for one in stack.balances for n in one.names}
+    if effect.port in ('mesh_error', 'clearance', 'mesh'):
+        return 'transmission', 'load_angle'
+    angle = 'motor_angle' if site == 'motor' else 'load_angle'
+    if 'torque' in names:
+        return 'torque', angle
+    return ('motor' if site == 'motor' else 'load'), angle
+
+
+def _spectrum(stack, residual, balance, angle, weight) -> tuple[float, ...]:
+    angles, values = [], []
+    for number, one in enumerate(stack.balances):
+        if balance not in one.names:
+            continue
+        kept = stack.kept(number, balance)
+        rows = (stack.balance == BALANCES.index(balance)) & (stack.recording == number)
+        factor = np.sign(one.weighed(weight)[kept]) if weight else 1.0
+        angles.append(one.weighed(angle)[kept])
+        values.append(residual[rows] * factor)
+    return orders(np.concatenate(angles), np.concatenate(values)) if angles else ()

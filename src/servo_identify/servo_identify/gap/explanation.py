@@ -1,0 +1,185 @@
+"""A set of causes with values fitted to the balances, and the servo that has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from servo_twin.physics.servo import Placed, Provenance, Servo
+
+from .candidates import Candidate
+from .screening import Screening
+from .stack import Stack
+
+SOURCE = 'gap diagnosis'
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that a fit may move: a parameter (or a number of a row) with its bounds."""
+
+    path: str
+    element: int
+    low: float
+    high: float
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    Causes with fitted values.
+
+    ``theta`` and ``on`` are those of the extended servo; ``std`` gives the standard deviation of
+    each unknown, from the scatter of the scores over blocks.
+    """
+
+    causes: tuple[Candidate, ...]
+    theta: np.ndarray
+    on: np.ndarray
+    unknowns: tuple[Unknown, ...]
+    std: np.ndarray
+    at_bound: tuple[str, ...] = field(default=())
+
+    def spread(self, path: str, element: int = 0) -> float:
+        """Standard deviation of one number; NaN where it was not fitted."""
+        for unknown, std in zip(self.unknowns, self.std, strict=True):
+            if unknown.path == path and unknown.element == element:
+                return float(std)
+        return float('nan')
+
+
+def fit(screening: Screening, chosen: list[int]) -> Explanation:
+    """Fit amplitudes, shapes and what may move within tolerance, all at once, to the balances."""
+    stack, library = screening.stack, screening.library
+    extended = stack.extended
+    causes = tuple(library.candidates[c] for c in chosen)
+    theta, on = extended.theta.copy(), extended.on.copy()
+    used, fitted = screening.coefficients(chosen)
+    unknowns, start = [], []
+    slots = extended.servo.slots()
+    for column, value in zip(used, fitted, strict=True):
+        if column < len(screening.nuisance) and screening.labels[column] in slots:
+            path = screening.labels[column]
+            theta[slots[path].start] += value
+            least, most = extended.servo.tolerance[path]
+            unknowns.append(Unknown(path, 0, least, most))
+            start.append(theta[slots[path].start])
+    for number, cause in zip(chosen, causes, strict=True):
+        theta, on = stack.with_shapes(cause, theta, on)
+        values = fitted[np.isin(used, screening.members[number])]
+        for path, element, value in zip(cause.paths, cause.elements, values, strict=True):
+            slot = extended.slot(path, element)
+            theta[slot] += value
+            unknowns.append(Unknown(path, element, *extended.declaration(path).bounds))
+            start.append(theta[slot])
+        for path, value in cause.shapes:
+            if extended.declaration(path).grid and not path.endswith('.order'):
+                low, high = extended.declaration(path).bounds
+                unknowns.append(Unknown(path, 0, max(low, 0.3 * value), min(high, 3.0 * value),
+                                        True))
+                start.append(value)
+    return _polished(screening, causes, theta, on, unknowns, np.array(start))
+
+
+def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Explanation:
+    stack = screening.stack
+    # the linear nuisances that are no parameters of a servo: zeros and instants of sampling
+    free = [n for n in screening.nuisance if screening.labels[n] not in stack.extended.servo.values]
+    nuisance = screening.columns[:, free]
+    basis = np.linalg.qr(nuisance)[0] if nuisance.shape[1] else nuisance
+    slots = [stack.extended.slot(u.path, u.element) for u in unknowns]
+    scale = np.array([_scale(u, v) for u, v in zip(unknowns, start, strict=True)])
+
+    def place(x):
+        moved = theta.copy()
+        for slot, unknown, value in zip(slots, unknowns, x * scale, strict=True):
+            moved[slot] = np.exp(value) if unknown.logarithmic else value
+        return moved
+
+    def left(x):
+        residual = stack.at(place(x), on)
+        residual = residual - basis @ (basis.T @ residual)
+        return np.clip(residual, -60.0, 60.0)
+
+    if not unknowns:
+        return Explanation(causes, theta, on, (), np.zeros(0))
+    x = np.array([np.log(v) if u.logarithmic else v for u, v in zip(unknowns, start, strict=True)])
+    low = np.array([np.log(u.low) if u.logarithmic else u.low for u in unknowns]) / scale
+    high = np.array([np.log(u.high) if u.logarithmic else u.high for u in unknowns]) / scale
+    x = np.clip(x / scale, low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
+    found = least_squares(left, x, bounds=(low, high), diff_step=1e-3, max_nfev=6, ftol=1e-4)
+    best = found.x if np.sum(left(found.x)**2) <= np.sum(left(x)**2) else x
+    std = _spread(found.jac, found.fun, screening.blocks) * scale
+    values = best * scale
+    for i, unknown in enumerate(unknowns):
+        if unknown.logarithmic:
+            std[i] *= np.exp(values[i])
+    bound = tuple(u.path for u, v, a, b in zip(unknowns, best, low, high, strict=True)
+                  if min(v - a, b - v) < 1e-3 * max(abs(v), 1e-9) and not u.logarithmic)
+    return Explanation(causes, place(best), on, tuple(unknowns), std, bound)
+
+
+def _scale(unknown: Unknown, value: float) -> float:
+    if unknown.logarithmic:
+        return 1.0
+    if abs(value) > 1e-12:
+        return abs(value)
+    return min(abs(unknown.high - unknown.low), 1.0)
+
+
+def _spread(jacobian: np.ndarray, residual: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    """Standard deviations by the scatter of block scores: blind to correlation inside a block."""
+    size = jacobian.shape[1]
+    weight = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+    table = jacobian / weight
+    bread = np.linalg.pinv(table.T @ table)
+    scores = np.zeros((blocks.max() + 1, size))
+    np.add.at(scores, blocks, table * residual[:, None])
+    many = len(scores)
+    meat = scores.T @ scores * many / max(many - size, 1)
+    return np.sqrt(np.maximum(np.diag(bread @ meat @ bread), 0.0)) / weight
+
+
+def augmented(servo: Servo, stack: Stack, explanation: Explanation,
+              recordings: tuple[str, ...]) -> Servo:
+    """Return the user's servo with the causes of an explanation in it, values with their spread."""
+    extended = stack.extended
+    slots = extended.servo.slots()
+    theta = explanation.theta
+    placed, values, provenance = [], {}, dict(servo.provenance)
+    names = {p.name for p in servo.effects}
+
+    def value_of(path):
+        part = tuple(float(v) for v in theta[slots[path]])
+        return part if isinstance(extended.servo.values[path], tuple) else part[0]
+
+    for path in servo.tolerance:
+        if path in slots and value_of(path) != servo.values[path]:
+            values[path] = value_of(path)
+            provenance[path] = Provenance(f'{SOURCE}, within its tolerance',
+                                          explanation.spread(path), recordings)
+    for cause in explanation.causes:
+        if cause.switch is None:
+            path = cause.paths[0]
+            values[path] = value_of(path)
+            provenance[path] = Provenance(f'{SOURCE}, beyond its tolerance',
+                                          explanation.spread(path), recordings)
+            continue
+        instance = cause.name if cause.name not in names else f'{cause.name}_{cause.site}'
+        names.add(instance)
+        placed.append(Placed(instance, cause.effect, cause.site))
+        prefix = f'effects.{extended.servo.effects[cause.switch].name}'
+        for name in cause.effect.parameters:
+            path = f'effects.{instance}.{name}'
+            values[path] = value_of(f'{prefix}.{name}')
+            std = explanation.spread(f'{prefix}.{name}')
+            provenance[path] = Provenance(SOURCE, None if np.isnan(std) else std, recordings)
+    freed = {c.paths[0] for c in explanation.causes if c.switch is None}
+    tolerance = {p: t for p, t in servo.tolerance.items() if p not in freed}
+    base = Servo(servo.name, servo.drive, servo.mechanism, servo.controller, servo.sensors,
+                 servo.effects + tuple(placed), {**servo.values, **values}, tolerance, provenance,
+                 servo.step, servo.linear)
+    return base

@@ -1,0 +1,132 @@
+"""One recording as the balances need it: its motion, its noise, and where nothing can be said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.simulate import ROOM_TEMPERATURE
+from servo_twin.recording import Recording
+
+from .weak_form import Bump, noise_of
+
+SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
+BLOCK = 1.5  # s, what may be taken as independent of its neighbours
+
+
+@dataclass(frozen=True)
+class Channels:
+    """
+    Readings of one recording, NaN where there is none, and what the bump makes of them.
+
+    ``motor`` and ``load`` in rad, ``torque`` N m, ``current`` A; shape (samples,) each.
+    """
+
+    motor: np.ndarray
+    load: np.ndarray
+    torque: np.ndarray
+    current: np.ndarray
+
+    def as_rows(self) -> np.ndarray:
+        """Shape (samples, 4), in the order in which a kernel's sensors read."""
+        return np.column_stack((self.motor, self.load, self.torque, self.current))
+
+
+@dataclass(frozen=True)
+class Observation:
+    """
+    A recording with its bumps, its noise and its masks.
+
+    ``bump`` weighs the mechanical balances, ``fine`` the electrical ones, which need no
+    derivative. ``noise`` is the standard deviation of one reading by channel.
+    """
+
+    recording: Recording
+    channels: Channels
+    bump: Bump
+    fine: Bump
+    noise: dict[str, float]
+    closed_loop: bool
+
+    @property
+    def period(self) -> float:
+        """Seconds from sample to sample."""
+        return self.recording.period
+
+    def has(self, name: str) -> bool:
+        """Whether a channel was measured."""
+        return bool(np.isfinite(getattr(self.channels, name)).any())
+
+    def column(self, name: str, missing: float) -> np.ndarray:
+        """Return a column of the recording with what is missing replaced."""
+        column = self.recording[name]
+        return np.where(np.isfinite(column), column, missing)
+
+    @property
+    def voltage(self) -> np.ndarray:
+        """Command, V, shape (samples,)."""
+        return self.column('voltage', 0.0)
+
+    @property
+    def external(self) -> np.ndarray:
+        """External torque, N m, shape (samples,)."""
+        return self.column('external_torque', 0.0)
+
+    @property
+    def temperature(self) -> np.ndarray:
+        """Temperature, degC, shape (samples,)."""
+        return self.column('temperature', ROOM_TEMPERATURE)
+
+
+def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
+    """Look at recordings of one machine with bumps as short as their noise allows."""
+    noises = [_noises(r) for r in recordings]
+    spacings = {}
+    for recording, noise in zip(recordings, noises, strict=True):
+        needed = _spacing(recording, noise, servo)
+        spacings[recording.period] = max(needed, spacings.get(recording.period, 0))
+    seen = []
+    for recording, noise in zip(recordings, noises, strict=True):
+        spacing = spacings[recording.period]
+        columns = recording.columns
+        channels = Channels(columns['motor_position'], columns['load_position'],
+                            columns['torque'], columns['current'])
+        loop = bool(servo.controller.parameters) and (
+            recording.has('reference_position') or recording.has('reference_velocity'))
+        seen.append(Observation(recording, channels, Bump(spacing, recording.period, 2 * spacing),
+                                Bump(2, recording.period, 4), noise, loop))
+    return seen
+
+
+def _noises(recording: Recording) -> dict[str, float]:
+    return {name: noise_of(recording[name]) if recording.has(name) else np.nan
+            for name in ('motor_position', 'load_position', 'torque', 'current', 'voltage')}
+
+
+def _spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
+    """Shortest bump whose acceleration noise is half a percent of the torque at work."""
+    ratio = servo.values['mechanism.ratio']
+    gain = servo.values['drive.torque_constant']
+    current = recording['current'] if recording.has('current') else (
+        recording['voltage'] * servo.values['drive.gain']
+        / servo.values.get('drive.resistance', 1.0))
+    torque = recording['torque'] if recording.has('torque') else ratio * gain * current
+    scale = float(np.sqrt(np.nanmean(torque**2))) or 1.0
+    motor_inertia = servo.values['mechanism.rotor_inertia'] * ratio**2
+    load_inertia = servo.values['mechanism.load_inertia']
+    for spacing in SPACINGS:
+        bump = Bump(spacing, recording.period, 1)
+        shaken = []
+        if recording.has('motor_position'):
+            inertia = motor_inertia
+            if not recording.has('load_position'):
+                inertia += load_inertia
+            shaken.append(inertia / ratio * noise['motor_position'])
+        if recording.has('load_position'):
+            shaken.append(load_inertia * noise['load_position'])
+        if not shaken or np.hypot.reduce(shaken) * bump.gain(2) < 0.005 * scale:
+            break
+    longest = max(2, int(0.12 / (6 * recording.period)))
+    return min(spacing, longest)

@@ -1,0 +1,257 @@
+"""What the page of a diagnosis shows of its evidence: the telling seconds, and laws in residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.fits import shown_unit, speed_of
+
+from .balance import BALANCES, UNITS
+from .candidates import Candidate
+from .completeness import features, VARIABLES
+from .resimulation import Gap, HORIZON, resimulate
+
+WINDOW = 3.0  # s of a recording that are shown
+DOTS = 900  # of a residual that are drawn
+BINS = 36  # along a variable, by which its law is drawn
+AS_GOOD = 0.03  # share of a law by which a more familiar variable may explain less of it
+
+VARIABLE_UNITS = {
+    'angle of the load': 'rad', 'angle of the motor': 'rad', 'speed': 'rad/s', 'torque': 'N m',
+    'current': 'A', 'wind-up': 'rad', 'acceleration': 'rad/s²', 'direction': '',
+    'travel since reversal': 'rad', 'time': 's', 'temperature': '°C',
+}
+FAMILIAR = ('speed', 'torque', 'angle of the load', 'angle of the motor', 'current', 'wind-up',
+            'acceleration', 'travel since reversal', 'temperature', 'time')
+"""Variables of which a law is drawn; of those that explain it alike, the first."""
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """
+    The seconds of a report recording that show best what the causes change.
+
+    ``curves`` are rig, twin and augmented twin in ``unit`` (of a position, its speed), ``errors``
+    rig less twin in ``error_unit``; shape (samples,) each, NaN where a run starts anew.
+    """
+
+    recording: str
+    family: str
+    channel: str
+    time: np.ndarray
+    curves: dict[str, np.ndarray]
+    unit: str
+    errors: dict[str, np.ndarray]
+    error_unit: str
+    noise: float
+
+
+@dataclass(frozen=True)
+class Law:
+    """
+    The residual of a balance over the variable on which it depends, and the law through it.
+
+    ``dots`` maps 'before' and 'after' to (x, y), ``curves`` the side of a law to (x, y).
+    """
+
+    title: str
+    balance: str
+    unit: str
+    variable: str
+    variable_unit: str
+    dots: dict[str, tuple[np.ndarray, np.ndarray]]
+    curves: dict[str, tuple[np.ndarray, np.ndarray]]
+
+
+def telling_seconds(evidence) -> Seconds | None:
+    """Return the seconds, channel and recording where the causes change most; None of nothing."""
+    gap: Gap = evidence.reported['given']
+    linear, best = evidence.servo.linear, None
+    for one in evidence.stacks['report'].balances:
+        given = resimulate(evidence.servo, one)
+        augmented = resimulate(evidence.best.servo, one)
+        size = min(len(one.seen.recording), max(2, int(WINDOW / one.seen.period)))
+        for channel, error in given.errors.items():
+            change = error**2 - augmented.errors[channel]**2
+            if not evidence.choices:
+                change = error**2
+            sums = np.concatenate(([0.0], np.cumsum(np.nan_to_num(change))))
+            windows = (sums[size:] - sums[:-size]) / size / gap.signal[channel]**2
+            first = int(np.argmax(windows))
+            if best is None or windows[first] > best[0]:
+                best = (windows[first], one, channel, first, size, given, augmented)
+    if best is None:
+        return None
+    _, one, channel, first, size, given, augmented = best
+    recording, period = one.seen.recording, one.seen.period
+    errors = {'twin': given.errors[channel], 'augmented': augmented.errors[channel]}
+    rig = given.errors[channel] + given.twin[channel]
+    curves = {'rig': rig, 'twin': given.twin[channel], 'augmented': rig - errors['augmented']}
+    unit = error_unit = {'torque': 'N m', 'current': 'A'}.get(channel, 'rad')
+    reach, length = one.seen.bump.reach, max(2, int(round(HORIZON / period)))
+    starts = np.arange(reach, len(recording), length)
+    if channel.endswith('position'):
+        curves = {name: speed_of(curve, period) for name, curve in curves.items()}
+        unit = 'rad/s'
+        half = int(np.flatnonzero(np.isfinite(speed_of(np.zeros(len(recording)), period)))[0])
+        starts = np.unique(np.clip(starts[:, None] + np.arange(-half, half + 1), 0,
+                                   len(recording) - 1))
+    for name in ('twin', 'augmented'):
+        curves[name] = _cut(curves[name], starts)
+        errors[name] = _cut(errors[name], np.arange(reach, len(recording), length))
+    part = slice(first, first + size)
+    return Seconds(
+        recording.name, recording.family, channel, recording.time[part],
+        {n: c[part] for n, c in curves.items()}, shown_unit(unit, linear),
+        {n: e[part] for n, e in errors.items()}, shown_unit(error_unit, linear),
+        gap.floor[channel])
+
+
+def _cut(curve: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Leave out where a run starts anew, so that no line joins one run to the next."""
+    curve = curve.copy()
+    curve[at] = np.nan
+    return curve
+
+
+def laws(evidence) -> list[Law]:
+    """Return for each accepted cause the residual that it explains, in the order of accepting."""
+    stack, shown, known = evidence.stacks['screen'], [], {}
+    for choice in evidence.choices:
+        share = contribution(evidence, choice.candidate)
+        squares = {i: float(np.mean(share[stack.balance == i]**2))
+                   for i in np.unique(stack.balance)}
+        index = max(squares, key=squares.get)
+        name, rows = BALANCES[index], stack.balance == index
+        if squares[index] == 0.0:
+            continue
+        if name not in known:
+            known[name] = features(stack, name)
+        table, variables = _with_phase(known[name], evidence, choice.candidate)
+        taken = share[rows] * stack.scale[rows]
+        left = evidence.left[rows] * stack.scale[rows]
+        column = _variable(table, variables, taken)
+        x, way = table[:, column], table[:, VARIABLES.index('direction')]
+        shown.append(_law(choice.candidate.label.replace('_', ' '), name, evidence.servo.linear,
+                          variables[column], x, {'before': left + taken, 'after': left},
+                          _by_direction(x, taken, way)))
+    return shown
+
+
+def contribution(evidence, cause: Candidate) -> np.ndarray:
+    """Return what a cause explains of the screen residuals, in units of their scale."""
+    stack, explanation = evidence.stacks['screen'], evidence.best.explanation
+    theta, on = explanation.theta.copy(), explanation.on.copy()
+    if cause.switch is not None:
+        on[cause.switch] = False
+    else:
+        for path, element in zip(cause.paths, cause.elements, strict=True):
+            slot = stack.extended.slot(path, element)
+            theta[slot] = stack.extended.theta[slot]
+    return stack.at(theta, on) - stack.at(explanation.theta, explanation.on)
+
+
+def unexplained(evidence, balance: str) -> Law | None:
+    """Return what is left of a balance over its strongest variable, with the flexible curve."""
+    stack = evidence.stacks['screen']
+    remainder = next((r for r in evidence.remainders if r.balance == balance), None)
+    rows = stack.balance == (BALANCES.index(balance) if balance in BALANCES else -1)
+    if remainder is None or not rows.any():
+        return None
+    name = next((v for v in remainder.depends_on), 'speed')
+    x = features(stack, balance)[:, VARIABLES.index(name)]
+    scale = stack.scale[rows]
+    curves = {}
+    if remainder.curve is not None and remainder.depends_on:
+        curves['law'] = (remainder.curve[0], remainder.curve[1] * float(np.median(scale)))
+    dots = {'after': evidence.left[rows] * scale}
+    if evidence.choices:
+        dots = {'before': evidence.start[rows] * scale, **dots}
+    return _law(f'what is left in the {balance} balance', balance, evidence.servo.linear, name, x,
+                dots, curves)
+
+
+def _law(title, balance, linear, variable, x, dots, curves) -> Law:
+    chance = np.random.default_rng(0)
+    some = chance.permutation(len(x))[:DOTS]
+    unit = VARIABLE_UNITS.get(variable, 'rad')
+    return Law(title, balance, shown_unit(UNITS[balance], linear), variable,
+               shown_unit(unit, linear), {n: (x[some], y[some]) for n, y in dots.items()}, curves)
+
+
+def _with_phase(table: np.ndarray, evidence, cause: Candidate):
+    """Add the phase within one period where a cause has an order, as (table, variables)."""
+    extended = evidence.stacks['screen'].extended
+    path = next((p for p, _ in cause.shapes if p.endswith('.order')), None)
+    if path is None:
+        return table, VARIABLES
+    order = float(evidence.best.explanation.theta[extended.slot(path)])
+    shaft = 'motor' if cause.site == 'motor' else 'load'
+    angle = table[:, VARIABLES.index(f'angle of the {shaft}')]
+    name = f'angle of the {shaft} within one period of order {order:g}'
+    return (np.column_stack((table, np.mod(angle, 2.0 * np.pi / max(order, 1e-9)))),
+            (*VARIABLES, name))
+
+
+def _variable(table: np.ndarray, variables: tuple[str, ...], taken: np.ndarray) -> int:
+    """Index of the variable by which, beside the direction, a law is explained best."""
+    way, explained = table[:, VARIABLES.index('direction')], {}
+    for name in (*variables[len(VARIABLES):], *FAMILIAR):
+        x = table[:, variables.index(name)]
+        fitted = np.zeros(len(x))
+        for side in (-1.0, 1.0):
+            mine = (way > 0) == (side > 0)
+            if mine.sum() > BINS:
+                bins = np.digitize(x[mine], _edges(x[mine])[1:-1])
+                counts = np.maximum(np.bincount(bins), 1)
+                fitted[mine] = (np.bincount(bins, taken[mine]) / counts)[bins]
+        explained[name] = float(np.mean((taken - fitted)**2) / max(np.mean(taken**2), 1e-300))
+    least = min(explained.values())
+    return variables.index(next(n for n, e in explained.items() if e <= least + AS_GOOD))
+
+
+def _by_direction(x: np.ndarray, y: np.ndarray, way: np.ndarray) -> dict:
+    """Means of y along x: one curve, or one for each direction where they part."""
+    sides = {'forward': way > 0, 'backward': way <= 0}
+    curves = {n: _means(x[rows], y[rows]) for n, rows in sides.items() if rows.sum() > BINS}
+    whole = _means(x, y)
+    if len(curves) < 2:
+        return {'law': whole}
+    (xf, yf), (xb, yb) = curves['forward'], curves['backward']
+    low, high = max(xf.min(), xb.min()), min(xf.max(), xb.max())
+    if high - low < 0.3 * np.ptp(x):  # each direction has its own range, as over the speed
+        return curves
+    grid = np.linspace(low, high, 30)
+    apart = np.interp(grid, xf, yf) - np.interp(grid, xb, yb)
+    if np.sqrt(np.mean(apart**2)) < 0.15 * np.sqrt(np.mean(y**2)):
+        return {'law': whole}
+    return curves
+
+
+def _means(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    bins = np.digitize(x, _edges(x)[1:-1])
+    counts = np.bincount(bins)
+    good = counts > 0
+    return (np.bincount(bins, x)[good] / counts[good], np.bincount(bins, y)[good] / counts[good])
+
+
+def _edges(x: np.ndarray) -> np.ndarray:
+    return np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+
+
+def steps(evidence, waterfall: list[dict]) -> list[dict]:
+    """Return the bars of a waterfall with the 90 % interval of each gap, by drawing blocks anew."""
+    reported = evidence.reported
+    base: Gap = reported['base']
+    gaps = [reported['given'], base, *(s['report']['upto'] for s in reported['steps'])]
+    size = min((len(part) for part in base.squares.values()), default=0)
+    if not size:
+        return [{**bar, 'interval': (bar['gap'], bar['gap'])} for bar in waterfall]
+    draws = np.random.default_rng(0).integers(0, size, (200, size))
+    shown = []
+    for bar, gap in zip(waterfall, gaps, strict=True):
+        values = [gap.total(base, blocks, excess=False) for blocks in draws]
+        shown.append({**bar, 'interval': tuple(np.percentile(values, (5, 95)))})
+    return shown

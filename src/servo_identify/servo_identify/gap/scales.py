@@ -1,0 +1,121 @@
+"""How large things are on this machine: speeds, torques, travels; what unknown shapes to try."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from servo_twin.physics.effect import Effect
+
+from .balance import Balance
+
+SHARES = {
+    'rad/s': (0.02, 0.07, 0.2, 0.5),
+    'N m': (0.15, 0.5, 1.5),
+    'A': (0.2, 0.5, 1.0),
+    'V': (0.4, 0.6, 0.75, 0.9),
+    's': (0.1, 0.3, 1.0),
+}
+"""Shares of what a machine reached that are tried for a shape in that unit."""
+TRAVELS = {'mesh': (0.15, 0.5, 1.5), 'shaft': (0.002, 0.01, 0.05)}
+FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.4)  # of the bump's own pass band
+LARGEST_ORDER = 200
+
+
+class Scales:
+    """What the recordings reached: by unit and site, the largest value that is not an outlier."""
+
+    def __init__(self, balances: list[Balance]) -> None:
+        self.balances = balances
+
+    def reached(self, name: str) -> float:
+        """Return the 98th percentile of the size of a motion column over all recordings."""
+        tops = [np.nanpercentile(np.abs(one.motion(name)), 98) for one in self.balances]
+        tops = [t for t in tops if np.isfinite(t)]
+        return float(max(tops, default=0.0))
+
+    def wind_up(self) -> float:
+        """Return the size of the wind-up, rad."""
+        return self.reached('wind_up')
+
+    def stroke(self, site: str) -> float:
+        """Return the travel between reversals of a shaft, rad."""
+        name = 'motor_angle' if site == 'motor' else 'load_angle'
+        return max(float(np.ptp(one.motion(name))) for one in self.balances)
+
+    def grid(self, effect: type[Effect], site: str) -> list[dict[str, float]]:
+        """Combinations of shape values worth trying for an effect, orders left out."""
+        choices = {}
+        for name in effect.shapes():
+            parameter = effect.parameters[name]
+            if parameter.row or name == 'order':
+                continue
+            choices[name] = self._values(parameter, effect, site) if parameter.grid else (
+                self._default(parameter, effect, site),)
+        names = list(choices)
+        return [dict(zip(names, values, strict=True)) for values in product(*choices.values())]
+
+    def _default(self, parameter, effect, site) -> float:
+        if parameter.unit == 'rad' and parameter.name == 'rest':
+            return float(np.mean([np.mean(b.motion('load_angle')) for b in self.balances]))
+        return float(parameter.default)
+
+    def _values(self, parameter, effect, site) -> tuple[float, ...]:
+        unit = parameter.unit
+        if unit == 'rad':
+            kind = 'mesh' if effect.port in ('mesh', 'clearance') else 'shaft'
+            size = self.wind_up() if kind == 'mesh' else self.stroke(site)
+            shares = TRAVELS[kind]
+        elif unit == 'rad/s' and parameter.name == 'frequency':
+            bump = self.balances[0].seen.bump
+            size, shares = np.pi / (bump.spacing * bump.period), FREQUENCIES
+        elif unit in SHARES:
+            size, shares = self._size(unit, site), SHARES[unit]
+        else:
+            return parameter.grid
+        values = tuple(float(np.clip(size * s, *parameter.bounds)) for s in shares)
+        return values if size > 0.0 else parameter.grid
+
+    def _size(self, unit: str, site: str) -> float:
+        if unit == 'rad/s':
+            return self.reached('motor_speed' if site == 'motor' else 'load_speed')
+        if unit == 'N m':
+            ratio = self.balances[0].servo.values['mechanism.ratio']
+            return self.reached('torque') / (ratio if site == 'motor' else 1.0)
+        if unit == 'A':
+            return self.reached('current')
+        if unit == 'V':
+            return max(float(np.percentile(np.abs(b.seen.voltage), 99.5)) for b in self.balances)
+        return max(b.seen.recording.duration for b in self.balances)
+
+
+def orders(angle: np.ndarray, residual: np.ndarray, most: int = 3) -> tuple[float, ...]:
+    """
+    Return the orders (1/rad) of a shaft at which a residual is periodic, strongest first.
+
+    ``angle`` in rad and ``residual`` of the same shape; NaN is left out. An order is tried when
+    the shaft covers at least one of its periods. Least squares at each order, so that the samples
+    need not be even in angle.
+    """
+    good = np.isfinite(angle) & np.isfinite(residual)
+    if good.sum() < 50:
+        return ()
+    angle, residual = angle[good], residual[good] - np.mean(residual[good])
+    lowest = max(1, int(np.ceil(2.0 * np.pi / np.ptp(angle)))) if np.ptp(angle) > 0 else None
+    if lowest is None or lowest > LARGEST_ORDER:
+        return ()
+    tried = np.arange(lowest, LARGEST_ORDER + 1)
+    turn = np.exp(1j * angle)
+    wave = turn ** lowest
+    strength = np.empty(len(tried))
+    for i in range(len(tried)):
+        strength[i] = np.abs(np.mean(residual * wave)) ** 2
+        wave = wave * turn
+    best = []
+    for i in np.argsort(strength)[::-1]:
+        if all(abs(tried[i] - b) > 1 for b in best):
+            best.append(tried[i])
+        if len(best) == most:
+            break
+    return tuple(float(b) for b in best)

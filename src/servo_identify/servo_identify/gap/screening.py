@@ -1,0 +1,398 @@
+"""
+Which causes the recordings ask for: forward selection under blocked cross-validation.
+
+Everything that may move without anything being missing (tolerances, zeros, instants of sampling)
+is fitted anew beside every choice, inside its bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from os import cpu_count
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2, norm
+
+from .candidates import Candidate
+from .regression import Folds
+from .stack import Stack
+
+FOLDS = 8
+CHANCE = 0.01  # that any of all candidates gets in by luck, per step
+WORTH = 0.05  # share of a balance's remaining square that a cause must take away
+FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
+LATER = 0.015  # share of a balance's first square that a later cause must take away
+MOST = 6  # causes in one diagnosis
+CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
+REFINED = 5  # and how many of them
+SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
+ALIKE = 0.93  # share of a cause's gain that another must reach to be called ambiguous with it
+
+
+@dataclass
+class Library:
+    """Candidates with their columns, aligned: rows of the stack."""
+
+    candidates: list[Candidate]
+    tables: list[np.ndarray]
+    amplitudes: list[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A cause that the screening took, with what else would have done."""
+
+    candidate: Candidate
+    gain: float  # cross-validated drop of the sum of squares
+    significance: float  # standard deviations of the drop over blocks
+    ambiguous: tuple[Candidate, ...] = ()
+
+
+def build_library(stack: Stack, candidates: list[Candidate],
+                  tick: Callable[[float], None]) -> Library:
+    """Compute what each candidate would move; candidates that move nothing are left out."""
+    kept, tables, amplitudes = [], [], []
+    size = np.sqrt(np.mean(stack.base**2)) if len(stack.base) else 0.0
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        scaled = pool.map(lambda c: _scaled(stack, c, max(size, 0.3)), candidates)
+        pairs = zip(candidates, scaled, strict=True)
+        for number, (candidate, (table, amplitude)) in enumerate(pairs):
+            moving = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitude) > 1e-6
+            if moving.any():
+                members = np.flatnonzero(moving)
+                kept.append(_only(candidate, members))
+                tables.append(table[:, members])
+                amplitudes.append(amplitude[members])
+            tick((number + 1) / len(candidates))
+    return Library(kept, tables, amplitudes)
+
+
+def _only(candidate: Candidate, members: np.ndarray) -> Candidate:
+    return Candidate(candidate.name, candidate.site, tuple(candidate.paths[i] for i in members),
+                     tuple(candidate.elements[i] for i in members), candidate.shapes,
+                     candidate.switch, candidate.effect)
+
+
+def _scaled(stack: Stack, candidate: Candidate, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Columns taken at amplitudes that move the residuals by about as much as is left in them."""
+    amplitudes = np.array([_first_guess(stack, path, e) for path, e in
+                           zip(candidate.paths, candidate.elements, strict=True)])
+    for _ in range(3):
+        table = stack.columns(candidate, amplitudes)
+        moved = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitudes)
+        factor = np.where(moved > 1e-9, size / np.maximum(moved, 1e-9), 30.0)
+        if np.all((factor > 0.5) & (factor < 2.0)):
+            break
+        bounds = [stack.extended.declaration(p).bounds for p in candidate.paths]
+        start = np.array([stack.extended.theta[stack.extended.slot(p, e)] for p, e in
+                          zip(candidate.paths, candidate.elements, strict=True)])
+        low = np.array([b[0] for b in bounds]) - start
+        high = np.array([b[1] for b in bounds]) - start
+        amplitudes = np.clip(amplitudes * np.clip(factor, 1e-3, 1e3), low, high)
+        amplitudes = np.where(amplitudes == 0.0, 1e-6, amplitudes)
+    return table, amplitudes
+
+
+def _first_guess(stack: Stack, path: str, element: int) -> float:
+    extended = stack.extended
+    value = extended.theta[extended.slot(path, element)]
+    if abs(value) > 0.0:
+        return 0.05 * abs(value)
+    declared = extended.declaration(path).default
+    if isinstance(declared, tuple):
+        declared = max(abs(d) for d in declared)
+    return abs(declared) or 1.0
+
+
+@dataclass
+class Screening:
+    """A regression of all balances on what may move and what may be missing."""
+
+    stack: Stack
+    library: Library
+    labels: list[str] = field(init=False)
+    low: np.ndarray = field(init=False)
+    high: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.labels, nuisances, low, high = self.stack.nuisances()
+        tables, starts, at = [nuisances], [], nuisances.shape[1]
+        lows, highs = [low], [high]
+        for candidate, table in zip(self.library.candidates, self.library.tables, strict=True):
+            starts.append(np.arange(at, at + table.shape[1]))
+            at += table.shape[1]
+            tables.append(table)
+            bounds = np.array([self._room(candidate, i) for i in range(table.shape[1])])
+            lows.append(bounds[:, 0])
+            highs.append(bounds[:, 1])
+        self.columns = np.column_stack(tables)
+        self.low, self.high = np.concatenate(lows), np.concatenate(highs)
+        self.nuisance = np.arange(nuisances.shape[1])
+        self.members = starts
+        self.folds = Folds(self.stack.base, self.columns, self.stack.block, FOLDS)
+        self._known = (), np.zeros((0, 0))
+        self.blocks = np.unique(self.stack.block, return_inverse=True)[1]
+
+    def add(self, candidate: Candidate, table: np.ndarray, amplitudes: np.ndarray) -> int:
+        """Take in another candidate and return its number."""
+        known = np.column_stack((self.stack.base, self.columns))
+        self.folds.grow(known, table)
+        at = self.columns.shape[1]
+        self.columns = np.column_stack((self.columns, table))
+        self.members.append(np.arange(at, at + table.shape[1]))
+        bounds = np.array([self._room(candidate, i) for i in range(table.shape[1])])
+        self.low = np.concatenate((self.low, bounds[:, 0]))
+        self.high = np.concatenate((self.high, bounds[:, 1]))
+        self.library.candidates.append(candidate)
+        self.library.tables.append(table)
+        self.library.amplitudes.append(amplitudes)
+        return len(self.members) - 1
+
+    def refined(self, one: int, chosen: list[int], closely: bool = False) -> int:
+        """
+        Return the number of a version of a candidate at the size and shape that fit best.
+
+        Its columns are taken anew at the fitted amplitudes, so that a law with kinks counts at the
+        size it has; each shape is searched on a line, to a few percent when ``closely``.
+        """
+        version, table = self.library.candidates[one], self.library.tables[one]
+        size, least = self._size(one, chosen), self.loss([*chosen, one])
+        start = least
+        for _ in range(3 if closely else 1):
+            before = least
+            trial = self.stack.columns(version, size)
+            loss = self._loss_with(chosen, version, trial)
+            if loss < least:
+                least, table = loss, trial
+            for i, (path, value) in enumerate(version.shapes):
+                if not self._searched(path):
+                    continue
+
+                def loss_at(logarithm, i=i, path=path):
+                    moved = (path, float(np.exp(logarithm)))
+                    shapes = (*version.shapes[:i], moved, *version.shapes[i + 1:])
+                    other = replace(version, shapes=shapes)
+                    columns = self.stack.columns(other, size)
+                    return self._loss_with(chosen, other, columns), other, columns
+
+                low, high = self.stack.extended.declaration(path).bounds
+                middle = float(np.log(value))
+                around = (max(middle - 1.2, np.log(max(low, 1e-12))),
+                          min(middle + 1.2, np.log(high)))
+                found = minimize_scalar(lambda x: loss_at(x)[0], bounds=around, method='bounded',
+                                        options={'maxiter': 14 if closely else 6, 'xatol': 0.02})
+                if found.fun < least:
+                    least, version, table = loss_at(found.x)
+            if least >= before * (1.0 - 1e-4):
+                break
+            size = self._fitted(chosen, version, table, size)
+        if least >= start:
+            return one
+        return self.add(version, table, size)
+
+    def _searched(self, path: str) -> bool:
+        parameter = self.stack.extended.declaration(path)
+        return bool(parameter.grid) and parameter.name != 'order'
+
+    def _size(self, one: int, chosen: list[int]) -> np.ndarray:
+        return self._fitted(chosen, self.library.candidates[one], self.library.tables[one],
+                            self.library.amplitudes[one])
+
+    def _beside(self, chosen: list[int], candidate: Candidate, table: np.ndarray):
+        """Return (sums of products, low, high, unknowns) of a fit of some columns beside others."""
+        used = self.used(chosen)
+        if candidate.switch is None:
+            used = np.array([u for u in used if u >= len(self.nuisance)
+                             or self.labels[u] != candidate.paths[0]], dtype=int)
+        room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
+        key = tuple(used)
+        if key != self._known[0]:
+            self._known = key, np.column_stack((self.stack.base, self.columns[:, used]))
+        folds = self.folds.with_more(self._known[1], used, table)
+        return (folds, np.concatenate((self.low[used], room[:, 0])),
+                np.concatenate((self.high[used], room[:, 1])), np.arange(len(used) + len(room)))
+
+    def _loss_with(self, chosen: list[int], candidate: Candidate, table: np.ndarray) -> float:
+        folds, low, high, members = self._beside(chosen, candidate, table)
+        return folds.loss(members, low, high)
+
+    def _fitted(self, chosen: list[int], candidate: Candidate, table: np.ndarray,
+                last: np.ndarray) -> np.ndarray:
+        """Return the fitted amplitudes; those that came out as nothing stay as they were."""
+        folds, low, high, members = self._beside(chosen, candidate, table)
+        size = folds.fit(members, low, high)[-table.shape[1]:]
+        return np.where(np.abs(size) > 1e-3 * np.abs(last) + 1e-12, size, last)
+
+    def _room(self, candidate: Candidate, i: int) -> tuple[float, float]:
+        path, element = candidate.paths[i], candidate.elements[i]
+        extended = self.stack.extended
+        value = extended.theta[extended.slot(path, element)]
+        low, high = extended.declaration(path).bounds
+        return low - value, high - value
+
+    def used(self, chosen: Iterable[int]) -> np.ndarray:
+        """Columns of the nuisances and of some candidates; a freed parameter counts once."""
+        chosen = list(chosen)
+        freed = {self.library.candidates[c].paths[0] for c in chosen
+                 if self.library.candidates[c].switch is None}
+        kept = [n for n in self.nuisance if self.labels[n] not in freed]
+        return np.concatenate([np.array(kept, dtype=int)]
+                              + [self.members[c] for c in chosen]).astype(int)
+
+    def loss(self, chosen: Iterable[int]) -> float:
+        """Return the cross-validated sum of squares with some candidates in."""
+        used = self.used(chosen)
+        return self.folds.loss(used, self.low[used], self.high[used])
+
+    def coefficients(self, chosen: Iterable[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return (columns used, their values) fitted to all rows."""
+        used = self.used(chosen)
+        return used, self.folds.fit(used, self.low[used], self.high[used])
+
+    def residual(self, chosen: Iterable[int], held_out: bool = True) -> np.ndarray:
+        """Return what is left, each row predicted from the other folds unless told otherwise."""
+        used = self.used(chosen)
+        low, high = self.low[used], self.high[used]
+        left = self.stack.base.astype(float).copy()
+        if not held_out:
+            return left + self.columns[:, used] @ self.folds.fit(used, low, high)
+        for k in range(FOLDS):
+            rows = self.folds.fold == k
+            left[rows] += self.columns[np.ix_(rows, used)] @ self.folds.fit(used, low, high, k)
+        return left
+
+    def worth(self, before: np.ndarray, after: np.ndarray) -> float:
+        """
+        Return the largest share that any balance loses of its remaining square.
+
+        Drops too faint to matter count as nothing.
+        """
+        drop, most = before**2 - after**2, 0.0
+        for index in np.unique(self.stack.balance):
+            rows = self.stack.balance == index
+            taken = float(np.mean(drop[rows]))
+            if taken > FAINT and float(np.mean(before[rows] ** 2)) > 1.0:
+                most = max(most, taken / float(np.mean(before[rows] ** 2)))
+        return most
+
+    def significance(self, one: int, chosen: list[int]) -> float:
+        """
+        Return how far a candidate's amplitudes are from nothing, in standard deviations.
+
+        Wald's test with the scatter of the scores over blocks, which knows nothing of how samples
+        within a block hang together; an effect that shows in a few blocks is not punished.
+        """
+        used, fitted = self.coefficients([*chosen, one])
+        table = self.columns[:, used]
+        left = self.stack.base + table @ fitted
+        weight = np.sqrt((table**2).sum(axis=0)) + 1e-300
+        table = table / weight
+        scores = np.zeros((self.blocks.max() + 1, len(used)))
+        np.add.at(scores, self.blocks, table * left[:, None])
+        inside = (fitted > self.low[used]) & (fitted < self.high[used])
+        mine = np.isin(used, self.members[one])
+        inside |= mine
+        gram = table[:, inside].T @ table[:, inside] + 1e-9 * np.eye(int(inside.sum()))
+        bread = np.linalg.inv(gram)
+        blocks = len(scores)
+        meat = scores[:, inside].T @ scores[:, inside] * blocks / max(blocks - inside.sum(), 1)
+        spread = bread @ meat @ bread
+        mine = mine[inside]
+        size = (fitted * weight)[inside][mine]
+        wald = float(size @ np.linalg.pinv(spread[np.ix_(mine, mine)]) @ size)
+        return float(norm.isf(max(chi2.sf(wald, mine.sum()), 1e-300)))
+
+    def select(self, tick: Callable[[float], None]) -> list[int]:
+        """Choose causes one by one until nothing more is worth it, pruning and swapping."""
+        chosen: list[int] = []
+        causes = len({c.key for c in self.library.candidates})
+        limit = norm.isf(CHANCE / max(1, causes))
+        start = current = self.residual(chosen)
+        for step in range(MOST):
+            best = self._best(chosen)
+            if best is None:
+                break
+            after = self.residual([*chosen, best])
+            if self.significance(best, chosen) < limit or self.worth(current, after) < WORTH:
+                break
+            if self._share(start, current, after) < LATER:
+                break
+            chosen.append(best)
+            chosen = self._tidied(chosen, limit)
+            current = self.residual(chosen)
+            tick((step + 1) / MOST)
+        return chosen
+
+    def _share(self, start: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
+        """Largest share of a balance's first gap that a step takes away."""
+        shares = []
+        for index in np.unique(self.stack.balance):
+            rows = self.stack.balance == index
+            gap = float(np.sum(start[rows] ** 2))
+            if float(np.mean(before[rows] ** 2)) <= 1.0:
+                continue
+            shares.append(float(np.sum(before[rows] ** 2 - after[rows] ** 2)) / max(gap, 1e-12))
+        return max(shares, default=0.0)
+
+    def _best(self, chosen: list[int]) -> int | None:
+        taken = {self.library.candidates[c].key for c in chosen}
+        start, by_key = self.loss(chosen), {}
+        for c, candidate in enumerate(self.library.candidates):
+            if candidate.key not in taken:
+                gain = start - self.loss([*chosen, c])
+                if gain > by_key.get(candidate.key, (0.0, 0))[0]:
+                    by_key[candidate.key] = (gain, c)
+        ranked = sorted(by_key.values(), reverse=True)
+        if not ranked:
+            return None
+        close = [c for gain, c in ranked if gain >= CLOSE * ranked[0][0]][:REFINED]
+        gains = {}
+        for c in close:
+            better = self.refined(c, chosen)
+            gains[better] = start - self.loss([*chosen, better])
+        # among what does as well, the simplest
+        most = max(gains.values())
+        near = [c for c, gain in gains.items() if gain >= SAME * most]
+        best = min(near, key=lambda c: (len(self.members[c]), -gains[c]))
+        return self.refined(best, chosen, closely=True)
+
+    def _tidied(self, chosen: list[int], limit: float) -> list[int]:
+        """Drop what later choices made needless; swap what another now does better."""
+        for one in list(chosen):
+            rest = [c for c in chosen if c != one]
+            if not rest or one not in chosen:
+                continue
+            before, after = self.residual(rest), self.residual(chosen)
+            if self.significance(one, rest) < limit or self.worth(before, after) < WORTH:
+                chosen = rest
+                continue
+            better = self._best(rest)
+            if better is not None and better != one:
+                gain = self.loss(rest) - self.loss(chosen)
+                other = self.loss(rest) - self.loss([*rest, better])
+                if other > 1.02 * gain:
+                    chosen = [*rest, better]
+        return chosen
+
+    def explain(self, chosen: list[int]) -> list[Choice]:
+        """Say of each choice what it gains and what could take its place."""
+        answers = []
+        for one in chosen:
+            rest = [c for c in chosen if c != one]
+            start = self.loss(rest)
+            gain, significance = start - self.loss(chosen), self.significance(one, rest)
+            alike = {}
+            taken = {self.library.candidates[c].key for c in chosen}
+            for c, other in enumerate(self.library.candidates):
+                if other.key in taken:
+                    continue
+                share = (start - self.loss([*rest, c])) / max(gain, 1e-12)
+                if share >= ALIKE and share > alike.get(other.key, (0.0, None))[0]:
+                    alike[other.key] = (share, other)
+            ranked = sorted(alike.values(), key=lambda pair: -pair[0])
+            answers.append(Choice(self.library.candidates[one], gain, significance,
+                                  tuple(other for _, other in ranked)))
+        return answers

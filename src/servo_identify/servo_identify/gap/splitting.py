@@ -1,0 +1,81 @@
+"""Which recordings select, which accept and which report: by recording, never by sample."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servo_twin.recording import Recording
+
+HELD_OUT_FIRST = ('multisine', 'sine', 'chirp', 'square', 'ramps', 'turns')
+"""Families that are missed least in the selection when each was recorded once."""
+
+
+@dataclass(frozen=True)
+class Split:
+    """Recordings by their purpose; no recording serves two unless ``warnings`` says so."""
+
+    screen: tuple[Recording, ...]
+    accept: tuple[Recording, ...]
+    report: tuple[Recording, ...]
+    warnings: tuple[str, ...] = ()
+
+
+def split(recordings: list[Recording], accept: list[Recording],
+          report: list[Recording]) -> Split:
+    """
+    Part recordings into those that select, accept and report.
+
+    What the caller names for accepting or reporting is taken as it is. Of replicates one goes to
+    each purpose; of single recordings two are held out; a single recording is cut in time.
+    """
+    if accept and report:
+        return Split(tuple(recordings), tuple(accept), tuple(report))
+    if len(recordings) == 1 and not (accept or report):
+        return _cut(recordings[0])
+    pool, held = list(recordings), {'accept': list(accept), 'report': list(report)}
+    warnings = []
+    wanted = [purpose for purpose in ('report', 'accept') if not held[purpose]]
+    families = defaultdict(list)
+    for one in pool:
+        families[one.family].append(one)
+    several = [group for family, group in families.items() if len(group) > len(wanted) and family]
+    for group in several:
+        for purpose in wanted:
+            held[purpose].append(group.pop())
+    if not several:
+        for purpose in wanted:
+            spare = [r for r in pool if r not in held['report'] + held['accept']]
+            if len(spare) <= 1:
+                held[purpose] = list(held['report'] or held['accept'] or spare)
+                warnings.append(f'too few recordings: those that {purpose} serve twice; '
+                                'the shrink may be flattered')
+                continue
+            held[purpose].append(min(spare, key=_missed))
+        warnings.append('no replicates: recordings of single families were held out, an effect '
+                        'that only they excite cannot be found')
+    out = {id(r) for r in held['report'] + held['accept']}
+    screen = tuple(r for r in pool if id(r) not in out) or tuple(held['accept'])
+    return Split(screen, tuple(held['accept']), tuple(held['report']), tuple(warnings))
+
+
+def _missed(recording: Recording) -> int:
+    family = recording.family
+    return HELD_OUT_FIRST.index(family) if family in HELD_OUT_FIRST else len(HELD_OUT_FIRST)
+
+
+def _cut(recording: Recording) -> Split:
+    """Cut one recording in time: three fifths select, a fifth accepts, a fifth reports."""
+    size = len(recording)
+    edges = [0, int(0.6 * size), int(0.8 * size), size]
+    parts = []
+    for purpose, first, last in zip(('screen', 'accept', 'report'), edges[:-1], edges[1:],
+                                    strict=True):
+        columns = {n: np.ascontiguousarray(c[first:last]) for n, c in recording.columns.items()}
+        parts.append(replace(recording, name=f'{recording.name}[{purpose}]', columns=columns,
+                             start=recording.start + first * recording.period))
+    return Split((parts[0],), (parts[1],), (parts[2],), (
+        'one recording only, cut in time: nothing can be said about other excitations, and '
+        'without replicates the noise floor is that of its own fast part',))

@@ -1,0 +1,278 @@
+"""All balances of all recordings as one regression: what is left, and what each cause would move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .balance import Balance, BALANCES
+from .candidates import Candidate, Extended
+from .observation import BLOCK
+
+PRACTICAL = 0.005  # share of a balance's own signal below which a gap does not matter
+JITTER = 0.15  # samples, by which instants of sampling scatter unseen
+SHIFT = 0.7  # samples by which a channel may be sampled early or late without being wrong
+
+
+@dataclass
+class Stack:
+    """
+    Residuals of several recordings, divided by their noise and a practical margin.
+
+    A row is one instant of one balance of one recording; ``block`` numbers the stretches of
+    :data:`~.observation.BLOCK` seconds that may be taken as independent, ``balance`` indexes
+    BALANCES. Rows where nothing can be said (standstill, missing samples) are left out for good.
+    """
+
+    balances: list[Balance]
+    extended: Extended
+    base: np.ndarray = field(init=False)
+    block: np.ndarray = field(init=False)
+    balance: np.ndarray = field(init=False)
+    recording: np.ndarray = field(init=False)
+    scale: np.ndarray = field(init=False)
+    noise: dict[tuple[int, str], float] = field(init=False)
+
+    def __post_init__(self) -> None:
+        theta, on = self.extended.theta, self.extended.on
+        self._keep, self._part, self.noise = {}, {}, {}
+        block, balance, recording, scale, first, size = [], [], [], [], 0, 0
+        for number, one in enumerate(self.balances):
+            residuals = one.residuals(theta, on)
+            for name, values in residuals.items():
+                keep = np.isfinite(values) & one.moving(name)
+                self._keep[number, name] = keep
+                self.noise[number, name] = noise_floor(one, name, theta)
+                margin = PRACTICAL * signal_of(one, name, theta)
+                self._part[number, name] = slice(size, size + int(keep.sum()))
+                size += int(keep.sum())
+                scale.append(np.full(int(keep.sum()), np.hypot(self.noise[number, name], margin)))
+                times = one.times(name)[keep]
+                block.append(first + (times / BLOCK).astype(int))
+                balance.append(np.full(len(times), BALANCES.index(name)))
+                recording.append(np.full(len(times), number))
+            first += int(one.seen.recording.duration / BLOCK) + 1
+        self.block = np.concatenate(block) if block else np.zeros(0, int)
+        self.balance = np.concatenate(balance) if balance else np.zeros(0, int)
+        self.recording = np.concatenate(recording) if recording else np.zeros(0, int)
+        self.scale = np.concatenate(scale) if scale else np.zeros(0)
+        self._timing = self._timing_columns()
+        # where a signal jumps within a sample, its instant decides: such rows weigh less
+        self.scale = self.scale * np.sqrt(1.0 + sum(
+            (JITTER * column) ** 2 for label, column, _ in self._timing if label != 'shift:load'))
+        self._timing = self._timing_columns()
+        self.base = self.at(theta, on)
+
+    def at(self, theta: np.ndarray, on: np.ndarray,
+           only: tuple[str, ...] | None = None) -> np.ndarray:
+        """
+        Return all residuals at some values and switches, in units of their scale.
+
+        ``only`` names the balances that can have changed; the others are those of `base`.
+        """
+        answer = np.zeros(len(self.scale)) if only is None else self.base.copy()
+        for number, one in enumerate(self.balances):
+            for name, values in one.residuals(theta, on, only).items():
+                part = self._part[number, name]
+                kept = values[self._keep[number, name]]
+                answer[part] = np.nan_to_num(kept) / self.scale[part]
+        return answer
+
+    def kept(self, number: int, balance: str) -> np.ndarray:
+        """Which centres of a balance of a recording are rows, bool."""
+        return self._keep[number, balance]
+
+    def nuisances(self) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+        """
+        Return what may move without anything being missing: (names, columns, low, high).
+
+        Parameters within their tolerance, the zero of the wind-up of each recording, and the
+        instants of sampling within a part of a sample.
+        """
+        servo = self.extended.servo
+        labels, columns, low, high = [], [], [], []
+        for path, (least, most) in servo.tolerance.items():
+            if path.split('.')[0] in ('sensors', 'observer') or most <= least:
+                continue
+            value = servo.values[path]
+            column = self.derivative(path, 0, 0.25 * (most - least))
+            if np.abs(column).max(initial=0.0) == 0.0:
+                continue
+            labels.append(path)
+            columns.append(column)
+            low.append(least - value)
+            high.append(most - value)
+        for label, column, bound in self._timing:
+            labels.append(label)
+            columns.append(column)
+            low.append(bound[0])
+            high.append(bound[1])
+        for number in range(len(self.balances)):
+            column = ((self.recording == number)
+                      & (self.balance == BALANCES.index('transmission'))).astype(float)
+            if column.any():
+                labels.append(f'zero:{number}')
+                columns.append(column)
+                low.append(-np.inf)
+                high.append(np.inf)
+        table = np.column_stack(columns) if columns else np.zeros((len(self.base), 0))
+        return labels, table, np.array(low), np.array(high)
+
+    def derivative(self, path: str, element: int, step: float) -> np.ndarray:
+        """Change of all residuals for one unit of a parameter, by a step that stays inside."""
+        slot = self.extended.slot(path, element)
+        theta = self.extended.theta.copy()
+        least, most = self.extended.declaration(path).bounds
+        if theta[slot] + step > most:
+            step = -step
+        theta[slot] = min(max(theta[slot] + step, least), most)
+        step = theta[slot] - self.extended.theta[slot]
+        if step == 0.0:
+            return np.zeros(len(self.base))
+        return (self.at(theta, self.extended.on) - self.base) / step
+
+    def columns(self, candidate: Candidate, amplitudes: np.ndarray) -> np.ndarray:
+        """
+        Change of all residuals for one unit of each amplitude of a candidate.
+
+        Taken between the value at which it vanishes and ``amplitudes``, so that laws with kinks
+        are seen at the size at which they matter.
+        """
+        table = np.empty((len(self.base), len(candidate.paths)))
+        for i, (path, element) in enumerate(zip(candidate.paths, candidate.elements, strict=True)):
+            if candidate.switch is None:
+                table[:, i] = self.derivative(path, element, amplitudes[i])
+                continue
+            theta, on = self.with_shapes(candidate)
+            theta[self.extended.slot(path, element)] += amplitudes[i]
+            table[:, i] = (self.at(theta, on, self.touched(candidate)) - self.base) / amplitudes[i]
+        return table
+
+    def touched(self, candidate: Candidate) -> tuple[str, ...] | None:
+        """Balances that an effect can move; None: any."""
+        port = candidate.effect.port if candidate.effect else ''
+        measured = all(one.seen.has('current') for one in self.balances)
+        torque = all(one.seen.has('torque') for one in self.balances)
+        if port == 'drive' and measured:
+            return ('drive',)
+        if port in ('mesh', 'clearance') and torque:
+            return ('transmission',)
+        if port in ('torque', 'friction', 'mesh', 'clearance', 'mesh_error'):
+            return ('motor', 'load', 'torque', 'transmission')
+        return None
+
+    def with_shapes(self, candidate: Candidate,
+                    theta: np.ndarray | None = None, on: np.ndarray | None = None):
+        """Return (theta, on) with a candidate switched on at its shapes, amplitudes vanished."""
+        theta = (self.extended.theta if theta is None else theta).copy()
+        on = (self.extended.on if on is None else on).copy()
+        for path, value in candidate.shapes:
+            theta[self.extended.slot(path)] = value
+        if candidate.switch is not None:
+            on[candidate.switch] = True
+        return theta, on
+
+    def _timing_columns(self) -> list[tuple[str, np.ndarray, tuple[float, float]]]:
+        """Return (name, column, bounds in samples): readings taken a part of a sample off."""
+        theta = self.extended.theta
+        servo = self.extended.servo
+        gain = servo.values['drive.torque_constant']
+        ratio = servo.values['mechanism.ratio']
+        stiffness = servo.values.get('mechanism.stiffness', 0.0)
+        table: dict[str, dict] = {}
+        for number, one in enumerate(self.balances):
+            seen, bump = one.seen, one.seen.bump
+            period, names = seen.period, one.names
+            current = seen.channels.current
+            if not seen.has('current'):
+                current = one.model_current(theta, self.extended.on)
+            push = gain * bump.weigh(current, 1) * period
+            if 'motor' in names:
+                pull = bump.weigh(seen.channels.torque, 1) * period
+                put = {'motor': push}
+                table.setdefault('shift:current', {})[number] = put
+                put = {'motor': -pull / ratio, 'load': pull}
+                if 'transmission' in names and stiffness:
+                    put['transmission'] = -pull / stiffness
+                table.setdefault('shift:torque', {})[number] = put
+            elif 'torque' in names:
+                table.setdefault('shift:current', {})[number] = {'torque': ratio * push}
+            if 'transmission' in names:
+                speed = one.weighed('load_speed') * period
+                table.setdefault('shift:load', {})[number] = {'transmission': speed}
+            if 'drive' in names:
+                made = one.model_current(theta, self.extended.on)
+                put = {'drive': seen.fine.weigh(made, 1) * period}
+                table.setdefault('shift:drive', {})[number] = put
+            if 'controller' in names:
+                put = {'controller': seen.fine.weigh(seen.voltage, 1) * period}
+                table.setdefault('shift:controller', {})[number] = put
+        return [(label, self._flat(by_recording),
+                 (-1.2 if label in ('shift:drive', 'shift:controller') else -SHIFT, SHIFT))
+                for label, by_recording in table.items()]
+
+    def _flat(self, by_recording: dict[int, dict[str, np.ndarray]]) -> np.ndarray:
+        flat = np.zeros(len(self.scale))
+        for number, columns in by_recording.items():
+            for name, values in columns.items():
+                part = self._part[number, name]
+                flat[part] = np.nan_to_num(values[self._keep[number, name]]) / self.scale[part]
+        return flat
+
+
+def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
+    """Standard deviation of a balance's residual by the noise of the readings alone."""
+    noise = {k: 0.0 if np.isnan(v) else v for k, v in one.seen.noise.items()}
+    value, bump = one.value, one.bump_of(name)
+    plain, twice = bump.gain(0), bump.gain(2)
+    ratio = value(theta, 'mechanism.ratio')
+    gain = value(theta, 'drive.torque_constant')
+    rotor, inertia = value(theta, 'mechanism.rotor_inertia'), value(theta, 'mechanism.load_inertia')
+    motor_noise, load_noise = noise['motor_position'], noise['load_position']
+    if not one.seen.has('load'):
+        load_noise = motor_noise / ratio
+    if not one.seen.has('motor'):
+        motor_noise = load_noise * ratio
+    current = noise['current'] * gain * plain
+    torque = noise['torque'] * plain
+    by_motor, by_load = rotor * motor_noise * twice, inertia * load_noise * twice
+    stiffness = value(theta, 'mechanism.stiffness')
+    if name == 'drive':
+        return noise['current'] * plain
+    if name == 'controller':
+        return one.command_noise(theta)
+    if name == 'motor':
+        return float(np.hypot.reduce((current, torque / ratio, by_motor)))
+    if name == 'load':
+        return float(np.hypot(torque, by_load))
+    if name == 'torque':
+        return float(np.hypot.reduce((ratio * current, ratio * by_motor, by_load)))
+    angles = np.hypot(motor_noise / ratio, load_noise) * plain
+    if not stiffness:
+        return float(angles)
+    return float(np.hypot(angles, (torque if one.seen.has('torque') else by_load) / stiffness))
+
+
+def signal_of(one: Balance, name: str, theta: np.ndarray) -> float:
+    """Root mean square of the largest term of a balance: what the residual is small against."""
+    seen = one.seen
+
+    def size(x):
+        x = x[np.isfinite(x)]
+        return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0
+
+    gain, ratio = one.value(theta, 'drive.torque_constant'), one.value(theta, 'mechanism.ratio')
+    if name == 'drive':
+        return size(seen.channels.current)
+    if name == 'controller':
+        return size(seen.recording['voltage'])
+    if name in ('motor', 'torque'):
+        current = seen.channels.current if seen.has('current') else one.model_current(
+            theta, one.base_switches)
+        return size(current) * gain * (ratio if name == 'torque' else 1.0)
+    if name == 'load':
+        return size(seen.channels.torque)
+    wind_up = one.motion('wind_up')
+    return size(wind_up - np.mean(wind_up))
+

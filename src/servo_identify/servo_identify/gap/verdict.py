@@ -1,0 +1,239 @@
+"""From the evidence to a report: where, which, how far, and one sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .answer import Cause, GapReport, Located
+from .balance import BALANCES, UNITS
+from .candidates import Candidate
+from .completeness import Remainder
+from .resimulation import bootstrap, Gap, shrink
+
+NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
+OPEN = 0.2  # predictable share of a gap above which it is not explained
+WRONG = 0.5  # and above which what was found is not the cause
+ALIASES = {
+    'torque_constant_error': 'parameter:torque_constant',
+    'stiffness_error': 'parameter:stiffness',
+}
+PEOPLE = {
+    'drive': 'the drive', 'motor': 'the motor shaft', 'transmission': 'the transmission',
+    'load': 'the load shaft', 'torque': 'the torque balance of motor and load',
+    'controller': 'the controller', 'sensor': 'the sensors',
+}
+
+
+def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> GapReport:
+    """Put the evidence of a diagnosis into a report."""
+    screen = evidence.stacks['screen']
+    squares = _squares(screen, evidence.start)
+    gaps = {b for b, square in squares.items() if square > NOTICED}
+    where = _where(evidence, gaps)
+    which = _which(evidence)
+    status, open_share, worst = _status(evidence, squares, gaps, where)
+    balance = max(where, key=lambda one: one.share).balance if gaps else ''
+    named = [c.effect for c in which] if status in ('explained', 'partly_explained') else []
+    gap = _gap(evidence)
+    verdict = {'status': status, 'effects': named, 'balance': balance,
+               'sentence': _sentence(status, named, balance, gap, open_share, worst)}
+    explanation = evidence.best.explanation
+    if explanation.at_bound:
+        warnings = [*warnings, 'at the edge of its bounds, so not identified: '
+                    + ', '.join(sorted(set(explanation.at_bound)))]
+    if status == 'unknown' and which:
+        warnings = [*warnings, 'causes that were accepted explain a part only and are not named: '
+                    + ', '.join(c.effect for c in which)]
+    parts = evidence.split
+    return GapReport(
+        servo=evidence.servo.name,
+        recordings={p: [r.name for r in getattr(parts, p)]
+                    for p in ('screen', 'accept', 'report')},
+        channels=_channels(evidence), where=tuple(where), which=tuple(which), verdict=verdict,
+        gap=gap, unknown=_unknown(worst if status in ('unknown', 'partly_explained') else None),
+        next_experiment=following, warnings=tuple(dict.fromkeys(warnings)),
+        by_family=_by_family(evidence), waterfall=_waterfall(evidence), timing=clock)
+
+
+def _squares(stack, residual) -> dict[str, float]:
+    return {BALANCES[i]: float(np.mean(residual[stack.balance == i]**2))
+            for i in np.unique(stack.balance)}
+
+
+def _where(evidence, gaps: set[str]) -> list[Located]:
+    stack = evidence.stacks['report']
+    from .acceptance import leftover
+    residual = leftover(stack, evidence.base.explanation)
+    excess = {b: max(0.0, s - 1.0) for b, s in _squares(stack, residual).items()}
+    total = sum(excess.values()) or 1.0
+    chance = np.random.default_rng(0)
+    located = []
+    for name in (*BALANCES, 'sensor'):
+        rows = stack.balance == (BALANCES.index(name) if name in BALANCES else -1)
+        if not rows.any():
+            located.append(Located(name, 0.0, 0.0, (0.0, 0.0), 'not observable'))
+            continue
+        noise = np.array([stack.noise[n, name] for n in range(len(stack.balances))
+                          if (n, name) in stack.noise])
+        floor = float(np.sqrt(np.mean(noise**2))) or 1.0
+        squares = (residual[rows] * stack.scale[rows] / floor)**2
+        blocks, inverse = np.unique(stack.block[rows], return_inverse=True)
+        sums, counts = np.bincount(inverse, squares), np.bincount(inverse)
+        draws = chance.integers(0, len(blocks), (300, len(blocks)))
+        ratios = np.sqrt(sums[draws].sum(axis=1) / counts[draws].sum(axis=1))
+        located.append(Located(
+            name, excess[name] / total, float(np.sqrt(squares.mean())),
+            (float(np.percentile(ratios, 5)), float(np.percentile(ratios, 95))),
+            'gap' if name in gaps else 'at the noise floor'))
+    return located
+
+
+def _which(evidence) -> list[Cause]:
+    first = {p: evidence.base.gap if p == 'accept' else evidence.reported['base']
+             for p in ('accept', 'report')}
+    last = {p: evidence.best.gap if p == 'accept' else evidence.reported['best']
+            for p in ('accept', 'report')}
+    causes = []
+    for choice, step in zip(evidence.choices, evidence.reported['steps'], strict=True):
+        share = {}
+        for purpose in ('accept', 'report'):
+            alone = shrink(first[purpose], step[purpose]['alone'])
+            without = shrink(first[purpose], step[purpose]['rest'])
+            share[purpose] = 0.5 * (alone + shrink(first[purpose], last[purpose]) - without)
+        low, high = bootstrap(first['report'], step['report']['alone'])
+        middle = shrink(first['report'], step['report']['alone'])
+        shift = share['report'] - middle
+        candidate = choice.candidate
+        alike = [other.name for other in choice.ambiguous]
+        if candidate.name in ALIASES:
+            alike.append(ALIASES[candidate.name])
+        causes.append(Cause(candidate.name, candidate.site or _site(candidate),
+                            _parameters(evidence, candidate), share['accept'], share['report'],
+                            (low + shift, high + shift), tuple(dict.fromkeys(alike))))
+    return causes
+
+
+def _site(candidate: Candidate) -> str:
+    path = candidate.paths[0]
+    if path.startswith('drive.'):
+        return 'drive'
+    return 'motor' if 'rotor' in path else 'load' if 'load' in path else 'mesh'
+
+
+def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
+    extended = evidence.stacks['screen'].extended
+    explanation = evidence.best.explanation
+    found = {}
+    for path, element in zip(candidate.paths, candidate.elements, strict=True):
+        leaf = path.rpartition('.')[2]
+        row = extended.declaration(path).row
+        found[f'{leaf}[{element}]' if row else leaf] = {
+            'value': float(explanation.theta[extended.slot(path, element)]),
+            'std': explanation.spread(path, element), 'unit': extended.servo.unit(path)}
+    for path, _ in candidate.shapes:
+        found[path.rpartition('.')[2]] = {
+            'value': float(explanation.theta[extended.slot(path)]),
+            'std': explanation.spread(path), 'unit': extended.servo.unit(path)}
+    return found
+
+
+def _status(evidence, squares, gaps, where) -> tuple[str, float, Remainder | None]:
+    """Return (status, share of the gap that is predictable and unexplained, what it is)."""
+    if not gaps and not evidence.choices:
+        return 'no_gap', 0.0, None
+    share, worst = 0.0, None
+    total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
+    for left in evidence.remainders:
+        excess = max(0.0, squares[left.balance] - 1.0)
+        if left.balance not in gaps or excess < 0.05 * total or left.square < NOTICED:
+            continue
+        still = left.predictable / excess
+        if still > share or worst is None:
+            share, worst = still, left
+    if not evidence.choices:
+        strongest = max((r for r in evidence.remainders if r.balance in gaps),
+                        key=lambda r: r.predictable, default=None)
+        return 'unknown', share, strongest
+    if share > WRONG:
+        return 'unknown', share, worst
+    return ('partly_explained' if share > OPEN else 'explained'), share, worst
+
+
+def _gap(evidence) -> dict:
+    before, after = evidence.reported['base'], evidence.reported['best']
+    low, high = bootstrap(before, after)
+    given = evidence.reported['given']
+    floor = float(np.sqrt(np.mean([(before.floor[c] / before.signal[c])**2
+                                   for c in before.squares if c != 'wind_up'])))
+    return {'before': before.total(before, excess=False), 'floor': floor,
+            'after': after.total(before, excess=False), 'shrink': shrink(before, after),
+            'interval': (low, high), 'as_given': given.total(before, excess=False),
+            'unit': 'share of the signal, root mean square over channels'}
+
+
+def _channels(evidence) -> dict[str, dict]:
+    given = evidence.reported['given']
+    linear = evidence.servo.linear
+    units = {'motor_position': 'm' if linear else 'rad', 'load_position': 'm' if linear else 'rad',
+             'torque': 'N' if linear else 'N m', 'current': 'A',
+             'wind_up': 'm' if linear else 'rad'}
+    return {channel: {
+        'unit': units[channel], 'rms_gap': given.rms(channel), 'noise_floor': given.floor[channel],
+        'fit': 1.0 - given.rms(channel) / given.signal[channel],
+        'rms_after': evidence.reported['best'].rms(channel)} for channel in given.squares}
+
+
+def _by_family(evidence) -> dict:
+    """Shrink by excitation family and channel on the report recordings."""
+    from .resimulation import gap_of, resimulate
+    answer: dict[str, dict] = {}
+    balances = evidence.stacks['report'].balances
+    for one in balances:
+        before = gap_of([resimulate(evidence.base.servo, one)], [one])
+        after = gap_of([resimulate(evidence.best.servo, one)], [one])
+        family = one.seen.recording.family or one.seen.recording.name
+        low, high = bootstrap(before, after, draws=150)
+        channels = {c: 1.0 - after.excess(c) / before.excess(c) if before.excess(c) > 0 else 0.0
+                    for c in before.squares}
+        answer[family] = {'shrink': shrink(before, after), 'interval': (low, high),
+                          'channels': channels}
+    return answer
+
+
+def _waterfall(evidence) -> list[dict]:
+    given, base = evidence.reported['given'], evidence.reported['base']
+    bars = [{'step': 'as given', 'gap': given.total(base, excess=False)},
+            {'step': 'values within tolerance', 'gap': base.total(base, excess=False)}]
+    for choice, step in zip(evidence.choices, evidence.reported['steps'], strict=True):
+        gap: Gap = step['report']['upto']
+        bars.append({'step': choice.candidate.label, 'gap': gap.total(base, excess=False)})
+    return bars
+
+
+def _unknown(left: Remainder | None) -> dict:
+    if left is None:
+        return {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False}
+    return {'depends_on': list(left.depends_on), 'parity': left.parity,
+            'orders': list(left.orders), 'memory': left.memory, 'drift': left.drift,
+            'balance': left.balance, 'unit': UNITS[left.balance]}
+
+
+def _sentence(status, named, balance, gap, open_share, worst) -> str:
+    where = PEOPLE.get(balance, balance)
+    if status == 'no_gap':
+        return ('No gap: within its tolerances the twin does what the rig does, down to the noise '
+                'floor and the practical margin.')
+    if status == 'unknown':
+        shape = ''
+        if worst is not None and worst.depends_on:
+            shape = f' It depends on {" and ".join(worst.depends_on[:2])}'
+            shape += f' and is {worst.parity} in the direction of motion.'
+        return (f'The twin departs from the rig at {where}, and no effect known here explains '
+                f'it.{shape}')
+    causes = ', '.join(n.replace('_', ' ') for n in named)
+    text = (f'The twin departs from the rig at {where}: it lacks {causes}; with '
+            f'{"it" if len(named) == 1 else "them"} the gap shrinks by '
+            f'{100 * gap["shrink"]:.0f} % on recordings nobody fitted to.')
+    if status == 'partly_explained':
+        text += f' About {100 * open_share:.0f} % of it still follows a law that is not known here.'
+    return text
