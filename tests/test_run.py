@@ -88,6 +88,18 @@ def test_it_says_which_part_did_not_start_and_ends_the_others(tmp_path, words, s
     assert children_of(folder) == []
 
 
+def test_it_says_that_a_bus_is_not_there(tmp_path):
+    shipped = (CONFIG / 'driver.yaml').read_text()
+    driver = tmp_path / 'driver.yaml'
+    driver.write_text(shipped.replace('interface: unix_bus', 'interface: socketcan')
+                      .replace('channel: /tmp/servo_rig.can', 'channel: can_nowhere'))
+    done = subprocess.run(run_command(tmp_path / 'rig', '--no-emulator', '--driver', driver),
+                          capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert 'the driver cannot be configured' in done.stderr
+    assert 'can_nowhere' in done.stderr
+
+
 def test_it_refuses_a_servo_file_that_is_wrong_before_it_starts_anything(tmp_path, capsys):
     bad = tmp_path / 'bad.yaml'
     bad.write_text(SERVO.read_text().replace('ratio: {value: 161.0', 'ratio: {value: -1.0'))

@@ -145,6 +145,10 @@ def _take_down(session: Session, processes: Processes) -> None:
 
 
 def _why(session: Session) -> str:
+    """Return what is wrong with the driver, which it says shortly after it went wrong."""
+    until = monotonic() + _REPORT
+    while not session.levels.get('driver') and monotonic() < until:
+        sleep(0.02)
     return session.sentences.get('driver', 'it says nothing; see driver.log')
 
 

@@ -22,7 +22,8 @@ class Session(Node):
     A context: spins in a thread of its own.
 
     ``facts`` maps `driver`, `twin` and `recorder` of the namespace to what they last said on
-    /diagnostics, ``sentences`` to their message, ``levels`` to its severity (0 is well).
+    /diagnostics, ``sentences`` to the worst of their messages, ``levels`` to its severity
+    (0 is well).
     """
 
     def __init__(self, namespace: str) -> None:
@@ -54,6 +55,7 @@ class Session(Node):
             return
 
     def _hear(self, message: DiagnosticArray) -> None:
+        worst: dict[str, int] = {}
         for status in message.status:
             owner, _, _ = status.name.partition(':')
             prefix, _, name = owner.strip().lstrip('/').rpartition('/')
@@ -61,8 +63,10 @@ class Session(Node):
                 continue
             facts = self.facts.setdefault(name, {})
             facts.update({value.key: value.value for value in status.values})
-            self.sentences[name] = status.message
-            self.levels[name] = int.from_bytes(status.level, 'little')
+            level = int.from_bytes(status.level, 'little')
+            if level > worst.get(name, -1):
+                worst[name] = self.levels[name] = level
+                self.sentences[name] = status.message
 
     def change(self, node: str, transition: int, patience: float = 30.0) -> bool:
         """Ask a node of the namespace for a lifecycle transition; return whether it was made."""
