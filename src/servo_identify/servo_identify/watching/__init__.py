@@ -1,0 +1,1 @@
+"""Watching the residuals of a running twin: which balance changed, and since when."""
