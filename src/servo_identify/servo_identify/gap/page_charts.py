@@ -75,7 +75,7 @@ def _block(x: float, block: str, one: Located | None, here: bool) -> str:
 def scatter(law: Law, width: int = 520, height: int = 300) -> str:
     """Return the dots of a residual before and after, with the curves of the law."""
     every = np.concatenate([y for _, y in law.dots.values()])
-    low, high = np.percentile(every, (0.5, 99.5))
+    low, high = np.percentile(every, (0.3, 99.7))
     for _, y in law.curves.values():
         low, high = min(low, y.min()), max(high, y.max())
     room = 0.06 * (high - low) or 1e-12
@@ -91,7 +91,7 @@ def scatter(law: Law, width: int = 520, height: int = 300) -> str:
     def down(y):
         return TOP + (high - y) / (high - low) * (bottom - TOP)
 
-    parts = [f'<svg viewBox="0 0 {width} {height}" style="max-width: {1.25 * width:.0f}px" '
+    parts = [f'<svg viewBox="0 0 {width} {height}" style="max-width: {1.2 * width:.0f}px" '
              f'role="img" aria-label="{escape(law.title)} over {escape(law.variable)}">']
     for tick in ticks(low, high, 6):
         parts.append(f'<line class="{"zero" if tick == 0 else "grid"}" x1="{LEFT}" '
@@ -107,8 +107,9 @@ def scatter(law: Law, width: int = 520, height: int = 300) -> str:
     parts.append(f'<text transform="translate(13 {(TOP + bottom) / 2:.0f}) rotate(-90)" '
                  f'text-anchor="middle">residual, {escape(law.unit)}</text>')
     for name, (x, y) in law.dots.items():
+        seen = (y >= low) & (y <= high)
         marks = ''.join(f'M{px:.1f} {py:.1f}h0' for px, py in
-                        zip(across(x), down(np.clip(y, low, high)), strict=True))
+                        zip(across(x[seen]), down(y[seen]), strict=True))
         parts.append(f'<path class="dots {name}" d="{marks}"/>')
     for x, y in law.curves.values():
         points = ' '.join(f'{px:.1f},{py:.1f}' for px, py in
@@ -142,7 +143,7 @@ def waterfall(bars: list[dict], floor: float) -> str:
             parts.append(f'<rect class="{kind}" x="{first:.1f}" y="{y}" height="22" rx="3" '
                          f'width="{max(0.5, last - first):.1f}"/>')
             if before > 0.0:
-                said = f'{percent(now)}  ({100.0 * (now / before - 1.0):+.0f} %)'
+                said = f'{percent(now)}  ({100.0 * (now / before - 1.0):+.0f} %)'.replace('-', '−')
         parts.append(f'<path class="whisker" d="M{low:.1f} {y + 11}H{high:.1f}'
                      f'M{low:.1f} {y + 6}v10M{high:.1f} {y + 6}v10"/>')
         edge = max(across(before if before is not None else now), across(now), high)

@@ -1,4 +1,4 @@
-"""What the page of a diagnosis shows of its evidence: the telling seconds, and laws in residuals."""
+"""What the page of a diagnosis shows: the telling seconds, and the laws in the residuals."""
 
 from __future__ import annotations
 
@@ -70,18 +70,18 @@ def telling_seconds(evidence) -> Seconds | None:
     gap: Gap = evidence.reported['given']
     linear, best = evidence.servo.linear, None
     for one in evidence.stacks['report'].balances:
-        given = resimulate(evidence.servo, one)
+        given, bounded = resimulate(evidence.servo, one), resimulate(evidence.base.servo, one)
         augmented = resimulate(evidence.best.servo, one)
         size = min(len(one.seen.recording), max(2, int(WINDOW / one.seen.period)))
-        for channel, error in given.errors.items():
-            change = error**2 - augmented.errors[channel]**2
-            if not evidence.choices:
-                change = error**2
-            sums = np.concatenate(([0.0], np.cumsum(np.nan_to_num(change))))
-            windows = (sums[size:] - sums[:-size]) / size / gap.signal[channel]**2
-            first = int(np.argmax(windows))
-            if best is None or windows[first] > best[0]:
-                best = (windows[first], one, channel, first, size, given, augmented)
+        for channel in given.errors:
+            before = _over(bounded.errors[channel], size)
+            worth = before / gap.signal[channel]**2
+            if evidence.choices:  # what the causes take, not what the tolerances allow
+                taken = 1.0 - _over(augmented.errors[channel], size) / np.maximum(before, 1e-300)
+                worth = worth * np.maximum(taken, 0.0)**3
+            first = int(np.argmax(worth))
+            if best is None or worth[first] > best[0]:
+                best = (worth[first], one, channel, first, size, given, augmented)
     if best is None:
         return None
     _, one, channel, first, size, given, augmented = best
@@ -109,6 +109,12 @@ def telling_seconds(evidence) -> Seconds | None:
         gap.floor[channel])
 
 
+def _over(error: np.ndarray, size: int) -> np.ndarray:
+    """Mean square of an error over the `size` samples that follow each one."""
+    sums = np.concatenate(([0.0], np.cumsum(np.nan_to_num(error)**2)))
+    return (sums[size:] - sums[:-size]) / size
+
+
 def _cut(curve: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Leave out where a run starts anew, so that no line joins one run to the next."""
     curve = curve.copy()
@@ -134,6 +140,8 @@ def laws(evidence) -> list[Law]:
         left = evidence.left[rows] * stack.scale[rows]
         column = _variable(table, variables, taken)
         x, way = table[:, column], table[:, VARIABLES.index('direction')]
+        near = _where_it_acts(x, taken)
+        x, taken, left, way = x[near], taken[near], left[near], way[near]
         shown.append(_law(choice.candidate.label.replace('_', ' '), name, evidence.servo.linear,
                           variables[column], x, {'before': left + taken, 'after': left},
                           _by_direction(x, taken, way)))
@@ -160,25 +168,57 @@ def unexplained(evidence, balance: str) -> Law | None:
     rows = stack.balance == (BALANCES.index(balance) if balance in BALANCES else -1)
     if remainder is None or not rows.any():
         return None
-    name = next((v for v in remainder.depends_on), 'speed')
-    x = features(stack, balance)[:, VARIABLES.index(name)]
-    scale = stack.scale[rows]
-    curves = {}
-    if remainder.curve is not None and remainder.depends_on:
-        curves['law'] = (remainder.curve[0], remainder.curve[1] * float(np.median(scale)))
+    name = next((v for v in remainder.depends_on if v != 'direction'), 'speed')
+    table, scale = features(stack, balance), stack.scale[rows]
+    x, way = table[:, VARIABLES.index(name)], table[:, VARIABLES.index('direction')]
+    title, curves = f'what is left in the {balance} balance', {}
     dots = {'after': evidence.left[rows] * scale}
     if evidence.choices:
         dots = {'before': evidence.start[rows] * scale, **dots}
-    return _law(f'what is left in the {balance} balance', balance, evidence.servo.linear, name, x,
-                dots, curves)
+    if remainder.parity == 'odd' and name not in ('speed', 'torque', 'current', 'wind-up'):
+        # forward and backward would cancel in one curve
+        title += ', times the direction of motion'
+        dots = {side: y * way for side, y in dots.items()}
+        curves['mean'] = _means(x, dots['after'])
+    elif remainder.curve is not None and remainder.depends_on:
+        curves['flexible'] = (remainder.curve[0], remainder.curve[1] * float(np.median(scale)))
+    if curves:
+        (grid, height), = curves.values()
+        near = _where_it_acts(grid, height)
+        inside = (x >= grid[near].min()) & (x <= grid[near].max())
+        curves = {side: (grid[near], height[near]) for side in curves}
+        x, dots = x[inside], {side: y[inside] for side, y in dots.items()}
+    return _law(title, balance, evidence.servo.linear, name, x, dots, curves)
 
 
 def _law(title, balance, linear, variable, x, dots, curves) -> Law:
-    chance = np.random.default_rng(0)
-    some = chance.permutation(len(x))[:DOTS]
+    some = _spread(x)
     unit = VARIABLE_UNITS.get(variable, 'rad')
     return Law(title, balance, shown_unit(UNITS[balance], linear), variable,
                shown_unit(unit, linear), {n: (x[some], y[some]) for n, y in dots.items()}, curves)
+
+
+def _spread(x: np.ndarray) -> np.ndarray:
+    """Pick dots by chance, about as many from each stretch of x."""
+    if len(x) <= DOTS:
+        return np.arange(len(x))
+    order = np.random.default_rng(0).permutation(len(x))
+    cell = np.minimum((x[order] - x.min()) / max(np.ptp(x), 1e-300) * BINS, BINS - 1).astype(int)
+    rank = np.empty(len(x), dtype=int)
+    for k in range(BINS):
+        rank[cell == k] = np.arange(np.count_nonzero(cell == k))
+    return order[np.argsort(rank, kind='stable')[:DOTS]]
+
+
+def _where_it_acts(x: np.ndarray, taken: np.ndarray) -> np.ndarray:
+    """Rows of the stretch of x in which a law does nearly all that it does, with its margins."""
+    order = np.argsort(x)
+    done = np.cumsum(taken[order]**2)
+    if done[-1] == 0.0:
+        return np.ones(len(x), dtype=bool)
+    low, high = x[order][np.searchsorted(done, np.array((0.01, 0.99)) * done[-1])]
+    margin = 0.5 * (high - low)
+    return (x >= low - margin) & (x <= high + margin)
 
 
 def _with_phase(table: np.ndarray, evidence, cause: Candidate):
@@ -238,11 +278,13 @@ def _means(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _edges(x: np.ndarray) -> np.ndarray:
-    return np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+    """Edges of bins, half of them even in x and half even in the number of samples."""
+    share = np.linspace(0.0, 1.0, BINS // 2 + 1)
+    return np.unique(np.concatenate((np.quantile(x, share), x.min() + share * np.ptp(x))))
 
 
 def steps(evidence, waterfall: list[dict]) -> list[dict]:
-    """Return the bars of a waterfall with the 90 % interval of each gap, by drawing blocks anew."""
+    """Return the bars of a waterfall, each gap with its 90 % interval by drawing blocks anew."""
     reported = evidence.reported
     base: Gap = reported['base']
     gaps = [reported['given'], base, *(s['report']['upto'] for s in reported['steps'])]
