@@ -79,7 +79,7 @@ def test_it_finds_the_orders_of_the_rig(speeds):
 
 def test_it_finds_the_gap_over_load():
     recordings = [turns(1.0, q, seed=i) for i, q in enumerate((0.0, 20.0, -20.0))]
-    learned = learned_backlash(BENCH, recordings, cells=240)
+    learned = learned_backlash(BENCH, recordings, cells=240, iterations=30)
     assert len(learned.loads) >= 2
     assert learned.gaps == pytest.approx(np.full(learned.gaps.shape, GAP), abs=0.1 * GAP)
     servo = with_backlash(BENCH, learned)

@@ -13,6 +13,7 @@ COMMANDS = {
     'diagnose': ('.gap.command', 'where the gap lies, which effect causes it, how far it shrinks'),
     'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
     'friction': ('.friction.command', 'learn friction by every learner and compare them'),
+    'results': ('.real.command', 'figures on recordings of real machines beside those published'),
     'blind-check': ('.blind.command', 'score the diagnosis on rigs with effects withheld'),
 }
 """Subcommand: its module, which has `add_arguments(parser)` and `main(arguments)`; a summary."""

@@ -1,6 +1,6 @@
 """Physical parameters from recordings, by output error."""
 
 from .estimate import Estimate
-from .output_error import fit, foresee, Progress
+from .output_error import fit, foresee, misfit, Progress
 
-__all__ = ['Estimate', 'Progress', 'fit', 'foresee']
+__all__ = ['Estimate', 'Progress', 'fit', 'foresee', 'misfit']

@@ -94,6 +94,24 @@ def foresee(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], 
         shooting.close()
 
 
+def misfit(servo: Servo, recordings: Sequence[Recording], *, mode: str = 'measured_input',
+           horizon: float | None = None,
+           channels: Sequence[str] | None = None) -> dict[str, float]:
+    """
+    Return what a servo leaves of each channel, root mean square in its unit; nothing is fitted.
+
+    Restarts from measured states every ``horizon`` s, as :func:`fit` does. NaN: it diverges.
+    """
+    shooting = Shooting(servo, courses_of(servo, recordings, mode, horizon, channels), mode)
+    try:
+        nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
+        problem = Problem(shooting, nothing, False, False)
+        raw = problem.raw_of(shooting.beginning(servo.theta))
+        return _rms(problem, np.where(np.isfinite(raw), raw, np.nan))
+    finally:
+        shooting.close()
+
+
 def _checked(problem: Problem,
              unknowns: Unknowns) -> tuple[Unknowns, list[str], np.ndarray, float]:
     """Correct the starts, and say what these recordings will not tell."""

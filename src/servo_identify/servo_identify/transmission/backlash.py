@@ -48,7 +48,7 @@ class LearnedBacklash:
 
 
 def learned_backlash(servo: Servo, recordings: list[Recording], cells: int = 720,
-                     seed: int = 0) -> LearnedBacklash:
+                     seed: int = 0, iterations: int = 300) -> LearnedBacklash:
     """
     Learn the gap from turns in both directions under constant loads of both signs.
 
@@ -82,7 +82,8 @@ def learned_backlash(servo: Servo, recordings: list[Recording], cells: int = 720
     angle = np.tile(angles(cells), len(loads))
     load = np.repeat(loads, cells)
     held = np.tile(np.arange(cells) % 5 == 2, len(loads))
-    network = trained(angle, load, gaps.ravel() / ARCMIN, held=held, seed=seed)
+    network = trained(angle, load, gaps.ravel() / ARCMIN, held=held, seed=seed,
+                      iterations=iterations)
     scores = scores_of(gaps.ravel()[held] / ARCMIN, network(angle[held], load[held]))
     network = replace(network, weight=network.weight * ARCMIN, level=network.level * ARCMIN)
     return LearnedBacklash(network, loads, raw, gaps, len(kept), scores,

@@ -1,0 +1,1 @@
+"""Identification of real machines from published recordings, beside what was published."""
