@@ -16,7 +16,8 @@ from . import page_charts as charts
 from .answer import GapReport
 from .balance import BALANCES
 from .diagnose import Diagnosis, Evidence
-from .page_evidence import laws, Seconds, steps, telling_seconds, unexplained
+from .page_laws import laws, unexplained
+from .page_seconds import Seconds, steps, telling_seconds
 from .resimulation import HORIZON
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
@@ -199,14 +200,18 @@ def _unknown(report: GapReport, evidence: Evidence) -> dict:
 
 def _remainders(evidence: Evidence) -> list[dict]:
     stack, rows = evidence.stacks['screen'], []
-    for left in evidence.remainders:
-        mine = stack.balance == BALANCES.index(left.balance)
-        share = min(1.0, left.predictable / max(left.square, 1e-300))
+    described = {left.balance: left for left in evidence.remainders}
+    for index in np.unique(stack.balance):
+        mine, name = stack.balance == index, BALANCES[index]
+        before, after = (float(np.mean(r[mine]**2)) for r in (evidence.start, evidence.left))
+        left, share = described.get(name), 0.0
+        if left is not None and after > 1.0:
+            share = min(1.0, left.predictable / after)
         rows.append({
-            'balance': left.balance, 'before': float(np.sqrt(np.mean(evidence.start[mine]**2))),
-            'left': float(np.sqrt(left.square)),
-            'predictable': f'{100.0 * share:.0f} %' if left.square > 1.0 else 'at the floor',
-            'by': ', '.join(left.depends_on[:2]) if share > 0.1 and left.square > 1.0 else ''})
+            'balance': name, 'before': np.sqrt(before), 'left': np.sqrt(after),
+            'predictable': f'{100.0 * share:.0f} %' if left is not None and after > 1.0
+            else 'at the floor',
+            'by': ', '.join(left.depends_on[:2]) if share > 0.1 else ''})
     return rows
 
 
@@ -220,6 +225,8 @@ def _value(entry: dict) -> str:
     std = entry['std']
     if std is None or not isfinite(std):
         return f'{entry["value"]:.4g} (given)'
+    if std > 10.0 * abs(entry['value']):
+        return 'not identified'
     return f'{entry["value"]:.4g} ± {std:.2g}'
 
 

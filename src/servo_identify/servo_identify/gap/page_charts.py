@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from html import escape
+from textwrap import wrap
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from servo_twin.charts import BOTTOM, LEFT, RIGHT, ticks, TOP
 from servo_twin.page import CHAIN, times, WITHOUT_TORQUE
 
 from .answer import Located
-from .page_evidence import Law
+from .page_laws import Law
 
 SITES = {
     'motor': 'motor', 'load': 'load', 'mesh': 'transmission', 'drive': 'drive',
@@ -34,17 +35,17 @@ def chain(where: tuple[Located, ...], balance: str, causes: list[tuple[str, str,
     seats = {'motor': 'torque', 'load': 'torque'} if merged else {}
     below: dict[str, list[tuple[str, bool]]] = {}
     for effect, seat, named in causes:
-        below.setdefault(seats.get(seat, seat), []).append((effect, named))
+        lines = wrap(effect.replace('_', ' ').replace(':', ': '), 20)
+        below.setdefault(seats.get(seat, seat), []).extend((line, named) for line in lines)
     deepest = max((len(b) for b in below.values()), default=0)
-    height, parts = 116 + 20 * deepest, []
+    height, parts = (110 + 17 * deepest if deepest else 90), []
     for k, (block, name) in enumerate(blocks):
         x, one = k * (BLOCK + BETWEEN), located.get(name)
         parts.append(_block(x, block, one, name == balance))
         middle = x + BLOCK / 2
-        for row, (effect, named) in enumerate(below.get(name, [])):
+        for row, (line, named) in enumerate(below.get(name, [])):
             parts.append(f'<text class="cause {"" if named else "faint"}" x="{middle}" '
-                         f'y="{122 + 20 * row}" text-anchor="middle">'
-                         f'{escape(effect.replace("_", " "))}</text>')
+                         f'y="{120 + 17 * row}" text-anchor="middle">{escape(line)}</text>')
         if name in below:
             parts.append(f'<path class="pin" d="M{middle} 90v14m-5 -5l5 -9l5 9"/>')
         if k < len(blocks) - 1:

@@ -1,4 +1,4 @@
-"""What the page of a diagnosis shows: the telling seconds, and the laws in the residuals."""
+"""The laws in the residuals: a balance over the variable on which it depends, before and after."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servo_twin.fits import shown_unit, speed_of
+from servo_twin.fits import shown_unit
 
 from .balance import BALANCES, UNITS
 from .candidates import Candidate
 from .completeness import features, VARIABLES
-from .resimulation import Gap, HORIZON, resimulate
 
-WINDOW = 3.0  # s of a recording that are shown
 DOTS = 900  # of a residual that are drawn
 BINS = 36  # along a variable, by which its law is drawn
+FEWEST = 5  # samples of which a mean is drawn
 AS_GOOD = 0.03  # share of a law by which a more familiar variable may explain less of it
 
 VARIABLE_UNITS = {
@@ -28,24 +27,8 @@ FAMILIAR = ('speed', 'torque', 'angle of the load', 'angle of the motor', 'curre
 """Variables of which a law is drawn; of those that explain it alike, the first."""
 
 
-@dataclass(frozen=True)
-class Seconds:
-    """
-    The seconds of a report recording that show best what the causes change.
-
-    ``curves`` are rig, twin and augmented twin in ``unit`` (of a position, its speed), ``errors``
-    rig less twin in ``error_unit``; shape (samples,) each, NaN where a run starts anew.
-    """
-
-    recording: str
-    family: str
-    channel: str
-    time: np.ndarray
-    curves: dict[str, np.ndarray]
-    unit: str
-    errors: dict[str, np.ndarray]
-    error_unit: str
-    noise: float
+SIGNED = ('speed', 'torque', 'current', 'wind-up')
+"""Variables over which an odd law is odd as it stands."""
 
 
 @dataclass(frozen=True)
@@ -63,63 +46,6 @@ class Law:
     variable_unit: str
     dots: dict[str, tuple[np.ndarray, np.ndarray]]
     curves: dict[str, tuple[np.ndarray, np.ndarray]]
-
-
-def telling_seconds(evidence) -> Seconds | None:
-    """Return the seconds, channel and recording where the causes change most; None of nothing."""
-    gap: Gap = evidence.reported['given']
-    linear, best = evidence.servo.linear, None
-    for one in evidence.stacks['report'].balances:
-        given, bounded = resimulate(evidence.servo, one), resimulate(evidence.base.servo, one)
-        augmented = resimulate(evidence.best.servo, one)
-        size = min(len(one.seen.recording), max(2, int(WINDOW / one.seen.period)))
-        for channel in given.errors:
-            before = _over(bounded.errors[channel], size)
-            worth = before / gap.signal[channel]**2
-            if evidence.choices:  # what the causes take, not what the tolerances allow
-                taken = 1.0 - _over(augmented.errors[channel], size) / np.maximum(before, 1e-300)
-                worth = worth * np.maximum(taken, 0.0)**3
-            first = int(np.argmax(worth))
-            if best is None or worth[first] > best[0]:
-                best = (worth[first], one, channel, first, size, given, augmented)
-    if best is None:
-        return None
-    _, one, channel, first, size, given, augmented = best
-    recording, period = one.seen.recording, one.seen.period
-    errors = {'twin': given.errors[channel], 'augmented': augmented.errors[channel]}
-    rig = given.errors[channel] + given.twin[channel]
-    curves = {'rig': rig, 'twin': given.twin[channel], 'augmented': rig - errors['augmented']}
-    unit = error_unit = {'torque': 'N m', 'current': 'A'}.get(channel, 'rad')
-    reach, length = one.seen.bump.reach, max(2, int(round(HORIZON / period)))
-    starts = np.arange(reach, len(recording), length)
-    if channel.endswith('position'):
-        curves = {name: speed_of(curve, period) for name, curve in curves.items()}
-        unit = 'rad/s'
-        half = int(np.flatnonzero(np.isfinite(speed_of(np.zeros(len(recording)), period)))[0])
-        starts = np.unique(np.clip(starts[:, None] + np.arange(-half, half + 1), 0,
-                                   len(recording) - 1))
-    for name in ('twin', 'augmented'):
-        curves[name] = _cut(curves[name], starts)
-        errors[name] = _cut(errors[name], np.arange(reach, len(recording), length))
-    part = slice(first, first + size)
-    return Seconds(
-        recording.name, recording.family, channel, recording.time[part],
-        {n: c[part] for n, c in curves.items()}, shown_unit(unit, linear),
-        {n: e[part] for n, e in errors.items()}, shown_unit(error_unit, linear),
-        gap.floor[channel])
-
-
-def _over(error: np.ndarray, size: int) -> np.ndarray:
-    """Mean square of an error over the `size` samples that follow each one."""
-    sums = np.concatenate(([0.0], np.cumsum(np.nan_to_num(error)**2)))
-    return (sums[size:] - sums[:-size]) / size
-
-
-def _cut(curve: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Leave out where a run starts anew, so that no line joins one run to the next."""
-    curve = curve.copy()
-    curve[at] = np.nan
-    return curve
 
 
 def laws(evidence) -> list[Law]:
@@ -166,21 +92,22 @@ def unexplained(evidence, balance: str) -> Law | None:
     stack = evidence.stacks['screen']
     remainder = next((r for r in evidence.remainders if r.balance == balance), None)
     rows = stack.balance == (BALANCES.index(balance) if balance in BALANCES else -1)
-    if remainder is None or not rows.any():
+    if not rows.any():
         return None
-    name = next((v for v in remainder.depends_on if v != 'direction'), 'speed')
+    depends_on = remainder.depends_on if remainder is not None else ()
+    name = next((v for v in depends_on if v != 'direction'), 'speed')
     table, scale = features(stack, balance), stack.scale[rows]
     x, way = table[:, VARIABLES.index(name)], table[:, VARIABLES.index('direction')]
     title, curves = f'what is left in the {balance} balance', {}
     dots = {'after': evidence.left[rows] * scale}
     if evidence.choices:
         dots = {'before': evidence.start[rows] * scale, **dots}
-    if remainder.parity == 'odd' and name not in ('speed', 'torque', 'current', 'wind-up'):
-        # forward and backward would cancel in one curve
+    flips = remainder is not None and remainder.parity == 'odd' and name not in SIGNED
+    if flips:  # forward and backward would cancel in one curve
         title += ', times the direction of motion'
         dots = {side: y * way for side, y in dots.items()}
         curves['mean'] = _means(x, dots['after'])
-    elif remainder.curve is not None and remainder.depends_on:
+    elif depends_on and remainder.curve is not None:
         curves['flexible'] = (remainder.curve[0], remainder.curve[1] * float(np.median(scale)))
     if curves:
         (grid, height), = curves.values()
@@ -273,7 +200,7 @@ def _by_direction(x: np.ndarray, y: np.ndarray, way: np.ndarray) -> dict:
 def _means(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     bins = np.digitize(x, _edges(x)[1:-1])
     counts = np.bincount(bins)
-    good = counts > 0
+    good = counts >= min(FEWEST, counts.max())
     return (np.bincount(bins, x)[good] / counts[good], np.bincount(bins, y)[good] / counts[good])
 
 
@@ -281,19 +208,3 @@ def _edges(x: np.ndarray) -> np.ndarray:
     """Edges of bins, half of them even in x and half even in the number of samples."""
     share = np.linspace(0.0, 1.0, BINS // 2 + 1)
     return np.unique(np.concatenate((np.quantile(x, share), x.min() + share * np.ptp(x))))
-
-
-def steps(evidence, waterfall: list[dict]) -> list[dict]:
-    """Return the bars of a waterfall, each gap with its 90 % interval by drawing blocks anew."""
-    reported = evidence.reported
-    base: Gap = reported['base']
-    gaps = [reported['given'], base, *(s['report']['upto'] for s in reported['steps'])]
-    size = min((len(part) for part in base.squares.values()), default=0)
-    if not size:
-        return [{**bar, 'interval': (bar['gap'], bar['gap'])} for bar in waterfall]
-    draws = np.random.default_rng(0).integers(0, size, (200, size))
-    shown = []
-    for bar, gap in zip(waterfall, gaps, strict=True):
-        values = [gap.total(base, blocks, excess=False) for blocks in draws]
-        shown.append({**bar, 'interval': tuple(np.percentile(values, (5, 95)))})
-    return shown
