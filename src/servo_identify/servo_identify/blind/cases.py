@@ -129,7 +129,8 @@ def _truths(kind: str, machine: Machine, count: int, seed: int
             multiple = MULTIPLES[(at + turn) % len(MULTIPLES)]
             yield f'{order[at]}-{multiple:g}x', (truth(order[at], multiple),), ()
     elif kind in ('removed', 'foreign'):
-        order = [str(trait) for trait in rng.permutation(known if kind == 'removed' else foreign)]
+        pool = foreign if kind == 'foreign' else [t for t in known if traits()[t].removable]
+        order = [str(trait) for trait in rng.permutation(pool)]
         for number in range(count if order else 0):
             turn, at = divmod(number, len(order))
             without = traits()[order[at]].remove if kind == 'removed' else ()

@@ -14,7 +14,9 @@ import sys
 
 from . import cases, definitions, severity
 from .outcome import Outcome, outcome_of
+from .page import outcomes_in, write_page
 from .running import forget, run_all
+from .scoring import figures
 
 _STYLE = {'right': 'green', 'partly': 'yellow', 'unknown': 'yellow', 'unseen': 'yellow',
           'wrong': 'red', 'failed': 'red'}
@@ -59,9 +61,22 @@ def main(arguments: argparse.Namespace) -> int:
         for case in chosen:
             forget(case, folder)
     _run(chosen, folder, arguments)
-    outcomes = [one for case in chosen if (one := outcome_of(case, folder / case.name))]
+    outcomes = outcomes_in(chosen, folder)
     _show(outcomes)
+    _show_figures(outcomes)
+    if arguments.scored or arguments.page:
+        page = arguments.page or definitions.config_folder().parent / 'docs' / 'blind_check.md'
+        command = ' '.join(['servo-identify blind-check', *_said(arguments)])
+        write_page(page, outcomes, folder, plan, command, len(cases.of_plan(plan)))
+        print(page)
     return 0
+
+
+def _said(arguments: argparse.Namespace) -> list[str]:
+    said = ['--scored'] if arguments.scored else ['--reduced'] if arguments.reduced else []
+    for name in ('case', 'kind', 'machine'):
+        said += [f'--{name} {value}' for value in getattr(arguments, name)]
+    return said + ([f'--first {arguments.first}'] if arguments.first else [])
 
 
 def _chosen(arguments: argparse.Namespace, plan: str) -> list[cases.Case]:
@@ -113,6 +128,21 @@ def _show(outcomes: list[Outcome]) -> None:
     console.print(table)
     if len(outcomes) == 1:
         console.print(outcomes[0].sentence, highlight=False)
+
+
+def _show_figures(outcomes: list[Outcome]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title='Figures', title_justify='left')
+    for heading in ('cases', 'figure', 'value', 'n', 'goal'):
+        table.add_column(heading)
+    for one in figures(outcomes):
+        if one.of:
+            colour = {None: '', True: '[green]', False: '[red]'}[one.met]
+            value = f'{100 * one.value:.0f} %' if one.share else f'{one.value:.2f}'
+            table.add_row(one.kind, one.name, colour + value, str(one.of), one.goal)
+    Console(width=None if sys.stdout.isatty() else 130).print(table)
 
 
 def _names(outcome: Outcome) -> str:

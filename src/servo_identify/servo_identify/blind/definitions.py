@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from servo_twin import servo_file
+from servo_twin.physics.catalogue import names
 from servo_twin.physics.servo import Servo
 
 _HERE = Path(__file__).parent
@@ -82,6 +83,11 @@ class Trait:
     def known(self) -> bool:
         """Whether the catalogue has it."""
         return bool(self.names)
+
+    @property
+    def removable(self) -> bool:
+        """Whether all that makes it up can be taken out of the catalogue."""
+        return bool(self.remove) and set(self.remove) <= set(names())
 
     @property
     def accepted(self) -> frozenset[str]:
