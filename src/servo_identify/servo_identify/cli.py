@@ -11,6 +11,7 @@ COMMANDS = {
     'info': ('.info', 'say what bags hold: duration, rate, channels, ranges, gaps, warnings'),
     'experiment': ('.experiment.command', 'drive a rig through a procedure and record its bags'),
     'diagnose': ('.gap.command', 'where the gap lies, which effect causes it, how far it shrinks'),
+    'online': ('.online.command', 'replay the online estimator over a bag, and draw it'),
     'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
     'friction': ('.friction.command', 'learn friction by every learner and compare them'),
     'results': ('.real.command', 'figures on recordings of real machines beside those published'),

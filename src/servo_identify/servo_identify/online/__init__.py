@@ -1,0 +1,1 @@
+"""Slowly varying quantities of a running rig, tracked recursively with their uncertainty."""
