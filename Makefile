@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint clean
+.PHONY: help setup run test lint blind-check clean
 
 WITH_ENV := . ./env.sh &&
 
@@ -19,6 +19,9 @@ test: setup  ## run the tests; ARGS=... goes to pytest
 
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools
+
+blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
+	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)
 
 clean:    ## remove all that the set-up made
 	rm -rf .venv build install log

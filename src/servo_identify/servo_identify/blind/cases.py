@@ -79,9 +79,7 @@ def of_plan(plan: str) -> list[Case]:
     groups = []
     for machine in told['machines']:
         for kind in KINDS:
-            drawn = list(_drawn(kind, machines()[machine], told['counts'].get(kind, 0),
-                                told['seed'], told['replicates']))
-            groups.append(drawn)
+            groups.append(list(_drawn(kind, machines()[machine], told)))
     return _mixed(groups)
 
 
@@ -101,17 +99,19 @@ def _mixed(groups: list[list[Case]]) -> list[Case]:
     return [one for _, _, one in sorted(placed, key=lambda entry: entry[:2])]
 
 
-def _drawn(kind: str, machine: Machine, count: int, seed: int, replicates: int) -> Iterator[Case]:
-    """Yield ``count`` cases of a kind."""
-    for label, truths, without in _truths(kind, machine, count, seed):
+def _drawn(kind: str, machine: Machine, told: Mapping[str, Any]) -> Iterator[Case]:
+    """Yield the cases of a kind that a plan asks for."""
+    smallest = {trait: value for trait, value in severities()[machine.name].items()
+                if trait in told.get('traits', (trait,))}
+    count, seed = told['counts'].get(kind, 0), told['seed']
+    for label, truths, without in _truths(kind, machine, count, seed, smallest):
         name = f'{machine.name}-{kind}-{label}'
-        yield _case(name, kind, machine, truths, without,
-                    np.random.default_rng([seed, zlib.crc32(name.encode())]), replicates)
+        rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+        yield _case(name, kind, machine, truths, without, rng, told)
 
 
-def _truths(kind: str, machine: Machine, count: int, seed: int
+def _truths(kind: str, machine: Machine, count: int, seed: int, smallest: Mapping[str, float]
             ) -> Iterator[tuple[str, tuple[Truth, ...], tuple[str, ...]]]:
-    smallest = severities()[machine.name]
     rng = np.random.default_rng([seed, zlib.crc32(f'{machine.name} {kind}'.encode())])
     known = [t for t in smallest if traits()[t].known]
     foreign = [t for t in smallest if not traits()[t].known]
@@ -159,7 +159,7 @@ def _together(rng: np.random.Generator, known: list[str], many: int) -> list[str
 
 
 def _case(name: str, kind: str, machine: Machine, truths: tuple[Truth, ...],
-          without: tuple[str, ...], rng: np.random.Generator, replicates: int) -> Case:
+          without: tuple[str, ...], rng: np.random.Generator, told: Mapping[str, Any]) -> Case:
     reach = WITHIN if kind == 'null' else NEAR
     values = dict(machine.set)
     for path in machine.tolerated:
@@ -170,9 +170,10 @@ def _case(name: str, kind: str, machine: Machine, truths: tuple[Truth, ...],
         values |= trait.settings(machine, truth.severity)
         values |= {path: rng.uniform(*span) for path, span in trait.vary.items()}
     values = {path: float(f'{value:.9g}') for path, value in values.items()}
-    recordings = {split: tuple(_orders(machine, split, values, rng,
-                                       replicates if split == 'screen' else 1))
-                  for split in SPLITS}
+    recordings = {split: tuple(
+        order for order in _orders(machine, split, values, rng,
+                                   told['replicates'] if split == 'screen' else 1)
+        if order['family'] in told.get('families', (order['family'],))) for split in SPLITS}
     return Case(name, kind, machine.name, truths, values, without, recordings)
 
 

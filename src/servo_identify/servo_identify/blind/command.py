@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--without-baselines', action='store_true', help='the diagnosis alone')
     parser.add_argument('--workers', type=int, default=0, help='processes; 0: all cores')
     parser.add_argument('--cluster', default='', metavar='ADDRESS', help='a Dask scheduler')
-    parser.add_argument('-o', '--output', type=Path, default=Path('blind_check'),
+    parser.add_argument('-o', '--output', type=Path, default=Path('results/blind_check'),
                         help='folder of the cases (default: %(default)s)')
     parser.add_argument('--page', type=Path, help='write the page with figures there')
 

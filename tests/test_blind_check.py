@@ -1,0 +1,293 @@
+"""The blind check: its cases, its scores on answers whose worth is known, a small run of it."""
+
+from argparse import ArgumentParser
+from dataclasses import replace
+from math import isnan
+
+import numpy as np
+import pytest
+
+from servo_identify.blind import command, severity
+from servo_identify.blind.cases import Case, case, KINDS, of_plan, Truth
+from servo_identify.blind.definitions import machines, plans, severities, traits
+from servo_identify.blind.outcome import judged
+from servo_identify.blind.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
+from servo_identify.blind.scoring import confusion, figures, of_baseline, risk_coverage
+from servo_rig_driver.emulated.settings import load_rig
+from servo_twin import servo_file
+from servo_twin.physics.catalogue import names
+
+EFFECTS_OF_THE_TABLE = ('torque_constant_error', 'stiffness_error', 'rotor_inertia',
+                        'load_inertia', 'controller_mismatch')
+
+
+def test_it_draws_the_same_cases_from_the_same_seed():
+    assert [c.as_json() for c in of_plan('development')] == [
+        c.as_json() for c in of_plan('development')]
+    assert len({c.name for c in of_plan('scored')}) == len(of_plan('scored'))
+
+
+def test_it_keeps_scored_seeds_apart_from_those_of_development():
+    drawn = {plan: {order['seed'] for c in of_plan(plan) for orders in c.recordings.values()
+                    for order in orders} for plan in ('development', 'scored')}
+    assert plans()['development']['seed'] != plans()['scored']['seed']
+    assert len(drawn['development'] & drawn['scored']) <= 2
+
+
+def test_it_begins_every_plan_with_a_fair_mix():
+    for plan in ('development', 'scored'):
+        whole = of_plan(plan)
+        third = whole[:len(whole) // 3]
+        for kind in KINDS:
+            count = sum(c.kind == kind for c in whole)
+            assert abs(sum(c.kind == kind for c in third) - count / 3) <= 2
+        assert [c.name for c in whole] == [c.name for c in of_plan(plan)]
+
+
+def test_it_tells_the_rig_only_what_the_rig_knows():
+    rigs = {m.name: load_rig(m.rig_path) for m in machines().values()}
+    for plan in plans():
+        for one in of_plan(plan):
+            rigs[one.machine].with_values(one.set)
+
+
+@pytest.mark.parametrize('name', machines())
+def test_it_has_servo_files_that_describe_their_rigs(name):
+    machine = machines()[name]
+    servo = servo_file.load(machine.servo_path)
+    rig = load_rig(machine.rig_path)
+    for path, said in machine.tolerated.items():
+        for value in said:
+            assert servo.values[value] == pytest.approx(rig.values[path], rel=1e-9), path
+    for path in ('velocity_gain', 'velocity_integral', 'velocity_filter', 'command_limit'):
+        said = {'velocity_gain': 'kp', 'velocity_integral': 'ki', 'velocity_filter': 'filter',
+                'command_limit': 'limit'}[path]
+        assert servo.values[f'controller.{said}'] == rig.values[f'drive.{path}']
+
+
+def test_it_keeps_null_cases_inside_the_tolerances():
+    for one in of_plan('scored'):
+        if one.kind != 'null':
+            continue
+        machine = machines()[one.machine]
+        servo = servo_file.load(machine.servo_path)
+        off = []
+        for path, said in machine.tolerated.items():
+            for value in said:
+                low, high = servo.tolerance[value]
+                assert low <= one.set[path] <= high
+                off.append(one.set[path] / servo.values[value] - 1.0)
+        assert np.ptp(off) > 0.01
+        assert set(one.set) == set(machine.set) | set(machine.tolerated)
+
+
+def test_it_only_expects_names_that_a_diagnosis_may_say():
+    for trait in traits().values():
+        for name in (*trait.names, *trait.also):
+            known = name in names() or name in EFFECTS_OF_THE_TABLE
+            assert known or name.startswith('parameter:'), f'{trait.name}: {name}'
+        assert all(trait.also.values()), f'{trait.name}: an alias needs its reason'
+
+
+def test_it_joins_only_traits_that_can_be_told_by_name():
+    for one in of_plan('scored'):
+        if one.kind in ('pair', 'triple'):
+            assert len(one.truths) == {'pair': 2, 'triple': 3}[one.kind]
+            accepted = [name for trait in one.traits for name in trait.accepted]
+            assert len(accepted) == len(set(accepted))
+
+
+def test_it_removes_the_cause_itself():
+    for one in of_plan('scored'):
+        assert bool(one.without) == (one.kind == 'removed')
+        if one.kind == 'removed':
+            assert set(one.traits[0].names) <= set(one.without)
+
+
+def test_it_knows_a_severity_for_most_traits():
+    for machine in machines().values():
+        asked = {t.name for t in traits().values() if machine.name in t.start}
+        assert len(asked - set(severities()[machine.name])) <= 2
+
+
+def test_it_finds_the_severity_at_which_something_shows():
+    value, where, tries = severity.smallest(lambda s: ((s / 0.3)**1.5, 'torque'), 5.0)
+    assert value == pytest.approx(0.3, rel=0.1)
+    assert (where, tries < 7) == ('torque', True)
+    assert severity.smallest(lambda s: (0.1, 'torque'), 1.0)[0] is None
+
+
+def a_case(kind, *truths, without=()):
+    return Case('rv_plain-made-up', kind, 'rv_plain',
+                tuple(Truth(name, multiple, 1.0) for name, multiple in truths), {}, without, {})
+
+
+def a_report(*which, status='explained', balance='load', where=()):
+    return {'which': [{'effect': effect, 'site': site, 'ambiguous_with': list(alike),
+                       'shrink_predicted': predicted, 'shrink_realised': realised,
+                       'interval': interval}
+                      for effect, site, alike, predicted, realised, interval in which],
+            'verdict': {'status': status, 'balance': balance, 'sentence': 'made up'},
+            'where': list(where)}
+
+
+def cause(effect, site='', alike=(), predicted=0.5, realised=0.5, interval=(0.4, 0.6)):
+    return effect, site, alike, predicted, realised, list(interval)
+
+
+def figure(outcomes, name, kind=None):
+    return next(f for f in figures(outcomes) if f.name == name and kind in (None, f.kind))
+
+
+def test_it_counts_false_attributions():
+    right = judged(a_case('null'), a_report(status='no_gap', balance=''))
+    wrong = judged(a_case('null'), a_report(cause('gravity', 'load')))
+    found = figure([right, right, right, wrong], 'false attributions')
+    assert (found.value, found.of, found.met) == (0.25, 4, False)
+    assert found.low < 0.25 < found.high
+    assert [o.verdict for o in (right, wrong)] == ['right', 'wrong']
+
+
+def test_it_counts_first_choices_by_severity():
+    known = [judged(a_case('single', ('gravity', m)), a_report(cause(effect, 'load')))
+             for m, effect in ((0.5, 'spring_load'), (1.0, 'gravity'), (2.0, 'gravity'),
+                               (4.0, 'spring_load'))]
+    assert figure(known, 'first choice right, from 1x up').value == pytest.approx(2 / 3)
+    assert figure(known, 'first choice right at 0.5x').value == 0.0
+    assert figure(known, 'first choice right at 2x').value == 1.0
+
+
+def test_it_takes_aliases_with_a_reason_and_no_other_side():
+    delay = judged(a_case('single', ('command_delay', 1.0)), a_report(cause('current_lag')))
+    assert delay.first_right
+    side = judged(a_case('single', ('load_drag', 1.0)),
+                  a_report(cause('coulomb_friction', 'motor')))
+    assert not side.first_right
+    assert miss_of(side) == 'wrong side'
+    parameter = judged(a_case('single', ('load_drag', 1.0)),
+                       a_report(cause('parameter:load_coulomb.level', 'load')))
+    assert parameter.exact
+
+
+def test_it_measures_ambiguity_sets():
+    held = judged(a_case('single', ('gravity', 1.0)), a_report(
+        cause('load_encoder_eccentricity', '', ('gravity (load)', 'spring_load (load)'))))
+    lost = judged(a_case('single', ('gravity', 1.0)), a_report(cause('viscous_friction', 'load')))
+    assert (held.in_set, held.first_right, lost.in_set) == (True, False, False)
+    name = 'truth in the ambiguity set, of those that name something'
+    assert figure([held, lost], name).value == 0.5
+    assert figure([held, lost], 'mean size of the ambiguity set').value == 2.0
+
+
+def test_it_locates_by_the_verdict_or_the_largest_gap():
+    gaps = [{'balance': 'motor', 'share': 0.2, 'verdict': 'gap'},
+            {'balance': 'load', 'share': 0.8, 'verdict': 'gap'},
+            {'balance': 'drive', 'share': 0.9, 'verdict': 'at the noise floor'}]
+    told = judged(a_case('single', ('gravity', 1.0)), a_report(balance='motor', where=gaps))
+    silent = judged(a_case('single', ('gravity', 1.0)), a_report(balance='', where=gaps))
+    assert (told.located, silent.located) == (False, True)
+
+
+def test_it_asks_unknown_causes_to_be_called_unknown():
+    removed = a_case('removed', ('gravity', 2.0), without=('gravity',))
+    said = judged(removed, a_report(status='unknown'))
+    flagged = judged(removed, a_report(cause('spring_load', 'load'), status='partly_explained'))
+    silent = judged(a_case('foreign', ('slosh', 2.0)), a_report(cause('viscous_friction')))
+    known = [said, flagged, silent]
+    assert figure(known, 'says unknown').value == pytest.approx(2 / 3)
+    assert figure(known, 'names a wrong cause').value == pytest.approx(2 / 3)
+    assert figure(known, 'of those named, flagged').value == 0.5
+
+
+def test_it_wants_the_exact_set_of_two_and_three():
+    pair = a_case('pair', ('gravity', 2.0), ('hysteresis', 2.0))
+    exact = judged(pair, a_report(cause('hysteresis', 'mesh'), cause('gravity', 'load')))
+    half = judged(pair, a_report(cause('gravity', 'load')))
+    more = judged(pair, a_report(cause('gravity', 'load'), cause('hysteresis', 'mesh'),
+                                 cause('spring_load', 'load')))
+    assert figure([exact, half, more], 'exact set', 'two effects').value == pytest.approx(1 / 3)
+    assert [miss_of(o) for o in (exact, half, more)] == ['', 'incomplete', 'wrong cause']
+    assert isnan(figure([exact], 'exact set', 'three effects').value)
+
+
+def test_it_holds_realised_against_predicted_shrink():
+    single = a_case('single', ('gravity', 1.0))
+    known = [judged(single, a_report(cause('gravity', 'load', (), p, 0.8 * p, (0.8 * p, edge))))
+             for p, edge in ((0.2, 0.3), (0.5, 0.6), (0.9, 0.8))]
+    slope = figure(known, 'slope of realised over predicted shrink')
+    assert (slope.value, slope.met) == (pytest.approx(0.8), False)
+    covered = figure(known, '90 % intervals of the realised shrink that hold the predicted')
+    assert covered.value == pytest.approx(2 / 3)
+
+
+def test_it_shows_what_was_taken_for_what():
+    right = judged(a_case('single', ('gravity', 1.0)), a_report(cause('gravity', 'load')))
+    wrong = judged(a_case('null'), a_report(cause('gravity', 'load')))
+    faint = judged(a_case('single', ('gravity', 0.5)), a_report(status='no_gap'))
+    rows, columns, table = confusion([right, right, wrong, faint])
+    assert (rows, columns) == (['(nothing)', 'gravity'], ['gravity'])
+    assert table.tolist() == [[1], [2]]
+
+
+def test_it_orders_risk_by_confidence():
+    sure = judged(a_case('single', ('gravity', 1.0)),
+                  a_report(cause('gravity', 'load', predicted=0.9)))
+    unsure = judged(a_case('null'), a_report(cause('gravity', 'load', predicted=0.1)))
+    silent = judged(a_case('null'), a_report(status='no_gap'))
+    coverage, risk = risk_coverage([unsure, sure, silent])
+    assert coverage == pytest.approx([1 / 3, 2 / 3])
+    assert risk == pytest.approx([0.0, 0.5])
+
+
+def test_it_counts_a_failure_as_a_miss():
+    failed = replace(judged(a_case('single', ('gravity', 1.0)), a_report()), status='failed')
+    assert (failed.verdict, miss_of(failed)) == ('failed', 'no answer')
+    assert figure([failed], 'first choice right, from 1x up').value == 0.0
+
+
+def test_it_scores_baselines_like_the_diagnosis():
+    answer = {'named': [{'effect': 'coulomb_friction', 'site': 'load'}], 'shrink': 0.3}
+    assert figure([of_baseline(a_case('null'), answer)], 'false attributions').value == 1.0
+    assert miss_of(of_baseline(a_case('null'), answer)) in KINDS_OF_MISS
+
+
+def test_it_names_near_cases_when_there_is_none():
+    with pytest.raises(KeyError, match='gravity'):
+        case('reduced', 'rv_plain-single-gravity')
+
+
+def run(folder, *options):
+    parser = ArgumentParser()
+    command.add_arguments(parser)
+    return command.main(parser.parse_args(
+        ['--reduced', '-o', str(folder), '--page', str(folder / 'page.md'), *options]))
+
+
+def test_it_runs_a_small_check_and_goes_on_where_it_stood(tmp_path, capsys):
+    options = ('--case', 'null-01', '--case', 'single-gravity-4x')
+    assert run(tmp_path, *options) == 0
+    chosen = [c for c in of_plan('reduced') if 'null' in c.name or 'gravity-4x' in c.name]
+    known = {o.case.kind: o for o in outcomes_in(chosen, tmp_path / 'reduced')}
+    assert not known['null'].named, known['null'].sentence
+    assert known['single'].first_right, known['single'].sentence
+    assert known['single'].located
+
+    reports = list(tmp_path.glob('reduced/*/diagnosis/report.json'))
+    before = {path: path.stat().st_mtime_ns for path in reports}
+    page = (tmp_path / 'page.md').read_text()
+    assert run(tmp_path, *options) == 0
+    assert {path: path.stat().st_mtime_ns for path in reports} == before
+    assert '| nothing withheld | false attributions | 0 % |' in page
+    assert 'gravity' in capsys.readouterr().out
+    assert not list(tmp_path.glob('reduced/*/bags'))
+
+
+def test_it_keeps_what_was_written_about_misses(tmp_path):
+    missed = judged(a_case('null'), a_report(cause('gravity', 'load')))
+    page = tmp_path / 'page.md'
+    write_page(page, [missed], tmp_path, 'reduced', 'made up', 1)
+    text = page.read_text().replace('<!-- learned: false alarm -->\n',
+                                    '<!-- learned: false alarm -->\nOf little use.')
+    page.write_text(text)
+    write_page(page, [missed], tmp_path, 'reduced', 'made up', 1)
+    assert 'Of little use.' in page.read_text()
