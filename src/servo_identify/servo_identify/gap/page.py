@@ -30,7 +30,7 @@ SETTINGS = {'amplitude': 'V', 'speed': 'rad/s', 'speeds': 'rad/s', 'torque': 'N 
 
 
 _CURVES = {'flexible': 'The curve is that of a flexible regressor.',
-           'mean': 'The curve is the mean of what is left.',
+           'median': 'The curve is the median of what is left.',
            '': 'It follows none of the variables that were measured.'}
 
 
@@ -62,7 +62,7 @@ def page_of(diagnosis: Diagnosis) -> str:
         unknown=_unknown(report, evidence), remainders=_remainders(evidence),
         purposes=[(f'{name}: {PURPOSES[name]}', names)
                   for name, names in report.recordings.items()],
-        value=_value, per_cent=_per_cent, between=_between, short=_short)
+        telling=_telling, value=_value, per_cent=_per_cent, between=_between, short=_short)
 
 
 def _style() -> str:
@@ -219,6 +219,13 @@ def _nothing(status: str) -> str:
     return ('Nothing: no effect is needed within the tolerances of the servo file.'
             if status == 'no_gap' else
             'No effect of the catalogue stood on recordings that had not selected it.')
+
+
+def _telling(parameters: dict[str, dict]) -> dict[str, dict]:
+    """Leave out the numbers of a row that do not differ from zero, unless none does."""
+    kept = {name: entry for name, entry in parameters.items()
+            if '[' not in name or not abs(entry['value']) < 2.0 * entry['std']}
+    return kept or parameters
 
 
 def _value(entry: dict) -> str:

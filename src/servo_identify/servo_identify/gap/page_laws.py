@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from servo_twin.fits import shown_unit
 
@@ -14,7 +15,7 @@ from .completeness import features, VARIABLES
 
 DOTS = 900  # of a residual that are drawn
 BINS = 36  # along a variable, by which its law is drawn
-FEWEST = 5  # samples of which a mean is drawn
+FEWEST = 5  # samples of which a median is drawn
 AS_GOOD = 0.03  # share of a law by which a more familiar variable may explain less of it
 
 VARIABLE_UNITS = {
@@ -51,8 +52,9 @@ class Law:
 def laws(evidence) -> list[Law]:
     """Return for each accepted cause the residual that it explains, in the order of accepting."""
     stack, shown, known = evidence.stacks['screen'], [], {}
+    freedom = stack.nuisances() if evidence.choices else None
     for choice in evidence.choices:
-        share = contribution(evidence, choice.candidate)
+        share = _missed(evidence, choice.candidate, freedom)
         squares = {i: float(np.mean(share[stack.balance == i]**2))
                    for i in np.unique(stack.balance)}
         index = max(squares, key=squares.get)
@@ -87,6 +89,25 @@ def contribution(evidence, cause: Candidate) -> np.ndarray:
     return stack.at(theta, on) - stack.at(explanation.theta, explanation.on)
 
 
+def _missed(evidence, cause: Candidate, freedom) -> np.ndarray:
+    """What a cause explains that the tolerances, fitted anew without it, cannot; as above."""
+    stack, share = evidence.stacks['screen'], contribution(evidence, cause)
+    labels, columns, low, high = freedom
+    extended, theta = stack.extended, evidence.best.explanation.theta
+    others = {p for c in evidence.choices for p in c.candidate.paths} - set(cause.paths)
+    moved = np.array([
+        theta[extended.slot(label)] - extended.theta[extended.slot(label)]
+        if label in extended.servo.values and label not in cause.paths else 0.0
+        for label in labels])
+    free = np.flatnonzero([label not in others for label in labels])
+    weight = np.sqrt((columns[:, free]**2).sum(axis=0)) + 1e-300
+    bounds = np.minimum(low[free] - moved[free], 0.0), np.maximum(high[free] - moved[free], 1e-12)
+    basis, table = np.linalg.qr(columns[:, free] / weight)
+    found = lsq_linear(table, -basis.T @ (evidence.left + share),
+                       (bounds[0] * weight, bounds[1] * weight))
+    return share + columns[:, free] @ (found.x / weight)
+
+
 def unexplained(evidence, balance: str) -> Law | None:
     """Return what is left of a balance over its strongest variable, with the flexible curve."""
     stack = evidence.stacks['screen']
@@ -106,7 +127,7 @@ def unexplained(evidence, balance: str) -> Law | None:
     if flips:  # forward and backward would cancel in one curve
         title += ', times the direction of motion'
         dots = {side: y * way for side, y in dots.items()}
-        curves['mean'] = _means(x, dots['after'])
+        curves['median'] = _middles(x, dots['after'])
     elif depends_on and remainder.curve is not None:
         curves['flexible'] = (remainder.curve[0], remainder.curve[1] * float(np.median(scale)))
     if curves:
@@ -180,10 +201,10 @@ def _variable(table: np.ndarray, variables: tuple[str, ...], taken: np.ndarray) 
 
 
 def _by_direction(x: np.ndarray, y: np.ndarray, way: np.ndarray) -> dict:
-    """Means of y along x: one curve, or one for each direction where they part."""
+    """Medians of y along x: one curve, or one for each direction where they part."""
     sides = {'forward': way > 0, 'backward': way <= 0}
-    curves = {n: _means(x[rows], y[rows]) for n, rows in sides.items() if rows.sum() > BINS}
-    whole = _means(x, y)
+    curves = {n: _middles(x[rows], y[rows]) for n, rows in sides.items() if rows.sum() > BINS}
+    whole = _middles(x, y)
     if len(curves) < 2:
         return {'law': whole}
     (xf, yf), (xb, yb) = curves['forward'], curves['backward']
@@ -197,11 +218,13 @@ def _by_direction(x: np.ndarray, y: np.ndarray, way: np.ndarray) -> dict:
     return curves
 
 
-def _means(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _middles(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Medians of y along x: where the bump spans periods of a law, it reads little of it."""
     bins = np.digitize(x, _edges(x)[1:-1])
     counts = np.bincount(bins)
-    good = counts >= min(FEWEST, counts.max())
-    return (np.bincount(bins, x)[good] / counts[good], np.bincount(bins, y)[good] / counts[good])
+    good = np.flatnonzero(counts >= min(FEWEST, counts.max()))
+    return (np.array([np.median(x[bins == b]) for b in good]),
+            np.array([np.median(y[bins == b]) for b in good]))
 
 
 def _edges(x: np.ndarray) -> np.ndarray:
