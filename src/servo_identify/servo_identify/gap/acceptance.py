@@ -1,4 +1,4 @@
-"""An explanation is kept only as far as the twin, run anew on other recordings, is better for it."""
+"""An explanation is kept as far as the twin, run anew on other recordings, is better for it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-
-from servo_twin.physics.servo import Servo
 
 from .balance import Balance, BALANCES
 from .explanation import augmented, Explanation, fit
@@ -25,26 +23,23 @@ class Trial:
     """A twin with some causes in it, run over some recordings."""
 
     explanation: Explanation
-    servo: Servo
     gap: Gap
 
 
-def tried(screening: Screening, chosen: list[int], servo: Servo, balances: list[Balance],
-          names: tuple[str, ...] = ()) -> Trial:
+def tried(screening: Screening, chosen: list[int], balances: list[Balance]) -> Trial:
     """Fit a set of causes on the screen recordings and run the twin over other ones."""
     explanation = fit(screening, chosen)
-    better = augmented(servo, screening.stack, explanation, names)
-    return Trial(explanation, better, run_over(better, balances))
+    return Trial(explanation, run_over(explanation, balances))
 
 
-def run_over(servo: Servo, balances: list[Balance]) -> Gap:
-    """Run a servo over recordings and return its gaps. Raises Diverged."""
-    return gap_of([resimulate(servo, one) for one in balances], balances)
+def run_over(explanation: Explanation, balances: list[Balance]) -> Gap:
+    """Run the twin with an explanation over recordings and return its gaps. Raises Diverged."""
+    return gap_of([resimulate(one, explanation.theta, explanation.on) for one in balances],
+                  balances)
 
 
-def accept(screening: Screening, chosen: list[int], servo: Servo, balances: list[Balance],
-           others: Stack, tick: Callable[[float], None],
-           names: tuple[str, ...]) -> tuple[list[int], list[str]]:
+def accept(screening: Screening, chosen: list[int], balances: list[Balance], others: Stack,
+           tick: Callable[[float], None]) -> tuple[list[int], list[str]]:
     """
     Return (the causes that stand, why others fell).
 
@@ -52,12 +47,12 @@ def accept(screening: Screening, chosen: list[int], servo: Servo, balances: list
     in a balance, where the channel does not resolve it), and with it no channel may get worse.
     """
     kept, fallen = list(chosen), []
-    full = _tried_or_none(screening, kept, servo, balances, names)
+    full = _tried_or_none(screening, kept, balances)
     for round_number in range(len(chosen)):
         verdicts = []
         for one in kept:
             rest = [c for c in kept if c != one]
-            without = _tried_or_none(screening, rest, servo, balances, names)
+            without = _tried_or_none(screening, rest, balances)
             verdicts.append(_judge(without, full, others))
         tick((round_number + 1) / max(1, len(chosen)))
         failing = [(gain, one, why) for one, (passes, gain, why) in
@@ -68,13 +63,13 @@ def accept(screening: Screening, chosen: list[int], servo: Servo, balances: list
         fallen.append(f'{screening.library.candidates[worst].label} was screened but does not '
                       f'stand on the accept recordings: {why}')
         kept.remove(worst)
-        full = _tried_or_none(screening, kept, servo, balances, names)
+        full = _tried_or_none(screening, kept, balances)
     return kept, fallen
 
 
-def _tried_or_none(screening, chosen, servo, balances, names) -> Trial | None:
+def _tried_or_none(screening, chosen, balances) -> Trial | None:
     try:
-        return tried(screening, chosen, servo, balances, names)
+        return tried(screening, chosen, balances)
     except Diverged:
         return None
 

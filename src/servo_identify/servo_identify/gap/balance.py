@@ -23,6 +23,7 @@ from .weak_form import Bump
 BALANCES = ('drive', 'motor', 'transmission', 'load', 'torque', 'controller')
 UNITS = {'drive': 'A', 'motor': 'N m', 'transmission': 'rad', 'load': 'N m', 'torque': 'N m',
          'controller': 'V'}
+WIND_UP, WIND_UP_RATE = MOTION.index('wind_up'), MOTION.index('wind_up_rate')
 FINE = ('drive', 'controller')
 SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
 
@@ -126,6 +127,12 @@ class Balance:
         """Return a column of the smooth motion (names: MOTION) over the inner samples."""
         return self._static.rows[:, MOTION.index(name)]
 
+    def corrected_motion(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """Return the smooth motion with the sensor effects taken off the readings."""
+        if not (on & self._sensor_members).any():
+            return self._static.rows
+        return self._motion(self._corrected(self.seen.channels, theta, on)).rows
+
     def weighed(self, name: str) -> np.ndarray:
         """Return a column of the smooth motion at the centres, NaN near the ends."""
         return self._under(self.motion(name))
@@ -198,7 +205,12 @@ class Balance:
             stiffness = self.servo.values.get('mechanism.stiffness')
             if stiffness:
                 torque = weighed['torque'] if seen.has('torque') else under(out[:, 5])
-                answer['transmission'] = (under(out[:, 4]) - torque) / stiffness
+                # the linear mesh is weighed as measured, only the rest goes by the smooth motion
+                k = self.value(theta, 'mechanism.stiffness')
+                d = self.value(theta, 'mechanism.damping')
+                bent = out[:, 4] - k * rows[:, WIND_UP] - d * rows[:, WIND_UP_RATE]
+                mesh = k * weighed['wind_up'] + d * weighed['wind_up_1'] + under(bent)
+                answer['transmission'] = (mesh - torque) / stiffness
             else:
                 answer['transmission'] = weighed['wind_up'] - self._lost(theta, on, rows)
         return {name: answer[name] for name in wanted if name in answer}
@@ -276,7 +288,7 @@ class Balance:
         weighed = {
             'motor_2': bump.weigh(motor, 2), 'load_2': bump.weigh(load, 2),
             'torque': bump.weigh(channels.torque), 'external': bump.weigh(seen.external),
-            'wind_up': bump.weigh(wind_up),
+            'wind_up': bump.weigh(wind_up), 'wind_up_1': bump.weigh(wind_up, 1),
         }
         return _Motion(rows, weighed, self._still(rows, motor, load, ratio))
 

@@ -18,6 +18,7 @@ from .balance import Balance, BALANCES
 from .candidates import candidates_of, extend, Extended
 from .checks import check
 from .completeness import Remainder, remainder
+from .explanation import as_given, augmented, fit
 from .experiment_choice import next_experiment
 from .observation import observe
 from .scales import orders, Scales
@@ -34,6 +35,7 @@ class Evidence:
     """Everything behind a report that the page draws."""
 
     servo: Servo
+    augmented: Servo
     split: Split
     stacks: dict[str, Stack]
     start: np.ndarray
@@ -95,11 +97,12 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     chosen = screening.select(lambda s: tick('screening', s))
     lap('screening')
     names = tuple(f'{r.name}@{r.digest[:12]}' if r.digest else r.name for r in parts.screen)
-    kept, fallen = accept(screening, chosen, servo, purposes['accept'], stacks['accept'],
-                          lambda s: tick('acceptance', s), names)
+    kept, fallen = accept(screening, chosen, purposes['accept'], stacks['accept'],
+                          lambda s: tick('acceptance', s))
     warnings += fallen
-    base = tried(screening, [], servo, purposes['accept'])
-    best = tried(screening, kept, servo, purposes['accept'], names)
+    base = tried(screening, [], purposes['accept'])
+    best = tried(screening, kept, purposes['accept'])
+    better = augmented(servo, stacks['screen'], best.explanation, names)
     choices = screening.explain(kept)
     lap('acceptance')
     tick('completeness', 0.0)
@@ -111,32 +114,37 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     lap('completeness')
     tick('shrink', 0.0)
     reported = {
-        'given': run_over(servo, purposes['report']),
-        'base': run_over(base.servo, purposes['report']),
-        'best': run_over(best.servo, purposes['report']),
-        'steps': _steps(screening, kept, servo, purposes, names),
+        'given': run_over(as_given(stacks['screen']), purposes['report']),
+        'base': run_over(base.explanation, purposes['report']),
+        'best': run_over(best.explanation, purposes['report']),
+        'steps': _steps(screening, kept, purposes),
         'left': leftover(stacks['report'], best.explanation),
     }
-    evidence = Evidence(servo, parts, stacks, start, left, tuple(choices), base, best, remainders,
+    evidence = Evidence(servo, better, parts, stacks, start, left, tuple(choices), base, best, remainders,
                         reported)
     following = next_experiment(evidence, screening, kept)
     lap('shrink')
     report = report_of(evidence, following, warnings, clock)
-    return Diagnosis(report, best.servo, evidence)
+    return Diagnosis(report, better, evidence)
 
 
-def _steps(screening, kept, servo, purposes, names) -> list[dict]:
+def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
     """Gaps with the causes added one by one, and with each alone and left out."""
+    sets: dict[tuple[int, ...], dict] = {}
+
+    def gaps(chosen: list[int]) -> dict:
+        key = tuple(sorted(chosen))
+        if key not in sets:
+            explanation = fit(screening, list(key))
+            sets[key] = {purpose: run_over(explanation, purposes[purpose])
+                         for purpose in ('accept', 'report')}
+        return sets[key]
+
     steps = []
     for number, one in enumerate(kept):
-        upto = tried(screening, kept[:number + 1], servo, purposes['accept'], names)
-        rest = tried(screening, [c for c in kept if c != one], servo, purposes['accept'], names)
-        alone = tried(screening, [one], servo, purposes['accept'], names)
-        steps.append({
-            purpose: {'upto': run_over(upto.servo, purposes[purpose]),
-                      'rest': run_over(rest.servo, purposes[purpose]),
-                      'alone': run_over(alone.servo, purposes[purpose])}
-            for purpose in ('accept', 'report')})
+        ways = {'upto': kept[:number + 1], 'rest': [c for c in kept if c != one], 'alone': [one]}
+        steps.append({purpose: {way: gaps(chosen)[purpose] for way, chosen in ways.items()}
+                      for purpose in ('accept', 'report')})
     return steps
 
 

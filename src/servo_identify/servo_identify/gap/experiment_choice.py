@@ -32,7 +32,7 @@ def next_experiment(evidence, screening: Screening, kept: list[int]) -> dict:
     one, other = pair
     best = {}
     for family, settings in _menu(evidence):
-        recording = _simulated(evidence.best.servo, family, settings, evidence)
+        recording = _simulated(evidence.augmented, family, settings, evidence)
         if recording is None:
             continue
         told = _separation(recording, evidence, screening, one, other)

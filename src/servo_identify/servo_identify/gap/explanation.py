@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -51,6 +51,12 @@ class Explanation:
         return float('nan')
 
 
+def as_given(stack: Stack) -> Explanation:
+    """Return the servo as its file says, with nothing fitted."""
+    extended = stack.extended
+    return Explanation((), extended.theta, extended.on, (), np.zeros(0))
+
+
 def fit(screening: Screening, chosen: list[int]) -> Explanation:
     """Fit amplitudes, shapes and what may move within tolerance, all at once, to the balances."""
     stack, library = screening.stack, screening.library
@@ -87,7 +93,8 @@ def fit(screening: Screening, chosen: list[int]) -> Explanation:
 def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Explanation:
     stack = screening.stack
     # the linear nuisances that are no parameters of a servo: zeros and instants of sampling
-    free = [n for n in screening.nuisance if screening.labels[n] not in stack.extended.servo.values]
+    values = stack.extended.servo.values
+    free = [n for n in screening.nuisance if screening.labels[n] not in values]
     nuisance = screening.columns[:, free]
     basis = np.linalg.qr(nuisance)[0] if nuisance.shape[1] else nuisance
     slots = [stack.extended.slot(u.path, u.element) for u in unknowns]
@@ -145,7 +152,7 @@ def _spread(jacobian: np.ndarray, residual: np.ndarray, blocks: np.ndarray) -> n
 
 def augmented(servo: Servo, stack: Stack, explanation: Explanation,
               recordings: tuple[str, ...]) -> Servo:
-    """Return the user's servo with the causes of an explanation in it, values with their spread."""
+    """Return the user's servo with the causes of an explanation in it, with their spread."""
     extended = stack.extended
     slots = extended.servo.slots()
     theta = explanation.theta
@@ -179,7 +186,5 @@ def augmented(servo: Servo, stack: Stack, explanation: Explanation,
             provenance[path] = Provenance(SOURCE, None if np.isnan(std) else std, recordings)
     freed = {c.paths[0] for c in explanation.causes if c.switch is None}
     tolerance = {p: t for p, t in servo.tolerance.items() if p not in freed}
-    base = Servo(servo.name, servo.drive, servo.mechanism, servo.controller, servo.sensors,
-                 servo.effects + tuple(placed), {**servo.values, **values}, tolerance, provenance,
-                 servo.step, servo.linear)
-    return base
+    return replace(servo, effects=servo.effects + tuple(placed),
+                   values={**servo.values, **values}, tolerance=tolerance, provenance=provenance)

@@ -10,7 +10,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import ROOM_TEMPERATURE
 from servo_twin.recording import Recording
 
-from .weak_form import Bump, noise_of
+from .weak_form import Bump, count_of, noise_of
 
 SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
 BLOCK = 1.5  # s, what may be taken as independent of its neighbours
@@ -40,7 +40,8 @@ class Observation:
     A recording with its bumps, its noise and its masks.
 
     ``bump`` weighs the mechanical balances, ``fine`` the electrical ones, which need no
-    derivative. ``noise`` is the standard deviation of one reading by channel.
+    derivative. ``noise`` is the standard deviation of one reading by channel, ``counts`` the
+    count of an encoder (0: not in counts).
     """
 
     recording: Recording
@@ -48,6 +49,7 @@ class Observation:
     bump: Bump
     fine: Bump
     noise: dict[str, float]
+    counts: dict[str, float]
     closed_loop: bool
 
     @property
@@ -93,10 +95,11 @@ def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
         columns = recording.columns
         channels = Channels(columns['motor_position'], columns['load_position'],
                             columns['torque'], columns['current'])
+        counts = {n: count_of(columns[n]) for n in ('motor_position', 'load_position')}
         loop = bool(servo.controller.parameters) and (
             recording.has('reference_position') or recording.has('reference_velocity'))
         seen.append(Observation(recording, channels, Bump(spacing, recording.period, 2 * spacing),
-                                Bump(2, recording.period, 4), noise, loop))
+                                Bump(2, recording.period, 4), noise, counts, loop))
     return seen
 
 

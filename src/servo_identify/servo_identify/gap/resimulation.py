@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from servo_twin.physics import state
+from servo_twin.physics.following import MOTION
 from servo_twin.physics.kernel import kernel_of
-from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, substeps_of
 
 from .balance import Balance
@@ -42,20 +42,22 @@ class Run:
     blocks: np.ndarray
 
 
-def resimulate(servo: Servo, one: Balance, horizon: float = HORIZON) -> Run:
+def resimulate(one: Balance, theta: np.ndarray, on: np.ndarray,
+               horizon: float = HORIZON) -> Run:
     """
-    Run a servo over the recording behind ``one`` and return its errors.
+    Run the servo of ``one``, at some values and switches, over its recording; return its errors.
 
     The command is the measured one. Raises Diverged.
     """
-    seen, period = one.seen, one.seen.period
+    servo, seen, period = one.servo, one.seen, one.seen.period
     u = inputs_of(seen.recording.columns)
     substeps, h = substeps_of(servo, period)
-    kernel, theta, on = kernel_of(servo), servo.theta, servo.switches
-    ratio = servo.values['mechanism.ratio']
+    kernel = kernel_of(servo)
+    ratio = one.value(theta, 'mechanism.ratio')
     reach = seen.bump.reach
-    load, speed = one.motion('load_angle'), one.motion('load_speed')
-    motor, torque = one.motion('motor_angle'), one.motion('torque')
+    rows = one.corrected_motion(theta, on)
+    load, speed, motor, torque = (rows[:, MOTION.index(name)] for name in (
+        'load_angle', 'load_speed', 'motor_angle', 'torque'))
     if not np.isfinite(torque).any():
         torque = np.zeros(len(load))
     samples = len(u)
@@ -65,12 +67,12 @@ def resimulate(servo: Servo, one: Balance, horizon: float = HORIZON) -> Run:
     zeros = []
     for k in starts[:: max(1, len(starts) // 25)]:
         x = initial_state(servo, motor[k - reach], load[k - reach], torque[k - reach],
-                          speed[k - reach])
+                          speed[k - reach], theta, on)
         zeros.append(x[state.ZERO])
     zero = float(np.median(zeros))
-    x = initial_state(servo, motor[0], load[0], torque[0], speed[0])
+    x = initial_state(servo, motor[0], load[0], torque[0], speed[0], theta, on)
     compliant = servo.mechanism.compliant
-    unwinding = np.gradient(torque, period) / servo.values.get('mechanism.stiffness', np.inf)
+    unwinding = np.gradient(torque, period) / (one.value(theta, 'mechanism.stiffness') or np.inf)
     for k, end in zip(starts, [*starts[1:], samples], strict=True):
         at = k - reach
         x[state.LOAD_ANGLE], x[state.LOAD_SPEED] = load[at], speed[at]

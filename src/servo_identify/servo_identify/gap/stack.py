@@ -45,10 +45,12 @@ class Stack:
                 self._keep[number, name] = keep
                 self.noise[number, name] = noise_floor(one, name, theta)
                 margin = PRACTICAL * signal_of(one, name, theta)
+                times = one.times(name)[keep]
                 self._part[number, name] = slice(size, size + int(keep.sum()))
                 size += int(keep.sum())
-                scale.append(np.full(int(keep.sum()), np.hypot(self.noise[number, name], margin)))
-                times = one.times(name)[keep]
+                scale.append(np.hypot.reduce((np.full(len(times), self.noise[number, name]),
+                                              np.full(len(times), margin),
+                                              rounding(one, name)[keep])))
                 block.append(first + (times / BLOCK).astype(int))
                 balance.append(np.full(len(times), BALANCES.index(name)))
                 recording.append(np.full(len(times), number))
@@ -252,6 +254,27 @@ def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
     if not stiffness:
         return float(angles)
     return float(np.hypot(angles, (torque if one.seen.has('torque') else by_load) / stiffness))
+
+
+def rounding(one: Balance, name: str) -> np.ndarray:
+    """
+    Standard deviation at each centre of what rounding to counts leaves under the bump.
+
+    A shaft that passes many counts under the bump averages them; one that creeps does not, and
+    its error is no noise that a longer recording would reduce.
+    """
+    size = np.zeros(len(one.times(name)))
+    if name != 'transmission':
+        return size
+    seen, bump = one.seen, one.seen.bump
+    ratio = one.servo.values['mechanism.ratio']
+    for count, speed in ((seen.counts['motor_position'] / ratio,
+                          one.weighed('motor_speed') / ratio),
+                         (seen.counts['load_position'], one.weighed('load_speed'))):
+        if count > 0.0:
+            passed = np.abs(speed) * 2.5 * bump.spacing * bump.period / count
+            size = np.hypot(size, count / np.sqrt(12.0) / (1.0 + np.nan_to_num(passed)**2))
+    return size
 
 
 def signal_of(one: Balance, name: str, theta: np.ndarray) -> float:

@@ -11,6 +11,7 @@ from .completeness import Remainder
 from .resimulation import bootstrap, Gap, shrink
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
+LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
 OPEN = 0.2  # predictable share of a gap above which it is not explained
 WRONG = 0.5  # and above which what was found is not the cause
 ALIASES = {
@@ -41,6 +42,9 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     if explanation.at_bound:
         warnings = [*warnings, 'at the edge of its bounds, so not identified: '
                     + ', '.join(sorted(set(explanation.at_bound)))]
+    if status == 'no_gap' and gaps:
+        warnings = [*warnings, 'more than the noise of the sensors, but following no law: '
+                    + ', '.join(sorted(gaps))]
     if status == 'unknown' and which:
         warnings = [*warnings, 'causes that were accepted explain a part only and are not named: '
                     + ', '.join(c.effect for c in which)]
@@ -139,7 +143,9 @@ def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
 
 def _status(evidence, squares, gaps, where) -> tuple[str, float, Remainder | None]:
     """Return (status, share of the gap that is predictable and unexplained, what it is)."""
-    if not gaps and not evidence.choices:
+    lawful = {r.balance for r in evidence.remainders
+              if r.predictable > LAWFUL and r.predictable > OPEN * (squares[r.balance] - 1.0)}
+    if not evidence.choices and not gaps & lawful:
         return 'no_gap', 0.0, None
     share, worst = 0.0, None
     total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
@@ -185,12 +191,12 @@ def _channels(evidence) -> dict[str, dict]:
 
 def _by_family(evidence) -> dict:
     """Shrink by excitation family and channel on the report recordings."""
-    from .resimulation import gap_of, resimulate
+    from .acceptance import run_over
     answer: dict[str, dict] = {}
     balances = evidence.stacks['report'].balances
     for one in balances:
-        before = gap_of([resimulate(evidence.base.servo, one)], [one])
-        after = gap_of([resimulate(evidence.best.servo, one)], [one])
+        before = run_over(evidence.base.explanation, [one])
+        after = run_over(evidence.best.explanation, [one])
         family = one.seen.recording.family or one.seen.recording.name
         low, high = bootstrap(before, after, draws=150)
         channels = {c: 1.0 - after.excess(c) / before.excess(c) if before.excess(c) > 0 else 0.0

@@ -97,12 +97,17 @@ def noise_of(x: np.ndarray) -> float:
     x = x[np.isfinite(x)]
     if len(x) < 16:
         return 0.0
-    fourth = np.diff(x, 4)
-    spread = float(np.median(np.abs(fourth))) / (0.6745 * np.sqrt(70.0))
+    spread = float(np.median(np.abs(np.diff(x, 4)))) / (0.6745 * np.sqrt(70.0))
+    return max(spread, count_of(x) / np.sqrt(12.0))
+
+
+def count_of(x: np.ndarray) -> float:
+    """Return the count of a reading in counts, in its unit; 0 where the reading is not in counts."""
+    x = x[np.isfinite(x)]
     steps = np.abs(np.diff(x, 2))
-    scale = float(np.abs(x).max())
-    steps = steps[steps > 1e-9 * scale]
-    # counts show as a smallest step that many steps share
-    count = float(np.percentile(steps, 1)) if len(steps) else 0.0
-    shared = np.mean(np.abs(steps / count - np.round(steps / count)) < 1e-3) if count else 0.0
-    return max(spread, count / np.sqrt(12.0) if shared > 0.9 else 0.0)
+    steps = steps[steps > 1e-9 * np.abs(x).max(initial=0.0)]
+    if len(steps) < 16:
+        return 0.0
+    count = float(np.percentile(steps, 1))
+    whole = np.abs(steps / count - np.round(steps / count)) < 0.01
+    return count if np.mean(whole) > 0.9 else 0.0

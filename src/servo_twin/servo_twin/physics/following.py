@@ -79,17 +79,22 @@ def lose(theta, on, x, motion, lost, h):
 
 
 def conduct(theta, on, x, voltage, motor_speed, current, substeps, h):
-    """Fill `current` (A) with what the drive makes of `voltage` (V) at `motor_speed` (rad/s)."""
+    """
+    Fill `current` (A) with what the drive makes of `voltage` (V) at `motor_speed` (rad/s).
+
+    The voltage is held from sample to sample, the speed goes straight from one to the next.
+    """
     theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     drive = drive_of(theta)
+    last = len(voltage) - 1
     for k in range(len(voltage)):
         current[k] = x[CURRENT]
-        for _ in range(substeps):
-            signal = Signal(voltage[k], motor_speed[k], x[TIME])
-            arrived = command_path(theta, on, x, signal, h)
-            x[CURRENT] = drive_law(drive, x[CURRENT], arrived, motor_speed[k], h)
-            signal = Signal(x[CURRENT], motor_speed[k], x[TIME])
-            x[CURRENT] = current_path(theta, on, x, signal, h)
+        change = (motor_speed[min(k + 1, last)] - motor_speed[k]) / substeps
+        for i in range(substeps):
+            speed = motor_speed[k] + (i + 0.5) * change
+            arrived = command_path(theta, on, x, Signal(voltage[k], speed, x[TIME]), h)
+            x[CURRENT] = drive_law(drive, x[CURRENT], arrived, speed, h)
+            x[CURRENT] = current_path(theta, on, x, Signal(x[CURRENT], speed, x[TIME]), h)
             x[TIME] += h
 
 
