@@ -6,17 +6,19 @@ The residual of a balance is cut into blocks. While learning, what it owes to ho
 block then counts by its mean and by the cube root of the mean square of what remains, which is
 nearly normal where the mean square is not (Wilson, Hilferty 1931). That needs some degrees of
 freedom a block, :math:`2\,\mathrm{mean}^2/\mathrm{var}` of the mean squares; where there are too
-few, several blocks count as one. Both are whitened by an autoregression. Afterwards the
-innovations :math:`e` of the last :math:`L` blocks are compared with those of learning,
+few, several blocks count as one. Both are whitened by an autoregression, and so are the
+regressors :math:`g`. Afterwards the innovations :math:`e` of the last :math:`L` blocks are
+matched with each regressor whose share may have changed: the constant, and each covariate (more
+friction is a residual that turns with the direction),
 
-.. math:: z_L = \frac{\bar e_L}{s\,\sqrt{1/L + 1/\nu}}, \qquad L = 1, 2, 4, \dots
+.. math:: z = \frac{\sum g_q e}{s\sqrt{P_{qq} + P_q^T M^{-1} P_q}}, \quad P = \sum g g^T
 
-which is the generalised likelihood ratio of a shift within the last L blocks. The threshold is
-the union bound: a window of L blocks is judged every :math:`\lceil L/2 \rceil` blocks, so judging
-all windows of all features at :math:`P(|t_\nu| > h_L)` gives at most the stated rate of false
-alarms, if innovations are normal, with Student's t for the :math:`\nu` degrees of freedom that
-learning left. Each window gets the same share of the rate. Innovations are cut at
-:data:`MOST` deviations first, so that one wild block is not taken for a change.
+over the window, :math:`M` the same sum over learning: the generalised likelihood ratio of a
+change within the last L blocks, with what learning left uncertain. The threshold is the union
+bound: a window of L blocks is judged every L/2 blocks, so judging all windows of all regressors
+at :math:`P(|t_\nu| > h_L)` gives at most the stated rate of false alarms, if innovations are
+normal, with Student's t for the :math:`\nu` degrees of freedom that learning left. Innovations
+are cut at :data:`.chart.MOST` deviations first, so that one wild block is not taken for a change.
 
 It says nothing of a rig that is driven beyond what was seen while learning: such blocks are
 passed over. A slow drift is followed by nothing here and is found in the end.
@@ -29,19 +31,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, log, nan, sqrt
-
 import numpy as np
-from scipy.stats import t as student
 
-WINDOWS = (1, 2, 4, 8, 16, 32)
-"""Blocks that a change may be spread over."""
-
-ORDERS = (0, 1, 2, 3)
-"""Orders of the autoregression to choose from, by Schwarz's criterion."""
-
-MOST = 6.0
-"""Standard deviations at which an innovation is cut."""
+from .chart import Chart
 
 FREEDOM = 8.0
 """Degrees of freedom that a mean square has at least."""
@@ -76,14 +68,12 @@ class Settings:
     """
     How to watch.
 
-    ``block`` and ``learn`` in s; ``false_alarms`` an hour, of all balances together. ``floor`` is
-    the size, in noise floors, below which a change of the mean is of no interest.
+    ``block`` and ``learn`` in s; ``false_alarms`` an hour, of all balances together.
     """
 
     block: float = 0.25
     learn: float = 60.0
     false_alarms: float = 0.1
-    floor: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in (('block', self.block), ('false_alarms', self.false_alarms)):
@@ -116,7 +106,7 @@ class ChangeDetector:
         self.alarms: dict[str, Alarm] = {}
         self.passed_over = 0
         self._learned: list[tuple[np.ndarray, np.ndarray]] = []
-        self._charts: dict[int, tuple[_Chart, ...]] = {}
+        self._charts: dict[int, tuple[Chart, ...]] = {}
         self._held: list[np.ndarray] = []
         self._count = 0
         self._next: int | None = None
@@ -205,15 +195,18 @@ class ChangeDetector:
                    if np.isfinite(means[:, column]).mean() > 0.9
                    and np.nanstd(means[:, column]) > 0.0]
         block = self.size * self.period
+        # What may change: the constant and the covariates, as far as they were there at all.
+        matched = [k for k in range(1 + covariates.shape[1] // 2)
+                   if np.abs(covariates[:, k]).max() > 0.0]
         rate = (self.settings.false_alarms / 3600.0 * block
-                / max(1, len(watched) * len(FEATURES)))
+                / max(1, len(watched) * (len(matched) + 1)))
         for column in watched:
-            mean = _Chart(means[:, column], covariates, rate, self.settings.floor)
+            mean = Chart(means[:, column], covariates, rate, matched)
             powers = np.array([_features(r[:, column], d, mean.slopes)[1]
                                for r, d in zip(rows, driven, strict=True)])
             every = _together(powers)
             self._charts[column] = (mean,) if not every else (
-                mean, _Chart(powers, covariates, rate * every, 0.0, every, 1.0 / 3.0))
+                mean, Chart(powers, covariates, rate * every, [0], every, 1.0 / 3.0))
         self._learned.clear()
 
 
@@ -239,89 +232,3 @@ def _together(powers: np.ndarray) -> int:
         if 2.0 * joined.mean() ** 2 >= FREEDOM * joined.var():
             return every
     return 0
-
-
-class _Chart:
-    """One feature of one balance: its regression, its whitening, its windows."""
-
-    def __init__(self, values: np.ndarray, covariates: np.ndarray, rate: float, floor: float,
-                 every: int = 1, root: float = 1.0) -> None:
-        good = np.isfinite(values)
-        whole = good.sum() // every
-        values = values[good][:whole * every].reshape(whole, every).mean(axis=1)
-        covariates = covariates[good][:whole * every].reshape(whole, every, -1).mean(axis=1)
-        if root != 1.0:
-            values = values ** root
-        self._every, self._root = every, root
-        self._waiting: list[tuple[float, np.ndarray]] = []
-        size = np.abs(covariates).max(axis=0)
-        scale = np.where(size > 0.0, size, 1.0)
-        basis = covariates / scale
-        ridge = 1e-6 * len(values) * np.eye(basis.shape[1])
-        self.slopes = np.linalg.solve(basis.T @ basis + ridge, basis.T @ values) / scale
-        left = values - covariates @ self.slopes
-        self._weights, innovations = _whitened(left)
-        freedom = max(3.0, len(innovations) - basis.shape[1] - len(self._weights))
-        self._spread = sqrt(float(np.square(innovations).sum()) / freedom)
-        self._freedom = freedom
-        self._floor = floor * abs(1.0 - self._weights.sum())
-        share = rate / len(WINDOWS)
-        self._thresholds = [float(student.isf(share * max(1, ceil(w / 2)) / 2.0, freedom))
-                            for w in WINDOWS]
-        self._before = left[len(left) - len(self._weights):].tolist()
-        self._recent: list[float] = []
-        self._blocks = 0
-
-    def take(self, value: float, covariates: np.ndarray) -> tuple[float, int]:
-        """Return (deviations, blocks) of the window that tells of a change; (0, 0): none does."""
-        if not np.isfinite(value):
-            self.interrupt()
-            return 0.0, 0
-        self._waiting.append((value, covariates))
-        if len(self._waiting) < self._every:
-            return 0.0, 0
-        value = sum(v for v, _ in self._waiting) / self._every
-        covariates = sum(c for _, c in self._waiting) / self._every
-        self._waiting.clear()
-        left = (value if self._root == 1.0 else value ** self._root) - float(
-            covariates @ self.slopes)
-        if len(self._before) < len(self._weights):
-            self._before.append(left)
-            return 0.0, 0
-        expected = sum(w * b for w, b in zip(self._weights, reversed(self._before), strict=True))
-        if len(self._weights):
-            self._before = [*self._before[1:], left]
-        most = MOST * self._spread
-        self._recent = [*self._recent[1 - WINDOWS[-1]:],
-                        min(max(left - expected, -most), most)]
-        self._blocks += 1
-        for window, threshold in zip(WINDOWS, self._thresholds, strict=True):
-            if window > len(self._recent) or self._blocks % max(1, ceil(window / 2)):
-                continue
-            mean = sum(self._recent[-window:]) / window
-            z = mean / (self._spread * sqrt(1.0 / window + 1.0 / self._freedom))
-            if abs(z) > threshold and abs(mean) >= self._floor:
-                return z, window * self._every
-        return 0.0, 0
-
-    def interrupt(self) -> None:
-        """Forget the last blocks: what comes does not continue them."""
-        self._before, self._recent = [], []
-        self._waiting.clear()
-
-def _whitened(left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights of the autoregression that pays, and its innovations."""
-    best = (nan, np.empty(0), left)
-    top = max(ORDERS)
-    for order in ORDERS:
-        if len(left) < 10 * (top + 1) and order:
-            break
-        past = np.column_stack([left[top - k - 1:len(left) - k - 1] for k in range(order)]
-                               or [np.empty((len(left) - top, 0))])
-        weights = np.linalg.lstsq(past, left[top:], rcond=None)[0]
-        innovations = left[top:] - past @ weights
-        variance = max(float(np.square(innovations).mean()), 1e-300)
-        score = len(innovations) * log(variance) + order * log(len(innovations))
-        if not score >= best[0]:
-            best = (score, weights, innovations)
-    return best[1], best[2]

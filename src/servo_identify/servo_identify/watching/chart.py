@@ -1,0 +1,132 @@
+"""One chart of the change detector: regression, whitening and windows of a series of blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import log, nan, sqrt
+
+import numpy as np
+from scipy.stats import t as student
+
+WINDOWS = (2, 4, 8, 16, 32)
+"""Blocks that a change may be spread over."""
+
+ORDERS = (0, 1, 2, 3)
+"""Orders of the autoregression to choose from, by Schwarz's criterion."""
+
+MOST = 6.0
+"""Standard deviations at which an innovation is cut."""
+
+
+class Chart:
+    """
+    One feature of one balance: its regression, its whitening, its windows.
+
+    ``rate``: false alarms a block of each of the regressors ``matched`` (columns of the
+    covariates), of all windows together.
+    """
+
+    def __init__(self, values: np.ndarray, covariates: np.ndarray, rate: float,
+                 matched: Sequence[int], every: int = 1, root: float = 1.0) -> None:
+        good = np.isfinite(values)
+        whole = good.sum() // every
+        values = values[good][:whole * every].reshape(whole, every).mean(axis=1) ** root
+        covariates = covariates[good][:whole * every].reshape(whole, every, -1).mean(axis=1)
+        self._every, self._root, self._matched = every, root, list(matched)
+        size = np.abs(covariates).max(axis=0)
+        self._scale = np.where(size > 0.0, size, 1.0)
+        basis = covariates / self._scale
+        slopes = _solved(basis, values)
+        self._weights = _autoregression(values - basis @ slopes)
+        order = len(self._weights)
+        whitened, answers = self._white(basis), self._white(values[:, None])[:, 0]
+        slopes = _solved(whitened, answers)
+        self.slopes = slopes / self._scale
+        innovations = answers - whitened @ slopes
+        freedom = max(3.0, len(innovations) - basis.shape[1] - order)
+        self._spread = sqrt(float(innovations @ innovations) / freedom)
+        self._doubt = np.linalg.inv(_gram(whitened))
+        self._thresholds = [float(student.isf(rate / len(WINDOWS) * (w // 2) / 2.0, freedom))
+                            for w in WINDOWS]
+        left = values - basis @ slopes
+        self._before = [np.append(b, v) for b, v in zip(
+            basis[whole - order:], left[whole - order:], strict=True)]
+        self._recent = np.empty((0, basis.shape[1] + 1))
+        self._waiting: list[tuple[float, np.ndarray]] = []
+        self._blocks = 0
+
+    def take(self, value: float, covariates: np.ndarray) -> tuple[float, int]:
+        """Return (deviations, blocks) of the window that tells of a change; (0, 0): none does."""
+        if not np.isfinite(value):
+            self.interrupt()
+            return 0.0, 0
+        self._waiting.append((value, covariates))
+        if len(self._waiting) < self._every:
+            return 0.0, 0
+        value = (sum(v for v, _ in self._waiting) / self._every) ** self._root
+        covariates = sum(c for _, c in self._waiting) / self._every
+        self._waiting.clear()
+        row = np.append(covariates / self._scale, value - float(covariates @ self.slopes))
+        self._before.append(row)
+        if len(self._before) <= len(self._weights):
+            return 0.0, 0
+        white = self._white(np.array(self._before))[0]
+        del self._before[0]
+        most = MOST * self._spread
+        white[-1] = min(max(white[-1], -most), most)
+        self._recent = np.vstack([self._recent[1 - WINDOWS[-1]:], white])
+        self._blocks += 1
+        return self._judged()
+
+    def _judged(self) -> tuple[float, int]:
+        """Return the first window, and its largest deviation, that tells of a change."""
+        for window, threshold in zip(WINDOWS, self._thresholds, strict=True):
+            if window > len(self._recent) or self._blocks % (window // 2):
+                continue
+            rows, errors = self._recent[-window:, :-1], self._recent[-window:, -1]
+            gram, shares = rows.T @ rows, rows.T @ errors
+            for q in self._matched:
+                spread = self._spread * sqrt(gram[q, q] + gram[q] @ self._doubt @ gram[q])
+                z = shares[q] / spread if spread > 0.0 else 0.0
+                if abs(z) > threshold:
+                    return float(z), window * self._every
+        return 0.0, 0
+
+    def _white(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (n, ...) less what those before foretell of them, shape (n - order, ...)."""
+        order = len(self._weights)
+        white = rows[order:].copy()
+        for k, weight in enumerate(self._weights):
+            white -= weight * rows[order - k - 1:len(rows) - k - 1]
+        return white
+
+    def interrupt(self) -> None:
+        """Forget the last blocks: what comes does not continue them."""
+        self._before, self._recent = [], self._recent[:0]
+        self._waiting.clear()
+
+
+def _gram(basis: np.ndarray) -> np.ndarray:
+    return basis.T @ basis + 1e-6 * len(basis) * np.eye(basis.shape[1])
+
+
+def _solved(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.linalg.solve(_gram(basis), basis.T @ values)
+
+
+def _autoregression(left: np.ndarray) -> np.ndarray:
+    """Return the weights, nearest first, of the autoregression that pays."""
+    best = (nan, np.empty(0))
+    top = max(ORDERS)
+    for order in ORDERS:
+        if len(left) < 10 * (top + 1) and order:
+            break
+        past = np.column_stack([left[top - k - 1:len(left) - k - 1] for k in range(order)]
+                               or [np.empty((len(left) - top, 0))])
+        weights = np.linalg.lstsq(past, left[top:], rcond=None)[0]
+        innovations = left[top:] - past @ weights
+        variance = max(float(np.square(innovations).mean()), 1e-300)
+        score = len(innovations) * log(variance) + order * log(len(innovations))
+        if not score >= best[0]:
+            best = (score, weights)
+    return best[1]
