@@ -2,17 +2,19 @@
 
 from argparse import ArgumentParser
 from dataclasses import replace
+import json
 from math import isnan
 
 import numpy as np
 import pytest
 
-from servo_identify.blind import command, severity
+from servo_identify.blind import command, resolution, severity
 from servo_identify.blind.cases import Case, case, KINDS, of_plan, Truth
 from servo_identify.blind.definitions import machines, plans, severities, traits
 from servo_identify.blind.outcome import judged
 from servo_identify.blind.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
 from servo_identify.blind.scoring import confusion, figures, of_baseline, risk_coverage
+from servo_rig_driver.emulated.excitation import family
 from servo_rig_driver.emulated.settings import load_rig
 from servo_twin import servo_file
 from servo_twin.physics.catalogue import names
@@ -254,6 +256,42 @@ def test_it_scores_baselines_like_the_diagnosis():
 def test_it_names_near_cases_when_there_is_none():
     with pytest.raises(KeyError, match='gravity'):
         case('reduced', 'rv_plain-single-gravity')
+
+
+@pytest.mark.parametrize('name, settings', [
+    ('speed_ladder', {'speeds': [0.1, 0.4, 1.0]}), ('slow_reversals', {'speed': 0.1, 'period': 2}),
+    ('turns', {'speed': 1.0}), ('load_steps', {'speed': 0.3, 'torque': 60.0}),
+    ('chirp', {'amplitude': 1.4, 'from': 0.5, 'to': 15.0}),
+    ('multisine', {'amplitude': 1.4, 'frequencies': [0.5, 1.3, 9.7]}),
+    ('sine', {'amplitude': 1.6, 'frequency': 0.5})])
+def test_it_has_the_rig_make_what_is_proposed(name, settings):
+    order = resolution.as_order(machines()['rv_plain'], name, {**settings, 'duration': 10.0})
+    reference, external = family(name).waves(np.arange(100) * 0.1, order['settings'])
+    assert order['duration'] == 10.0
+    assert max(np.abs(reference).max(), np.abs(external).max()) > 0.05
+
+
+def test_it_scores_ambiguous_pairs_by_the_recording_proposed(tmp_path, monkeypatch):
+    single = a_case('single', ('gravity', 1.0))
+    told = {'separates': ['gravity', 'spring_load'], 'family': 'turns', 'settings': {'speed': 1.0}}
+    (tmp_path / 'diagnosis').mkdir()
+    first = a_report(cause('gravity', 'load', ('spring_load',))) | {'next_experiment': told}
+    (tmp_path / 'diagnosis' / 'report.json').write_text(json.dumps(first))
+    made = []
+    monkeypatch.setattr(resolution, 'make_bags', lambda orders, servo, place: [
+        made.append(order['family']) or place / order['name'] for order in orders])
+
+    def ask(bags, folder):
+        alike = () if folder.name == 'proposed' else ('spring_load (load)',)
+        assert len(bags['screen']) == 2
+        return a_report(cause('gravity', 'load', alike))
+
+    resolution.resolve(single, {'screen': [], 'accept': [], 'report': []}, tmp_path, ask)
+    answer = json.loads((tmp_path / 'resolved.json').read_text())
+    assert (made[:2], answer['by_proposed'], answer['by_random']) == (['turns'] * 2, True, False)
+    outcome = replace(judged(single, first), resolved=answer)
+    assert figure([outcome], 'resolved by the proposed recording').met
+    assert figure([outcome], 'resolved by a random one').value == 0.0
 
 
 def run(folder, *options):

@@ -15,7 +15,7 @@ import sys
 from . import cases, definitions, severity
 from .outcome import Outcome, outcome_of
 from .page import outcomes_in, write_page
-from .running import forget, run_all
+from .running import forget, run_all, Wanted
 from .scoring import figures
 
 _STYLE = {'right': 'green', 'partly': 'yellow', 'unknown': 'yellow', 'unseen': 'yellow',
@@ -39,6 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--again', action='store_true', help='ask again what was answered before')
     parser.add_argument('--keep', action='store_true', help='keep the bags of each case')
     parser.add_argument('--without-baselines', action='store_true', help='the diagnosis alone')
+    parser.add_argument('--resolve', action='store_true',
+                        help='make the recordings proposed for ambiguous pairs, and ask again')
     parser.add_argument('--workers', type=int, default=0, help='processes; 0: all cores')
     parser.add_argument('--cluster', default='', metavar='ADDRESS', help='a Dask scheduler')
     parser.add_argument('-o', '--output', type=Path, default=Path('results/blind_check'),
@@ -108,7 +110,8 @@ def _run(chosen: list[cases.Case], folder: Path, arguments: argparse.Namespace) 
                               f'{_names(outcome)}  ({seconds:.0f} s)', highlight=False)
 
         run_all(chosen, folder, workers=arguments.workers, cluster=arguments.cluster,
-                keep=arguments.keep, baselines=not arguments.without_baselines, done=done)
+                wanted=Wanted(not arguments.without_baselines, arguments.resolve, arguments.keep),
+                done=done)
 
 
 def _show(outcomes: list[Outcome]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import json
 from pathlib import Path
 from typing import Any
@@ -51,6 +51,7 @@ class Outcome:
     seconds: float | None = None
     sentence: str = ''
     confidence: float = 0.0
+    resolved: Mapping[str, bool] | None = None  # by the proposed recording, by a random one
 
     @property
     def false(self) -> tuple[Named, ...]:
@@ -108,7 +109,9 @@ def outcome_of(case: Case, place: Path) -> Outcome | None:
         return Outcome(case, 'failed', (), '', seconds, said[-1] if said else '')
     if not report.is_file():
         return None
-    return judged(case, json.loads(report.read_text()), seconds)
+    resolved = place / 'resolved.json'
+    return replace(judged(case, json.loads(report.read_text()), seconds), resolved=json.loads(
+        resolved.read_text()) if resolved.is_file() else None)
 
 
 def judged(case: Case, report: Mapping[str, Any], seconds: float | None = None) -> Outcome:

@@ -7,13 +7,15 @@ Each case has a folder. What is in it is kept, so that an interrupted check goes
     diagnosis/report.json   what `servo-identify diagnose` answered
     failed.txt              instead of it, where it gave no answer
     baselines.json          what others would have answered
+    resolved.json           whether the proposed recording told an ambiguous pair apart
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
 from io import StringIO
 import json
 from multiprocessing import get_context
@@ -22,33 +24,46 @@ from pathlib import Path
 import shutil
 import time
 import traceback
+from typing import Any
 
 from .cases import Case
 from .definitions import config_folder, machines, SPLITS
 from .rig import make_bags
 
 
-def run_case(case: Case, folder: Path, keep: bool = False, baselines: bool = True) -> Path:
+@dataclass(frozen=True)
+class Wanted:
+    """What is done of a case beside the diagnosis; ``keep`` leaves its bags where they are."""
+
+    baselines: bool = True
+    resolution: bool = False
+    keep: bool = False
+
+
+def run_case(case: Case, folder: Path, wanted: Wanted) -> Path:
     """
     Do what is left to do of a case and return its folder.
 
-    ``keep`` leaves the bags there. A diagnosis that fails leaves failed.txt with its last words.
+    A diagnosis that fails leaves failed.txt with its last words.
     """
     place = folder / case.name
     place.mkdir(parents=True, exist_ok=True)
     (place / 'case.json').write_text(json.dumps(case.as_json(), indent=1) + '\n')
     answered = (place / 'diagnosis' / 'report.json').is_file() or (place / 'failed.txt').is_file()
-    compared = (place / 'baselines.json').is_file() or not baselines
-    if answered and compared:
+    compared = (place / 'baselines.json').is_file() or not wanted.baselines
+    if answered and compared and not wanted.resolution:
         return place
     bags = _bags(case, place)
     if not answered:
-        _diagnose(case, bags, place)
+        _answer(case, bags, place)
+    if wanted.resolution and not (place / 'failed.txt').is_file():
+        from .resolution import resolve
+        resolve(case, bags, place, lambda more, where: _diagnose(case, more, where)[0])
     if not compared:
         from .baselines import compare
         answers = compare(machines()[case.machine].servo_path, bags)
         (place / 'baselines.json').write_text(json.dumps(answers, indent=1) + '\n')
-    if not keep:
+    if not wanted.keep:
         shutil.rmtree(place / 'bags')
         shutil.rmtree(place / 'tables', ignore_errors=True)
     return place
@@ -56,12 +71,14 @@ def run_case(case: Case, folder: Path, keep: bool = False, baselines: bool = Tru
 
 def forget(case: Case, folder: Path) -> None:
     """Remove the answer of the diagnosis to a case, so that it is asked again."""
-    shutil.rmtree(folder / case.name / 'diagnosis', ignore_errors=True)
-    (folder / case.name / 'failed.txt').unlink(missing_ok=True)
+    for name in ('diagnosis', 'proposed', 'random'):
+        shutil.rmtree(folder / case.name / name, ignore_errors=True)
+    for name in ('failed.txt', 'resolved.json'):
+        (folder / case.name / name).unlink(missing_ok=True)
 
 
 def run_all(cases: list[Case], folder: Path, *, workers: int = 0, cluster: str = '',
-            keep: bool = False, baselines: bool = True,
+            wanted: Wanted = Wanted(),
             done: Callable[[Case, float], None] = lambda case, seconds: None) -> None:
     """
     Run cases in processes of this machine, or on a Dask cluster at an address.
@@ -71,19 +88,19 @@ def run_all(cases: list[Case], folder: Path, *, workers: int = 0, cluster: str =
     """
     by_name = {case.name: case for case in cases}
     for name, seconds in (_on_cluster if cluster else _on_cores)(
-            cases, folder, keep, baselines, cluster or workers or cpu_count()):
+            cases, folder, wanted, cluster or workers or cpu_count()):
         done(by_name[name], seconds)
 
 
-def _on_cores(cases, folder, keep, baselines, workers) -> Iterator[tuple[str, float]]:
+def _on_cores(cases, folder, wanted, workers) -> Iterator[tuple[str, float]]:
     environ.setdefault('OMP_NUM_THREADS', '1')
     environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     if workers == 1 or len(cases) == 1:
         for case in cases:
-            yield _timed(case, folder, keep, baselines)
+            yield _timed(case, folder, wanted)
         return
     with ProcessPoolExecutor(workers, mp_context=get_context('spawn')) as pool:
-        running = [pool.submit(_timed, case, folder, keep, baselines) for case in cases]
+        running = [pool.submit(_timed, case, folder, wanted) for case in cases]
         try:
             for one in as_completed(running):
                 yield one.result()
@@ -92,7 +109,7 @@ def _on_cores(cases, folder, keep, baselines, workers) -> Iterator[tuple[str, fl
             raise
 
 
-def _on_cluster(cases, folder, keep, baselines, address) -> Iterator[tuple[str, float]]:
+def _on_cluster(cases, folder, wanted, address) -> Iterator[tuple[str, float]]:
     try:
         from distributed import as_completed as completed
         from distributed import Client
@@ -100,15 +117,15 @@ def _on_cluster(cases, folder, keep, baselines, address) -> Iterator[tuple[str, 
         raise ValueError(f'--cluster {address} needs the package distributed, which is not '
                          'installed: pip install distributed') from None
     with Client(address) as client:
-        running = [client.submit(_timed, case, folder.resolve(), keep, baselines, pure=False)
+        running = [client.submit(_timed, case, folder.resolve(), wanted, pure=False)
                    for case in cases]
         for one in completed(running):
             yield one.result()
 
 
-def _timed(case: Case, folder: Path, keep: bool, baselines: bool) -> tuple[str, float]:
+def _timed(case: Case, folder: Path, wanted: Wanted) -> tuple[str, float]:
     began = time.perf_counter()
-    run_case(case, folder, keep, baselines)
+    run_case(case, folder, wanted)
     return case.name, time.perf_counter() - began
 
 
@@ -125,13 +142,21 @@ def _bags(case: Case, place: Path) -> dict[str, list[Path]]:
     return parts
 
 
-def _diagnose(case: Case, bags: dict[str, list[Path]], place: Path) -> None:
+def _answer(case: Case, bags: dict[str, list[Path]], place: Path) -> None:
+    report, status, said = _diagnose(case, bags, place / 'diagnosis')
+    if report is None:
+        (place / 'failed.txt').write_text(f'status {status}\n{said}')
+
+
+def _diagnose(case: Case, bags: Mapping[str, Sequence[Path]], output: Path
+              ) -> tuple[dict[str, Any] | None, Any, str]:
+    """Ask `servo-identify diagnose`: the report (None without), exit status, what it said."""
     from ..cli import main
 
     command = ['diagnose', *map(str, bags['screen']),
                '--servo', str(machines()[case.machine].servo_path),
                '--accept', *map(str, bags['accept']), '--report', *map(str, bags['report']),
-               '-o', str(place / 'diagnosis'), '--no-page']
+               '-o', str(output), '--no-page']
     if case.without:
         command += ['--without', *case.without]
     said, began = StringIO(), time.perf_counter()
@@ -143,8 +168,8 @@ def _diagnose(case: Case, bags: dict[str, list[Path]], place: Path) -> None:
     except Exception:  # a stack trace is a miss like any other, and the check goes on
         said.write(traceback.format_exc())
         status = 'a stack trace'
-    (place / 'diagnosis').mkdir(exist_ok=True)
-    (place / 'diagnosis' / 'said.txt').write_text(said.getvalue())
-    (place / 'diagnosis' / 'seconds.json').write_text(f'{time.perf_counter() - began:.3f}\n')
-    if not (place / 'diagnosis' / 'report.json').is_file():
-        (place / 'failed.txt').write_text(f'status {status}\n{said.getvalue()}')
+    output.mkdir(exist_ok=True)
+    (output / 'said.txt').write_text(said.getvalue())
+    (output / 'seconds.json').write_text(f'{time.perf_counter() - began:.3f}\n')
+    report = output / 'report.json'
+    return (json.loads(report.read_text()) if report.is_file() else None), status, said.getvalue()

@@ -76,7 +76,12 @@ def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
                  least=0.80),
         share_of('three effects', 'exact set', _of(outcomes, 'triple'), lambda o: o.exact),
     ]
-    return found + _of_shrink(outcomes)
+    pairs = [o for o in outcomes if o.resolved]
+    return [*found, *_of_shrink(outcomes),
+            share_of('ambiguous pairs', 'resolved by the proposed recording', pairs,
+                     lambda o: o.resolved['by_proposed'], 'at least 80 %', least=0.80),
+            share_of('ambiguous pairs', 'resolved by a random one', pairs,
+                     lambda o: o.resolved['by_random'], 'at most 40 %', most=0.40)]
 
 
 def _of_shrink(outcomes: Sequence[Outcome]) -> list[Figure]:

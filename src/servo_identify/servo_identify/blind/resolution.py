@@ -1,0 +1,94 @@
+"""
+Whether the recording that a diagnosis proposes tells an ambiguous pair apart.
+
+The rig makes the proposed recording twice, and once more a recording drawn at random from the
+families of the machine; the diagnosis is asked again with each of them beside the first ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+import json
+from pathlib import Path
+from typing import Any
+import zlib
+
+import numpy as np
+
+from .cases import Case
+from .definitions import Machine, machines
+from .outcome import judged
+from .rig import make_bags
+
+REPLICATES = 2
+_RENAMED = {'chirp': {'from': 'first', 'to': 'last'},
+            'slow_reversals': {'speed': 'amplitude'}}
+
+
+def resolve(case: Case, bags: Mapping[str, Sequence[Path]], place: Path,
+            ask: Callable[[Mapping[str, Sequence[Path]], Path], Mapping[str, Any] | None]) -> None:
+    """
+    Follow the proposal in the report of a case and write resolved.json, where there is one.
+
+    ``ask(bags, folder)`` diagnoses and returns the report, None where it failed.
+    """
+    report = json.loads((place / 'diagnosis' / 'report.json').read_text())
+    proposed = report.get('next_experiment') or {}
+    pair = proposed.get('separates') or []
+    if len(pair) != 2 or not case.truths or not _about_a_truth(case, pair):
+        return
+    machine = machines()[case.machine]
+    answers = {'separates': pair, 'proposed': proposed['family']}
+    rng = np.random.default_rng(zlib.crc32(case.name.encode()))
+    family = str(rng.choice(list(machine.recordings['report'])))
+    told = machine.recordings['report'][family]
+    answers['random'] = family
+    for name, order in (
+            ('proposed', as_order(machine, proposed['family'], proposed.get('settings', {}))),
+            ('random', {'family': family, 'settings': told['settings'],
+                        'duration': told['duration']})):
+        more = make_bags(
+            [{**order, 'name': f'{name}-{number + 1}', 'rig': str(machine.rig_path),
+              'set': case.set, 'seed': int(rng.integers(1, 2**31)), 'replicate': number + 1}
+             for number in range(REPLICATES)], machine.servo_path, place)
+        again = ask({**bags, 'screen': [*bags['screen'], *more]}, place / name)
+        answers[f'by_{name}'] = bool(again) and _resolved(case, again, pair)
+    (place / 'resolved.json').write_text(json.dumps(answers, indent=1) + '\n')
+
+
+def as_order(machine: Machine, family: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Put a proposal into the settings that the families of the rig have."""
+    settings = dict(settings)
+    duration = float(settings.pop('duration', 10.0))
+    given = {_RENAMED.get(family, {}).get(k, k): v for k, v in settings.items()}
+    if 'speeds' in given:
+        speeds = given.pop('speeds')
+        given |= {'lowest': min(speeds), 'highest': max(speeds), 'steps': len(speeds),
+                  'dwell': 0.5 * duration / len(speeds)}
+    if 'frequencies' in given:
+        tones = given.pop('frequencies')
+        given |= {'first': min(tones), 'last': max(tones), 'lines': len(tones)}
+    if family == 'turns':
+        given['angle'] = max(0.5 * duration - 0.5, 0.5) * given['speed']
+    if family == 'load_steps':
+        given = {'steps': 5, 'dwell': 0.5, **given}
+    usual = machine.recordings['screen'].get(family, {}).get('settings', {})
+    if 'acceleration' in usual:
+        given.setdefault('acceleration', usual['acceleration'])
+    return {'family': family, 'settings': given, 'duration': duration}
+
+
+def _about_a_truth(case: Case, pair: Sequence[str]) -> bool:
+    return any(set(pair) & trait.accepted and not set(pair) <= trait.accepted
+               for trait in case.traits)
+
+
+def _resolved(case: Case, report: Mapping[str, Any], pair: Sequence[str]) -> bool:
+    """Whether a truth of the pair is named and no longer taken for the other one."""
+    outcome = judged(case, report)
+    for trait in case.traits:
+        other = set(pair) - trait.accepted
+        for one in outcome.named:
+            if one.is_(trait) and one.effect in pair and not other & set(one.alike):
+                return True
+    return False
