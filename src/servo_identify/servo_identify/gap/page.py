@@ -120,7 +120,9 @@ def _seconds(shown: Seconds | None, augmented: bool) -> dict | None:
 def _pictures(report: GapReport, evidence: Evidence) -> list[dict]:
     shown, found = [], laws(evidence)
     for law in found:
-        note = ('Two curves: forward and backward.' if len(law.curves) > 1 else '')
+        note = 'Two curves: forward and backward. ' if len(law.curves) > 1 else ''
+        note += ('Most of this effect lies within what tolerances could explain as well; shown '
+                 'is what they cannot.' if law.bounded else '')
         shown.append({'title': law.title, 'balance': law.balance, 'note': note,
                       'chart': Markup(charts.scatter(law, 520 if len(found) > 1 else 900))})
     if not shown:

@@ -16,6 +16,7 @@ from .completeness import features, VARIABLES
 DOTS = 900  # of a residual that are drawn
 BINS = 36  # along a variable, by which its law is drawn
 FEWEST = 5  # samples of which a median is drawn
+ABSORBED = 0.3  # share of a law that is shown alone where tolerances could explain the rest
 AS_GOOD = 0.03  # share of a law by which a more familiar variable may explain less of it
 
 VARIABLE_UNITS = {
@@ -37,7 +38,8 @@ class Law:
     """
     The residual of a balance over the variable on which it depends, and the law through it.
 
-    ``dots`` maps 'before' and 'after' to (x, y), ``curves`` the side of a law to (x, y).
+    ``dots`` maps 'before' and 'after' to (x, y), ``curves`` the side of a law to (x, y). Where
+    ``bounded``, what tolerances could explain as well was left out.
     """
 
     title: str
@@ -47,6 +49,7 @@ class Law:
     variable_unit: str
     dots: dict[str, tuple[np.ndarray, np.ndarray]]
     curves: dict[str, tuple[np.ndarray, np.ndarray]]
+    bounded: bool = False
 
 
 def laws(evidence) -> list[Law]:
@@ -54,12 +57,15 @@ def laws(evidence) -> list[Law]:
     stack, shown, known = evidence.stacks['screen'], [], {}
     freedom = stack.nuisances() if evidence.choices else None
     for choice in evidence.choices:
-        share = _missed(evidence, choice.candidate, freedom)
-        squares = {i: float(np.mean(share[stack.balance == i]**2))
-                   for i in np.unique(stack.balance)}
-        index = max(squares, key=squares.get)
+        share = contribution(evidence, choice.candidate)
+        missed = _missed(evidence, choice.candidate, share, freedom)
+        bounded = np.mean(missed**2) < ABSORBED**2 * np.mean(share**2)
+        share = missed if bounded else share
+        drop = (evidence.left + share)**2 - evidence.left**2
+        drops = {i: float(np.mean(drop[stack.balance == i])) for i in np.unique(stack.balance)}
+        index = max(drops, key=drops.get)
         name, rows = BALANCES[index], stack.balance == index
-        if squares[index] == 0.0:
+        if not share[rows].any():
             continue
         if name not in known:
             known[name] = features(stack, name)
@@ -72,7 +78,7 @@ def laws(evidence) -> list[Law]:
         x, taken, left, way = x[near], taken[near], left[near], way[near]
         shown.append(_law(choice.candidate.label.replace('_', ' '), name, evidence.servo.linear,
                           variables[column], x, {'before': left + taken, 'after': left},
-                          _by_direction(x, taken, way)))
+                          _by_direction(x, taken, way), bool(bounded)))
     return shown
 
 
@@ -89,9 +95,9 @@ def contribution(evidence, cause: Candidate) -> np.ndarray:
     return stack.at(theta, on) - stack.at(explanation.theta, explanation.on)
 
 
-def _missed(evidence, cause: Candidate, freedom) -> np.ndarray:
-    """What a cause explains that the tolerances, fitted anew without it, cannot; as above."""
-    stack, share = evidence.stacks['screen'], contribution(evidence, cause)
+def _missed(evidence, cause: Candidate, share: np.ndarray, freedom) -> np.ndarray:
+    """Return what of a cause's share the tolerances, fitted anew without it, do not explain."""
+    stack = evidence.stacks['screen']
     labels, columns, low, high = freedom
     extended, theta = stack.extended, evidence.best.explanation.theta
     others = {p for c in evidence.choices for p in c.candidate.paths} - set(cause.paths)
@@ -139,11 +145,12 @@ def unexplained(evidence, balance: str) -> Law | None:
     return _law(title, balance, evidence.servo.linear, name, x, dots, curves)
 
 
-def _law(title, balance, linear, variable, x, dots, curves) -> Law:
+def _law(title, balance, linear, variable, x, dots, curves, bounded=False) -> Law:
     some = _spread(x)
     unit = VARIABLE_UNITS.get(variable, 'rad')
     return Law(title, balance, shown_unit(UNITS[balance], linear), variable,
-               shown_unit(unit, linear), {n: (x[some], y[some]) for n, y in dots.items()}, curves)
+               shown_unit(unit, linear), {n: (x[some], y[some]) for n, y in dots.items()}, curves,
+               bounded)
 
 
 def _spread(x: np.ndarray) -> np.ndarray:
@@ -201,21 +208,17 @@ def _variable(table: np.ndarray, variables: tuple[str, ...], taken: np.ndarray) 
 
 
 def _by_direction(x: np.ndarray, y: np.ndarray, way: np.ndarray) -> dict:
-    """Medians of y along x: one curve, or one for each direction where they part."""
+    """Medians of y along x: one curve, or one for each direction where that tells more."""
     sides = {'forward': way > 0, 'backward': way <= 0}
-    curves = {n: _middles(x[rows], y[rows]) for n, rows in sides.items() if rows.sum() > BINS}
+    sides = {name: rows for name, rows in sides.items() if rows.sum() > BINS}
     whole = _middles(x, y)
-    if len(curves) < 2:
+    if len(sides) < 2:
         return {'law': whole}
-    (xf, yf), (xb, yb) = curves['forward'], curves['backward']
-    low, high = max(xf.min(), xb.min()), min(xf.max(), xb.max())
-    if high - low < 0.3 * np.ptp(x):  # each direction has its own range, as over the speed
-        return curves
-    grid = np.linspace(low, high, 30)
-    apart = np.interp(grid, xf, yf) - np.interp(grid, xb, yb)
-    if np.sqrt(np.mean(apart**2)) < 0.15 * np.sqrt(np.mean(y**2)):
-        return {'law': whole}
-    return curves
+    curves = {name: _middles(x[rows], y[rows]) for name, rows in sides.items()}
+    together = np.mean(np.abs(y - np.interp(x, *whole)))
+    apart = sum(np.sum(np.abs(y[rows] - np.interp(x[rows], *curves[name])))
+                for name, rows in sides.items()) / len(y)
+    return curves if apart < 0.75 * together else {'law': whole}
 
 
 def _middles(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -223,8 +226,10 @@ def _middles(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     bins = np.digitize(x, _edges(x)[1:-1])
     counts = np.bincount(bins)
     good = np.flatnonzero(counts >= min(FEWEST, counts.max()))
+    # with its neighbours, for a bin may hold one stretch of one recording only
+    near = [np.flatnonzero(np.abs(bins - b) <= 1) for b in good]
     return (np.array([np.median(x[bins == b]) for b in good]),
-            np.array([np.median(y[bins == b]) for b in good]))
+            np.array([np.median(y[rows]) for rows in near]))
 
 
 def _edges(x: np.ndarray) -> np.ndarray:
