@@ -15,14 +15,16 @@ INFLATED = 20.0
 """A standard error that others' freedom makes this many times larger is not separable."""
 
 
-def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2) -> np.ndarray:
+def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2,
+           settled: bool = True) -> np.ndarray:
     """
     Return the covariance (p, p) of the shared numbers, in units of their scales.
 
     A sandwich over horizons: their scores are summed with Bartlett weights up to ``lag``
     neighbours of the same recording (Newey, West 1987), so errors may be correlated within
     horizons and between neighbours. Where the horizons are too few for that, the larger of it and
-    the classical one, widened by the correlation time of the residuals. Held numbers get NaN.
+    the classical one, widened by the correlation time of the residuals. ``settled`` adds the step
+    that is left to go. Held numbers get NaN.
     """
     p = len(held)
     free = np.flatnonzero(~held)
@@ -48,9 +50,15 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2) ->
         grow = np.sqrt(np.maximum(1.0, np.diag(classical) / np.maximum(np.diag(sandwich), 1e-300)))
     covariance[np.ix_(free, free)] = sandwich * np.outer(grow, grow)
     # what the linear model still promises and kinks of friction did not let the fit have
-    missed = bread @ normal.gradient[free]
-    covariance[free, free] += missed**2
+    if settled:
+        covariance[free, free] += (bread @ normal.gradient[free]) ** 2
     return covariance
+
+
+def cautious(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
+    """Return the fine covariance, widened where the coarse one is wider."""
+    grow = np.sqrt(np.maximum(1.0, np.diag(coarse) / np.maximum(np.diag(fine), 1e-300)))
+    return fine * np.outer(grow, grow)
 
 
 def _correlation_time(residual: np.ndarray) -> float:

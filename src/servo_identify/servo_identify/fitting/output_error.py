@@ -21,8 +21,8 @@ from servo_twin.recording import Recording
 
 from .estimate import bag_name, Estimate, servo_with
 from .freedom import Freedom, freedom_of
-from .information import foreseen, spread, UNSURE
-from .problem import Problem
+from .information import cautious, foreseen, spread, UNSURE
+from .problem import COARSE, FINE, Problem
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
 from .solve import SHARES, solved
@@ -30,7 +30,8 @@ from .starts import best_starts, searched
 
 RELATIVE_MARGIN = 1e-3
 WEIGHTS = ('noise', 'residual', 'whitened')
-MOST_ROUNDS, STEPS_A_ROUND, SEARCHES = 12, 2, 3
+MOST_ROUNDS, STEPS_A_ROUND, COARSE_ROUNDS, SEARCHES = 12, 2, 2, 3
+ROUGH = 5.0  # residual over noise floor of the worst channel, above which slopes are taken coarse
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,7 @@ def _checked(problem: Problem,
              unknowns: Unknowns) -> tuple[Unknowns, list[str], np.ndarray, float]:
     """Correct the starts, and say what these recordings will not tell."""
     problem.be_modest()
+    problem.step = FINE
     normal = problem.linearised(unknowns)
     if not np.isfinite(normal.cost):
         raise ValueError('the simulation diverges at the values to start from; '
@@ -165,23 +167,32 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     normal = None
 
     # far from the answer one channel would drown the others: weights follow the fit down
-    for _ in range(MOST_ROUNDS):
+    for turn in range(MOST_ROUNDS):
         if _reweigh(problem, problem.raw_of(unknowns), weights == 'whitened') < 0.2 and taken:
             break
+        problem.step = COARSE if turn < COARSE_ROUNDS else FINE
         unknowns, _, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
         taken += done
-        if taken > STEPS_A_ROUND:
+        if turn:
             unknowns, _ = searched(problem, unknowns)
     if weights == 'noise':
         problem.factor[:] = 1.0
+    problem.step = FINE
     for _ in range(SEARCHES):
         unknowns, better = searched(problem, unknowns)
         if normal is not None and not better:
             break
         unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
         taken += done
-
     covariance = spread(normal, problem.owner, held)
+    if _misfit(problem, unknowns) > ROUGH:
+        for problem.step in (COARSE, FINE):
+            unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
+            taken += done
+            if problem.step == COARSE:
+                covariance = spread(normal, problem.owner, held, settled=False)
+        covariance = cautious(spread(normal, problem.owner, held), covariance)
+
     count = len(freedom)
     std = np.sqrt(np.diag(covariance)[:count])
     warned += _afterwards(freedom, unknowns, std, held[:count])
@@ -226,6 +237,11 @@ def _afterwards(freedom: Freedom, unknowns: Unknowns, std: np.ndarray,
             said.append(f'{name} is not identified: its standard error is '
                         f'{100 * std[k] * freedom.scale[k] / size:.0f} % of {size:.3g}')
     return said
+
+
+def _misfit(problem: Problem, unknowns: Unknowns) -> float:
+    left, floor = _rms(problem, problem.raw_of(unknowns)), _floors(problem)
+    return max(left[c] / floor[c] for c in left)
 
 
 def _rms(problem: Problem, residual: np.ndarray) -> dict[str, float]:

@@ -16,8 +16,13 @@ from .segments import CHANNELS
 from .shooting import moved, Shooting, Unknowns
 from .starts import start_deviations
 
-STEP = 3e-4
-"""Step of the differences, as a share of a parameter's scale; kinks of friction are smaller."""
+COARSE, FINE = 3e-2, 3e-4
+"""
+Steps of the differences, as shares of a parameter's scale.
+
+A shaft that sticks and teeth that strike make the cost rough: derivatives over a small step tell
+of the roughness, those over a large one of the slope beneath it.
+"""
 
 MODEST = 1e-3
 """What is judged to be excited must show beyond this share of a channel's motion."""
@@ -60,6 +65,7 @@ class Problem:
         self.carry = np.zeros((len(courses), len(CHANNELS)))
         seen = np.isfinite(self.measured).any(axis=0)
         self.late = np.flatnonzero(seen) if delays else np.array([], dtype=int)
+        self.step = COARSE
         self.damping = np.zeros(len(self.firsts))
         self.zeroed = np.flatnonzero(shooting.both)
         self.late_scale = min(c.period for c in courses)
@@ -142,7 +148,7 @@ class Problem:
         """Return the points of the differences and what one unit of each column is worth."""
         free, points = self.freedom, []
         for k, index in enumerate(free.index):
-            by = STEP * free.scale[k]
+            by = self.step * free.scale[k]
             if unknowns.theta[index] + by > free.high[k]:
                 by = -by
             points.append((moved(unknowns, index, by), by / free.scale[k]))

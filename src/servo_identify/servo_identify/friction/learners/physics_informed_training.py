@@ -15,7 +15,7 @@ import numpy as np
 from ..dataset import Dataset
 from . import compiled
 from .model import Model, Told
-from .neural import scaling, train
+from .network_training import scaling, train
 
 DRIVES, SAYS = 10.0, 0.02  # weights of the two penalties
 
