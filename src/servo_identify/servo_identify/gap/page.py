@@ -244,7 +244,7 @@ def _per_cent(share: float) -> str:
 
 
 def _between(interval: tuple[float, float]) -> str:
-    return f'{100.0 * interval[0]:.0f} to {100.0 * interval[1]:.0f} %'
+    return f'{round(100.0 * interval[0]):d} to {round(100.0 * interval[1]):d} %'
 
 
 def _short(value: float) -> str:
