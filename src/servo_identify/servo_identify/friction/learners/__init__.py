@@ -8,8 +8,9 @@ from .model import Learner
 
 _WHERE = {
     'coulomb_viscous': 'classical', 'stribeck': 'classical', 'dahl': 'classical',
-    'lugre': 'classical', 'sindy': 'sparse', 'feedforward': 'network_training', 'cnn': 'network_training',
-    'lstm': 'network_training', 'transformer': 'network_training', 'physics_informed': 'physics_informed_training',
+    'lugre': 'classical', 'sindy': 'sparse', 'feedforward': 'network_training',
+    'cnn': 'network_training', 'lstm': 'network_training', 'transformer': 'network_training',
+    'physics_informed': 'physics_informed_training',
 }
 
 
