@@ -15,9 +15,12 @@ from servo_identify.blind.outcome import judged
 from servo_identify.blind.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
 from servo_identify.blind.scoring import confusion, figures, of_baseline, risk_coverage
 from servo_rig_driver.emulated.excitation import family
+from servo_rig_driver.emulated.make import make_recording
 from servo_rig_driver.emulated.settings import load_rig
 from servo_twin import servo_file
 from servo_twin.physics.catalogue import names
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
+from servo_twin.physics.state import OUTPUTS
 
 EFFECTS_OF_THE_TABLE = ('torque_constant_error', 'stiffness_error', 'rotor_inertia',
                         'load_inertia', 'controller_mismatch')
@@ -81,6 +84,25 @@ def test_it_keeps_null_cases_inside_the_tolerances():
                 off.append(one.set[path] / servo.values[value] - 1.0)
         assert np.ptp(off) > 0.01
         assert set(one.set) == set(machine.set) | set(machine.tolerated)
+
+
+@pytest.mark.parametrize('name', machines())
+def test_it_has_null_cases_in_which_nothing_is_missing(name):
+    one = next(c for c in of_plan('development') if (c.machine, c.kind) == (name, 'null'))
+    machine = machines()[name]
+    servo = servo_file.load(machine.servo_path).with_values(
+        {value: one.set[path] for path, said in machine.tolerated.items() for value in said})
+    for order in one.recordings['screen'][::2]:
+        measured = make_recording(order['family'], machine.rig_path, None, order['settings'],
+                                  [f'{k}={v!r}' for k, v in one.set.items()], 4.0)
+        twin = simulate(servo, inputs_of(measured), 1e-3, initial_state(servo, 0.0, 0.0, 0.0))
+        for channel, limit in (('torque', 0.04), ('current', 0.03)):
+            left = means(measured[channel] - twin[:, OUTPUTS.index(channel)])
+            assert np.std(left) < limit * np.std(measured[channel]), (order['family'], channel)
+
+
+def means(values, over=10):
+    return values[:len(values) // over * over].reshape(-1, over).mean(axis=1)
 
 
 def test_it_only_expects_names_that_a_diagnosis_may_say():

@@ -26,6 +26,23 @@ KINDS_OF_MISS = {
     'misplaced': 'the right cause, blamed on another balance',
     'no answer': 'the diagnosis failed',
 }
+_METHOD = (
+    '- **Cases.** *null*: nothing is withheld, the values of the rig lie anywhere within 90 % of '
+    'the tolerances of the servo file. *single*: one trait at 0.5, 1, 2 or 4 times its smallest '
+    'detectable severity. *removed*: the true cause is taken out of the catalogue. *foreign*: a '
+    'trait that the catalogue never had. *pair*, *triple*: several at 2 or 4 times. In all but '
+    'null cases the other values lie within 25 % of the tolerances. Each case has five families '
+    'of excitation, their settings drawn anew: two replicates to select, one to accept, one of '
+    'other settings (a chirp for the multisine) to report.',
+    '- **Smallest detectable severity**: found on the rig alone, without twin or diagnosis. In '
+    'one signal of one family the rms of what the trait changes, less what tolerances could make '
+    'up for, reaches three noise floors and 5 % of the signal. For an error of a value that has '
+    'a tolerance: at least one and a half tolerances (`blind/severity.py`, `severities.yaml`).',
+    '- **Right** is a name of the trait in `blind/traits.yaml`, on its side; aliases stand there '
+    'with their reason. *Unknown* is the status `unknown` or `partly_explained`. A failed '
+    "diagnosis is a miss. Located: the balance of the verdict is one of the trait's.",
+    '- **Baselines** (`blind/baselines.py`) work on the balances of the same bags, tolerances '
+    'fitted inside their bounds first.', '')
 _SPAN = re.compile(r'<!-- learned: (.+?) -->\n(.*?)<!-- end -->', re.S)
 
 
@@ -96,9 +113,7 @@ def _head(outcomes, plan, command, planned) -> list[str]:
         f'{" and ".join(told["machines"])}; {counts}.{part}'
         + (f' A diagnosis took {sorted(seconds)[len(seconds) // 2]:.0f} s (median), on a machine '
            'that did other work as well.' if seconds else ''), '',
-        'Definitions: `blind/traits.yaml` (what each withheld property may be called, and why), '
-        '`blind/severity.py` (smallest detectable severity, found on the rig alone), '
-        '`blind/plans.yaml` (seeds), `blind/baselines.py`.', '']
+        *_METHOD]
 
 
 def _table(found: Sequence[Figure]) -> list[str]:

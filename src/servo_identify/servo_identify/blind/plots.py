@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from .definitions import traits
 from .outcome import Outcome
 from .scoring import confusion, risk_coverage, shrinks
 
@@ -24,8 +25,8 @@ def draw_confusion(outcomes: Sequence[Outcome], path: Path) -> None:
         for j, column in enumerate(columns):
             if not table[i, j]:
                 continue
-            unknown = row.endswith(' (removed)')
-            right = column == row or (unknown and column == '(unknown)')
+            unknown = row.endswith(' (removed)') or row in traits() and not traits()[row].known
+            right = (column == '(unknown)') if unknown else column == row
             mild = column.startswith('(')
             colour = GOOD if right else PALE if mild else BAD
             axes.text(j, i, str(table[i, j]), ha='center', va='center', color='white', fontsize=7,
