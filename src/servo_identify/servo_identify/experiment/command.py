@@ -126,7 +126,8 @@ def _headless(arguments: argparse.Namespace, runs: Sequence[Run], servo: Servo, 
     with _bar(Console(stderr=True)) as bar, ThreadPoolExecutor(2) as workers:
         task = bar.add_task('emulating', total=len(runs))
         futures = [workers.submit(make, run, arguments.output, rig, servo.name, text,
-                                  arguments.set, arguments.seed + k)
+                                  arguments.set, arguments.seed + k,
+                                  arguments.namespace.strip('/'))
                    for k, run in enumerate(runs)]
         try:
             for future in futures:

@@ -19,12 +19,12 @@ _MAKER = 'servo_rig_driver.emulated.make'
 
 
 def make(run: Run, folder: Path, rig: Path, servo: str, servo_text: str,
-         turned: Sequence[str] = (), seed: int = 0) -> Path:
+         turned: Sequence[str] = (), seed: int = 0, namespace: str = 'rig') -> Path:
     """
     Have the emulated rig play a run and return the bag of it, ``folder``/NAME.
 
-    ``turned``: properties like friction.level=1.5. Raises ValueError with what the emulated rig
-    said when it did not play it.
+    The bag is as a live one of the rig in a ``namespace``. ``turned``: properties such as
+    friction.level=1.5. Raises ValueError with what the emulated rig said when it did not play it.
     """
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         table, waves = Path(scratch) / 'table.npz', Path(scratch) / 'waves.npz'
@@ -43,4 +43,4 @@ def make(run: Run, folder: Path, rig: Path, servo: str, servo_text: str,
         name=run.name, period=run.period, columns=kept, family=run.family,
         replicate=run.replicate, servo=servo, servo_file=servo_text,
         note='emulated rig without its bus')
-    return write_recording(folder / run.name, recording)
+    return write_recording(folder / run.name, recording, namespace=namespace)

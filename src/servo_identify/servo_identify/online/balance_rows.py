@@ -51,7 +51,7 @@ class Filters:
     The filters of one servo for friction at a site, ``motor`` or ``load``.
 
     Where the torque between the shafts is not measured, the friction is that of both shafts, seen
-    at the load.
+    at the load. ``friction_noise`` (N m): what noise of the sensors makes of it.
     """
 
     def __init__(self, servo: Servo, period: float, site: str, half: int) -> None:
@@ -63,6 +63,9 @@ class Filters:
         self.balance = site if taps[site].any() else 'torque_balance'
         row = taps[self.balance][:len(OUTPUTS)]
         self._friction = [(c, row[c]) for c in range(len(OUTPUTS)) if row[c].any()]
+        self.friction_noise = float(np.linalg.norm([
+            np.nan_to_num(servo.noise(OUTPUTS[c])) * np.linalg.norm(taps)
+            for c, taps in self._friction])) or 1.0
         self._window = _window(half)
         self._speed = np.convolve(_window(half - 1), np.array([1.0, 0.0, -1.0]) / (2.0 * period))
         self._drive = taps['drive'][VOLTAGE] / -values['drive.gain']

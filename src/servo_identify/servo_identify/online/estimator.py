@@ -14,9 +14,7 @@ from math import inf
 
 import numpy as np
 
-from servo_twin.balance_taps import balance_noise, balance_taps
 from servo_twin.physics.servo import Servo
-from servo_twin.recording import BALANCES
 from servo_twin.samples import CHANNELS
 
 from .balance_rows import Filtered, Filters
@@ -29,6 +27,7 @@ FLANK = 4.0  # N m that make a flank
 SLOWEST = 0.01
 """rad/s at the load below which a shaft counts as not turning: presliding is no friction level."""
 _LEAST_COMMAND = 0.05  # V rms, of the drive's gain
+_FIRST_PLAY, _FIRST_CURRENT = 1e-5, 1e-3  # rad, A: deviations of a row, as first guesses
 _FRICTION = {'coulomb_friction': 'level', 'viscous_friction': 'slope'}
 
 
@@ -69,8 +68,6 @@ class OnlineEstimator:
                                    and self._filters.balance == 'motor' else 1.0)
         self._block = max(2 * half, round(BLOCK / period))
         self._reversals = Reversals(period, FLANK)
-        noise = dict(zip(BALANCES, balance_noise(servo, period, balance_taps(
-            servo, period, half)), strict=True))
         declared = dict(servo.declarations())
         self._groups: dict[str, tuple[tuple[str, ...], Tracker]] = {}
 
@@ -86,11 +83,10 @@ class OnlineEstimator:
         self._kinds = [kind for kind, placed in friction.items() if placed]
         group('friction', [f'effects.{friction[kind].name}.{_FRICTION[kind]}'
                            for kind in self._kinds],
-              float(np.nan_to_num(noise[self._filters.balance], nan=1.0)) or 1.0)
+              self._filters.friction_noise)
         group('gap', [f'effects.{placed.name}.width' for placed in servo.effects
-                      if placed.effect.name == 'backlash'][:1], 1e-5)
-        group('gain', ['drive.gain'] * self._filters.drives,
-              max(float(np.nan_to_num(noise['drive'])), 1e-4))
+                      if placed.effect.name == 'backlash'][:1], _FIRST_PLAY)
+        group('gain', ['drive.gain'] * self._filters.drives, _FIRST_CURRENT)
         self.names = tuple(path for paths, _ in self._groups.values() for path in paths)
         self._since_play = 0.0
         self._rows = np.empty((0, len(CHANNELS)))

@@ -1,0 +1,47 @@
+"""The parameters of the identify node, declared once."""
+
+from __future__ import annotations
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.node import Node
+
+_REALS = {
+    'buffer': (180.0, 's', 2.0, 3600.0, 'How much of the running rig is kept for jobs without '
+               'bags; read at the start'),
+    'trial': (60.0, 's', 1.0, 3600.0, 'How long a new servo file runs before it is judged against '
+              'the old one'),
+    'margin': (0.02, '', 0.0, 10.0, 'How much larger, as a share, the residual of a new servo '
+               'file may be and yet stay'),
+    'watch.block': (0.25, 's', 0.02, 10.0, 'Length of the blocks of the change detector; read '
+                    'at the start'),
+    'watch.learn': (60.0, 's', 1.0, 3600.0, 'How long the change detector learns what is usual; '
+                    'read at the start'),
+    'watch.false_alarms': (0.1, '1/h', 1e-6, 1e3, 'False alarms an hour of all balances '
+                           'together, at most; read at the start'),
+    'online.time_constant': (60.0, 's', 1.0, 1e5, 'In which the online estimator forgets, while '
+                             'the rig says something about a quantity'),
+    'online.period': (1.0, 's', 0.1, 60.0, 'From one estimate to the next; read at the start'),
+}
+_SWITCHES = {'watch.on': 'Watch the residuals of the twin for changes',
+             'online.on': 'Track slowly varying quantities and publish twin/estimate'}
+
+
+def declare(node: Node) -> None:
+    """Declare all of them."""
+    node.declare_parameter('servo_file', 'rv_bench', ParameterDescriptor(
+        description='Servo file that the twin begins with: a path, or the name of a shipped one; '
+                    'afterwards the node follows what it loads itself', read_only=True))
+    node.declare_parameter('folder', '', ParameterDescriptor(
+        description='Where retrained servo files go; empty: a folder that ends with the node',
+        read_only=True))
+    for name, (default, unit, low, high, text) in _REALS.items():
+        node.declare_parameter(name, default, ParameterDescriptor(
+            description=f'{text}. Unit: {unit or "none"}.',
+            floating_point_range=[FloatingPointRange(from_value=low, to_value=high)]))
+    for name, text in _SWITCHES.items():
+        node.declare_parameter(name, True, ParameterDescriptor(description=f'{text}.'))
+
+
+def value(node: Node, name: str):
+    """Return the value of a parameter."""
+    return node.get_parameter(name).value

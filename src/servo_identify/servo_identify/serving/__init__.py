@@ -1,0 +1,1 @@
+"""Work for the running rig: jobs in processes of their own, the models in use, what was heard."""
