@@ -14,8 +14,9 @@ from .screening import Screening
 from .stack import Stack
 
 AT_LEAST = 0.05  # shrink of a channel's gap that counts
+MATTERS = 0.5  # share of the whole gap from which a channel that gets worse counts
 WORSE = 0.10  # growth of a channel's gap that does not do
-BY_BALANCE = 0.15  # shrink of a balance's gap that counts where the channels are too coarse
+BY_BALANCE = 0.3  # shrink of a balance's gap that counts where the channels are too coarse
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,7 @@ def _judge(without: Trial | None, full: Trial | None,
     if without is None:
         return True, 1.0, ''
     best, worst = 0.0, 0.0
+    whole = full.gap.total(without.gap)
     for channel in full.gap.squares:
         before, after = without.gap.excess(channel), full.gap.excess(channel)
         floor = full.gap.floor[channel]
@@ -88,10 +90,11 @@ def _judge(without: Trial | None, full: Trial | None,
             low, high = _interval(without.gap, full.gap, channel)
             drop = 1.0 - after / before
             best = max(best, drop if low > 0.0 else 0.0)
-            if high < 0.0 and after > 0.3 * floor:
+            # a channel that was near perfect may lose what does not matter
+            if high < 0.0 and after / full.gap.signal[channel] > MATTERS * whole:
                 worst = max(worst, -drop)
     balance = _by_balance(without, full, others)
-    if worst > WORSE and best < 3.0 * worst:
+    if worst > WORSE:
         return False, best - worst, f'a channel gets worse by {100 * worst:.0f} %'
     if best >= AT_LEAST or balance >= BY_BALANCE:
         return True, max(best, balance), ''

@@ -141,6 +141,10 @@ class Balance:
         """Return the current that the drive makes of the command, A, at every sample."""
         return self._current(theta, on, self._static)
 
+    def command(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """Return what the controller makes of references and readings, V, at every sample."""
+        return self._command(theta, on, self.seen.channels)
+
     def command_noise(self, theta: np.ndarray) -> float:
         """Standard deviation of the controller balance by the noise of the encoders, V."""
         chance, channels = np.random.default_rng(0), self.seen.channels

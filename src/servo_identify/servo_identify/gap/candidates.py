@@ -117,7 +117,12 @@ def candidates_of(extended: Extended,
     servo, candidates = extended.servo, []
     for index in range(extended.given, len(servo.effects)):
         candidates += _of_effect(servo, servo.effects[index], index, shapes)
-    return candidates + _of_parameters(servo, extended.given)
+    candidates += _of_parameters(servo, extended.given)
+    settings = tuple(p for p, d in servo.declarations()
+                     if p.startswith('controller.') and d.off is not None)
+    if settings:
+        candidates.append(Candidate('controller_mismatch', '', settings, (0,) * len(settings)))
+    return candidates
 
 
 def _sites(effect: type[Effect], servo: Servo, sides, channels) -> list[str]:

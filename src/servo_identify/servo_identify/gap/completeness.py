@@ -75,10 +75,11 @@ def features(stack: Stack, balance: str) -> np.ndarray:
 def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
     """Describe what a residual (in units of the scale) leaves in a balance."""
     from sklearn.ensemble import HistGradientBoostingRegressor
+    from threadpoolctl import threadpool_limits
 
     rows = stack.balance == BALANCES.index(balance)
     target, table, block = residual[rows], features(stack, balance), stack.block[rows]
-    thin = max(1, len(target) // 12000)
+    thin = max(1, len(target) // 8000)
     target, table, block = target[::thin], table[::thin], block[::thin]
     square = float(np.mean(target**2))
     clipped = np.clip(target, *np.percentile(target, (0.5, 99.5)))
@@ -92,13 +93,14 @@ def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
             continue
         model = HistGradientBoostingRegressor(max_iter=60, max_leaf_nodes=12, min_samples_leaf=40,
                                               learning_rate=0.15, random_state=0)
-        model.fit(table[~test], clipped[~test])
-        predicted[test] = model.predict(table[test])
-        error = np.mean((clipped[test] - predicted[test])**2)
-        for i in range(table.shape[1]):
-            mixed = table[test].copy()
-            mixed[:, i] = chance.permutation(mixed[:, i])
-            importance[i] += np.mean((clipped[test] - model.predict(mixed))**2) - error
+        with threadpool_limits(1):  # its threads wait for each other on a busy machine
+            model.fit(table[~test], clipped[~test])
+            predicted[test] = model.predict(table[test])
+            error = np.mean((clipped[test] - predicted[test])**2)
+            for i in range(table.shape[1]):
+                mixed = table[test].copy()
+                mixed[:, i] = chance.permutation(mixed[:, i])
+                importance[i] += np.mean((clipped[test] - model.predict(mixed))**2) - error
     taken = np.mean(clipped**2) - np.mean((clipped - predicted)**2)
     predictable = float(max(0.0, taken))
     strongest = np.argsort(importance)[::-1]

@@ -14,6 +14,7 @@ from .weak_form import Bump, count_of, noise_of
 
 SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
 BLOCK = 1.5  # s, what may be taken as independent of its neighbours
+FEWEST_BLOCKS = 40  # of all recordings together: of short ones, blocks are shorter
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Observation:
 
     ``bump`` weighs the mechanical balances, ``fine`` the electrical ones, which need no
     derivative. ``noise`` is the standard deviation of one reading by channel, ``counts`` the
-    count of an encoder (0: not in counts).
+    count of an encoder (0: not in counts), ``block`` the seconds of a block.
     """
 
     recording: Recording
@@ -51,6 +52,7 @@ class Observation:
     noise: dict[str, float]
     counts: dict[str, float]
     closed_loop: bool
+    block: float
 
     @property
     def period(self) -> float:
@@ -89,6 +91,8 @@ def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
     for recording, noise in zip(recordings, noises, strict=True):
         needed = _spacing(recording, noise, servo)
         spacings[recording.period] = max(needed, spacings.get(recording.period, 0))
+    together = sum(r.duration for r in recordings)
+    block = float(np.clip(together / FEWEST_BLOCKS, 0.2, BLOCK))
     seen = []
     for recording, noise in zip(recordings, noises, strict=True):
         spacing = spacings[recording.period]
@@ -99,7 +103,7 @@ def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
         loop = bool(servo.controller.parameters) and (
             recording.has('reference_position') or recording.has('reference_velocity'))
         seen.append(Observation(recording, channels, Bump(spacing, recording.period, 2 * spacing),
-                                Bump(2, recording.period, 4), noise, counts, loop))
+                                Bump(2, recording.period, 4), noise, counts, loop, block))
     return seen
 
 

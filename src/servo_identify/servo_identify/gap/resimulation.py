@@ -18,10 +18,9 @@ from servo_twin.physics.kernel import kernel_of
 from servo_twin.physics.simulate import initial_state, inputs_of, substeps_of
 
 from .balance import Balance
-from .observation import BLOCK
 
 HORIZON = 0.4  # s, free run between two starts
-CHANNELS = ('motor_position', 'load_position', 'torque', 'current', 'wind_up')
+CHANNELS = ('motor_position', 'load_position', 'torque', 'current', 'wind_up', 'command')
 
 
 class Diverged(ValueError):
@@ -93,15 +92,18 @@ def resimulate(one: Balance, theta: np.ndarray, on: np.ndarray,
                        f'{seen.recording.name}; its step of {servo.step:g} s may be too long')
     twin = dict(zip(state.OUTPUTS, y.T, strict=True))
     twin['wind_up'] = twin['motor_position'] / ratio - twin['load_position']
-    rig = {n: seen.recording[n] for n in CHANNELS if n != 'wind_up'}
+    rig = {n: seen.recording[n] for n in CHANNELS if n not in ('wind_up', 'command')}
     rig['wind_up'] = rig['motor_position'] / ratio - rig['load_position']
-    errors = {n: rig[n] - twin[n] for n in CHANNELS if np.isfinite(rig[n]).any()}
+    errors = {n: x - twin[n] for n, x in rig.items() if np.isfinite(x).any()}
     for name in ('motor_position', 'load_position'):
         if name in errors:
             errors[name] = _started_anew(errors[name], [*starts, samples])
     if 'wind_up' in errors:  # two encoders never have the same zero
         errors['wind_up'] = errors['wind_up'] - np.nanmedian(errors['wind_up'])
-    return Run(errors, twin, (np.arange(samples) * period / BLOCK).astype(int))
+    if 'controller' in one.names:
+        twin['command'] = one.command(theta, on)
+        errors['command'] = seen.recording['voltage'] - twin['command']
+    return Run(errors, twin, (np.arange(samples) * period / seen.block).astype(int))
 
 
 def _starts(one: Balance, length: int) -> np.ndarray:
@@ -201,6 +203,8 @@ def _noise(one: Balance, channel: str) -> float:
     if channel == 'wind_up':
         return float(np.hypot(noise['motor_position'] / one.servo.values['mechanism.ratio'],
                               noise['load_position']))
+    if channel == 'command':
+        return one.command_noise(one.servo.theta) / one.seen.fine.gain(0)
     return float(noise[channel])
 
 
@@ -208,9 +212,9 @@ def _moved(one: Balance, channel: str) -> float:
     """How much a channel moves beside a line: what its error is measured against."""
     if channel == 'wind_up':
         return float(np.std(one.motion('wind_up')))
-    x = one.seen.recording[channel]
+    x = one.seen.recording['voltage' if channel == 'command' else channel]
     x = x[np.isfinite(x)]
-    if channel in ('torque', 'current'):
+    if channel in ('torque', 'current', 'command'):
         return float(np.sqrt(np.mean(x**2)))
     length = max(2, int(HORIZON / one.seen.period))
     whole = x[:len(x) // length * length].reshape(-1, length)

@@ -11,11 +11,11 @@ from servo_twin.physics.effect import Effect
 from .balance import Balance
 
 SHARES = {
-    'rad/s': (0.02, 0.07, 0.2, 0.5),
+    'rad/s': (0.02, 0.07, 0.2),
     'N m': (0.15, 0.5, 1.5),
     'A': (0.2, 0.5, 1.0),
     'V': (0.4, 0.6, 0.75, 0.9),
-    's': (0.1, 0.3, 1.0),
+    's': (0.1, 0.3),
 }
 """Shares of what a machine reached that are tried for a shape in that unit."""
 TRAVELS = {'mesh': (0.15, 0.5, 1.5), 'shaft': (0.002, 0.01, 0.05)}

@@ -29,7 +29,7 @@ MOST = 6  # causes in one diagnosis
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
-ALIKE = 0.93  # share of a cause's gain that another must reach to be called ambiguous with it
+ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
 
 
 @dataclass
@@ -206,7 +206,7 @@ class Screening:
         used = self.used(chosen)
         if candidate.switch is None:
             used = np.array([u for u in used if u >= len(self.nuisance)
-                             or self.labels[u] != candidate.paths[0]], dtype=int)
+                             or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
         room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         key = tuple(used)
         if key != self._known[0]:
@@ -236,9 +236,9 @@ class Screening:
     def used(self, chosen: Iterable[int]) -> np.ndarray:
         """Columns of the nuisances and of some candidates; a freed parameter counts once."""
         chosen = list(chosen)
-        freed = {self.library.candidates[c].paths[0] for c in chosen
-                 if self.library.candidates[c].switch is None}
-        kept = [n for n in self.nuisance if self.labels[n] not in freed]
+        freed = {path for c in chosen if self.library.candidates[c].switch is None
+                 for path in self.library.candidates[c].paths}
+        kept = [n for n in self.nuisance if self.labels[n].split(':')[0] not in freed]
         return np.concatenate([np.array(kept, dtype=int)]
                               + [self.members[c] for c in chosen]).astype(int)
 
@@ -280,11 +280,19 @@ class Screening:
 
     def significance(self, one: int, chosen: list[int]) -> float:
         """
-        Return how far a candidate's amplitudes are from nothing, in standard deviations.
+        Return how far a candidate is from nothing, in standard deviations.
 
-        Wald's test with the scatter of the scores over blocks, which knows nothing of how samples
-        within a block hang together; an effect that shows in a few blocks is not punished.
+        The larger of two tests over blocks, which know nothing of how samples within a block hang
+        together: Wald's of the amplitudes, which does not punish an effect that shows in a few
+        blocks, and that of the held-out gain, which holds where much else is still unexplained.
         """
+        before, after = self.residual(chosen), self.residual([*chosen, one])
+        drop = np.bincount(self.blocks, before**2 - after**2)
+        paired = float(drop.sum() / (np.std(drop) * np.sqrt(len(drop)) + 1e-12))
+        return max(paired, self._wald(one, chosen))
+
+    def _wald(self, one: int, chosen: list[int]) -> float:
+        """Return Wald's test of a candidate's amplitudes, as standard deviations."""
         used, fitted = self.coefficients([*chosen, one])
         table = self.columns[:, used]
         left = self.stack.base + table @ fitted
@@ -377,6 +385,11 @@ class Screening:
                     chosen = [*rest, better]
         return chosen
 
+    def _squares(self, chosen: list[int]) -> dict[int, float]:
+        """Mean square of what is left, by balance."""
+        left, balance = self.residual(chosen), self.stack.balance
+        return {int(b): float(np.mean(left[balance == b]**2)) for b in np.unique(balance)}
+
     def explain(self, chosen: list[int]) -> list[Choice]:
         """Say of each choice what it gains and what could take its place."""
         answers = []
@@ -386,11 +399,16 @@ class Screening:
             gain, significance = start - self.loss(chosen), self.significance(one, rest)
             alike = {}
             taken = {self.library.candidates[c].key for c in chosen}
-            for c, other in enumerate(self.library.candidates):
+            left = self._squares(chosen)
+            for c, other in enumerate(list(self.library.candidates)):
                 if other.key in taken:
                     continue
                 share = (start - self.loss([*rest, c])) / max(gain, 1e-12)
-                if share >= ALIKE and share > alike.get(other.key, (0.0, None))[0]:
+                if share < ALIKE or share <= alike.get(other.key, (0.0, None))[0]:
+                    continue
+                closer = self.refined(c, rest)
+                if all(square <= 1.5 * left[b] + 0.3
+                       for b, square in self._squares([*rest, closer]).items()):
                     alike[other.key] = (share, other)
             ranked = sorted(alike.values(), key=lambda pair: -pair[0])
             answers.append(Choice(self.library.candidates[one], gain, significance,

@@ -8,8 +8,8 @@ import numpy as np
 
 from .balance import Balance, BALANCES
 from .candidates import Candidate, Extended
-from .observation import BLOCK
 
+LARGEST = 1e5  # a law that runs away moves a residual by no more than this
 PRACTICAL = 0.005  # share of a balance's own signal below which a gap does not matter
 JITTER = 0.15  # samples, by which instants of sampling scatter unseen
 SHIFT = 0.7  # samples by which a channel may be sampled early or late without being wrong
@@ -21,7 +21,7 @@ class Stack:
     Residuals of several recordings, divided by their noise and a practical margin.
 
     A row is one instant of one balance of one recording; ``block`` numbers the stretches of
-    :data:`~.observation.BLOCK` seconds that may be taken as independent, ``balance`` indexes
+    a second or so that may be taken as independent, ``balance`` indexes
     BALANCES. Rows where nothing can be said (standstill, missing samples) are left out for good.
     """
 
@@ -51,10 +51,10 @@ class Stack:
                 scale.append(np.hypot.reduce((np.full(len(times), self.noise[number, name]),
                                               np.full(len(times), margin),
                                               rounding(one, name)[keep])))
-                block.append(first + (times / BLOCK).astype(int))
+                block.append(first + (times / one.seen.block).astype(int))
                 balance.append(np.full(len(times), BALANCES.index(name)))
                 recording.append(np.full(len(times), number))
-            first += int(one.seen.recording.duration / BLOCK) + 1
+            first += int(one.seen.recording.duration / one.seen.block) + 1
         self.block = np.concatenate(block) if block else np.zeros(0, int)
         self.balance = np.concatenate(balance) if balance else np.zeros(0, int)
         self.recording = np.concatenate(recording) if recording else np.zeros(0, int)
@@ -78,7 +78,7 @@ class Stack:
             for name, values in one.residuals(theta, on, only).items():
                 part = self._part[number, name]
                 kept = values[self._keep[number, name]]
-                answer[part] = np.nan_to_num(kept) / self.scale[part]
+                answer[part] = np.clip(np.nan_to_num(kept) / self.scale[part], -LARGEST, LARGEST)
         return answer
 
     def kept(self, number: int, balance: str) -> np.ndarray:
@@ -89,8 +89,9 @@ class Stack:
         """
         Return what may move without anything being missing: (names, columns, low, high).
 
-        Parameters within their tolerance, the zero of the wind-up of each recording, and the
-        instants of sampling within a part of a sample.
+        Parameters within their tolerance (those of the controller for each recording on its own:
+        gains are settings), the zero of the wind-up of each recording, and the instants of
+        sampling within a part of a sample.
         """
         servo = self.extended.servo
         labels, columns, low, high = [], [], [], []
@@ -101,10 +102,15 @@ class Stack:
             column = self.derivative(path, 0, 0.25 * (most - least))
             if np.abs(column).max(initial=0.0) == 0.0:
                 continue
-            labels.append(path)
-            columns.append(column)
-            low.append(least - value)
-            high.append(most - value)
+            parts = [(path, column)]
+            if path.startswith('controller.'):
+                parts = [(f'{path}:{n}', np.where(self.recording == n, column, 0.0))
+                         for n in range(len(self.balances))]
+            for label, part in parts:
+                labels.append(label)
+                columns.append(part)
+                low.append(least - value)
+                high.append(most - value)
         for label, column, bound in self._timing:
             labels.append(label)
             columns.append(column)

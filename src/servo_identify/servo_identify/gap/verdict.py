@@ -182,7 +182,7 @@ def _channels(evidence) -> dict[str, dict]:
     linear = evidence.servo.linear
     units = {'motor_position': 'm' if linear else 'rad', 'load_position': 'm' if linear else 'rad',
              'torque': 'N' if linear else 'N m', 'current': 'A',
-             'wind_up': 'm' if linear else 'rad'}
+             'wind_up': 'm' if linear else 'rad', 'command': 'V'}
     return {channel: {
         'unit': units[channel], 'rms_gap': given.rms(channel), 'noise_floor': given.floor[channel],
         'fit': 1.0 - given.rms(channel) / given.signal[channel],
