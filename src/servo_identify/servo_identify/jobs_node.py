@@ -128,19 +128,17 @@ class Jobs(Node):
                 folder = self._next_folder('diagnose')
                 output = Path(goal.output) if goal.output else folder / 'report'
                 servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
-                words = ['diagnose', *self._bags(goal.bags, folder), '--servo', str(servo), '-o',
-                         str(output)]
-                feedback = Diagnose.Feedback()
-                with self._job('servo_identify.cli', *words) as job:
+                words = [str(servo), str(output), *self._bags(goal.bags, folder)]
+                feedback = Diagnose.Feedback(stage='starting')
+                with self._job('servo_identify.serving.diagnosing', *words) as job:
                     while job.status is None:
                         self._heed(handle, job, 0.0)
                         for said in job.reports():
                             feedback.stage = said.get('stage', feedback.stage)
                             feedback.progress = said.get('progress', feedback.progress)
-                        feedback.stage = feedback.stage or 'running'
                         handle.publish_feedback(feedback)
                         time.sleep(LOOK_EVERY)
-                    if not (output / 'report.json').exists():
+                    if job.status:
                         raise ValueError(job.last_words())
                 result.report = (output / 'report.json').read_text()
                 result.message = json.loads(result.report)['verdict']['sentence']

@@ -51,7 +51,7 @@ class Chart:
         left = values - basis @ slopes
         self._before = [np.append(b, v) for b, v in zip(
             basis[whole - order:], left[whole - order:], strict=True)]
-        self._recent = np.empty((0, basis.shape[1] + 1))
+        self._recent = np.empty((0, basis.shape[1] + 2))  # regressors, innovation, the same cut
         self._waiting: list[tuple[float, np.ndarray]] = []
         self._blocks = 0
 
@@ -73,23 +73,22 @@ class Chart:
         white = self._white(np.array(self._before))[0]
         del self._before[0]
         most = MOST * self._spread
-        white[-1] = min(max(white[-1], -most), most)
+        white = np.append(white, min(max(white[-1], -most), most))
         self._recent = np.vstack([self._recent[1 - WINDOWS[-1]:], white])
         self._blocks += 1
         return self._judged()
 
     def _judged(self) -> tuple[float, int]:
-        """Return the first window, and its largest deviation, that tells of a change."""
+        """Return the deviation, not cut, and length of the first window that tells of a change."""
         for window, threshold in zip(WINDOWS, self._thresholds, strict=True):
             if window > len(self._recent) or self._blocks % (window // 2):
                 continue
-            rows, errors = self._recent[-window:, :-1], self._recent[-window:, -1]
+            rows, errors = self._recent[-window:, :-2], self._recent[-window:, -2:]
             gram, shares = rows.T @ rows, rows.T @ errors
             for q in self._matched:
                 spread = self._spread * sqrt(gram[q, q] + gram[q] @ self._doubt @ gram[q])
-                z = shares[q] / spread if spread > 0.0 else 0.0
-                if abs(z) > threshold:
-                    return float(z), window * self._every
+                if spread > 0.0 and abs(shares[q, 1]) > threshold * spread:
+                    return float(shares[q, 0] / spread), window * self._every
         return 0.0, 0
 
     def _white(self, rows: np.ndarray) -> np.ndarray:

@@ -18,9 +18,10 @@ def half_window(period: float) -> int:
 
 def driving(rows: np.ndarray, period: float, ratio: float) -> np.ndarray:
     """
-    Return speed of the load (rad/s), its direction (-1 to 1) and the external torque (N m).
+    Return speed of the load (rad/s), its direction (-1 to 1), external torque (N m), sine and
+    cosine of the load's angle.
 
-    ``rows`` (n + 2 half_window, len(CHANNELS)); the answer has shape (n, 3). Without a load
+    ``rows`` (n + 2 half_window, len(CHANNELS)); the answer has shape (n, 5). Without a load
     encoder the motor's angle over ``ratio`` is taken.
     """
     half = half_window(period)
@@ -29,4 +30,6 @@ def driving(rows: np.ndarray, period: float, ratio: float) -> np.ndarray:
         angle = rows[:, MOTOR_POSITION] / ratio
     speed = (angle[2 * half:] - angle[:-2 * half]) / (2.0 * half * period)
     external = np.nan_to_num(rows[half:-half, _EXTERNAL])
-    return np.column_stack([speed, speed / (np.abs(speed) + _SLOW), external])
+    here = angle[half:-half]
+    return np.column_stack([speed, speed / (np.abs(speed) + _SLOW), external, np.sin(here),
+                            np.cos(here)])
