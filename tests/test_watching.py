@@ -18,7 +18,7 @@ def noise(seed, seconds, memory=0.0, columns=2):
 
 def detector(false_alarms, **more):
     return ChangeDetector(('motor', 'load'), PERIOD, Settings(
-        learn=LEARN, false_alarms=false_alarms, **more))
+        learn=LEARN, false_alarms=false_alarms, **{'least': 0.0} | more))
 
 
 @pytest.mark.parametrize('memory', [0.0, 0.9, 0.98])
@@ -81,6 +81,13 @@ def test_it_does_not_judge_a_rig_that_is_driven_as_never_seen():
     watch = detector(0.1)
     assert watch.push(0, rows, speed) == []
     assert watch.passed_over > 200
+
+
+def test_it_passes_over_a_change_that_is_too_small_to_matter():
+    rows = noise(11, 400.0)
+    rows[8000:] += 0.6
+    assert detector(0.1).push(0, rows) != []
+    assert detector(0.1, least=2.0).push(0, rows) == []
 
 
 def test_it_lets_pass_what_is_unknown_and_begins_anew_after_a_gap():

@@ -14,7 +14,8 @@ friction is a residual that turns with the direction),
 .. math:: z = \frac{\sum g_q e}{s\sqrt{P_{qq} + P_q^T M^{-1} P_q}}, \quad P = \sum g g^T
 
 over the window, :math:`M` the same sum over learning: the generalised likelihood ratio of a
-change within the last L blocks, with what learning left uncertain. The threshold is the union
+change within the last L blocks, with what learning left uncertain. :math:`P_{qq}` is widened
+where windows of learning spread more than white innovations would. The threshold is the union
 bound: a window of L blocks is judged every L/2 blocks, so judging all windows of all regressors
 at :math:`P(|t_\nu| > h_L)` gives at most the stated rate of false alarms, if innovations are
 normal, with Student's t for the :math:`\nu` degrees of freedom that learning left. Innovations
@@ -42,7 +43,7 @@ FREEDOM = 8.0
 LEAST = 24
 """Blocks that learning holds at least, where several count as one."""
 
-BEYOND = 0.25
+BEYOND = 0.1
 """How far a covariate may leave what was learned, as a share of its largest size there."""
 
 FEATURES = ('mean', 'power')
@@ -69,12 +70,14 @@ class Settings:
     """
     How to watch.
 
-    ``block`` and ``learn`` in s; ``false_alarms`` an hour, of all balances together.
+    ``block`` and ``learn`` in s; ``false_alarms`` an hour, of all balances together. ``least``:
+    changes of the mean below so many noise floors are of no interest.
     """
 
     block: float = 0.25
     learn: float = 60.0
     false_alarms: float = 0.1
+    least: float = 3.0
 
     def __post_init__(self) -> None:
         for name, value in (('block', self.block), ('false_alarms', self.false_alarms)):
@@ -202,7 +205,7 @@ class ChangeDetector:
         rate = (self.settings.false_alarms / 3600.0 * block
                 / max(1, len(watched) * (len(matched) + 1)))
         for column in watched:
-            mean = Chart(means[:, column], covariates, rate, matched)
+            mean = Chart(means[:, column], covariates, rate, matched, least=self.settings.least)
             powers = np.array([_features(r[:, column], d, mean.slopes)[1]
                                for r, d in zip(rows, driven, strict=True)])
             every = _together(powers)

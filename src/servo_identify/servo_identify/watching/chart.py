@@ -23,11 +23,13 @@ class Chart:
     One feature of one balance: its regression, its whitening, its windows.
 
     ``rate``: false alarms a block of each of the regressors ``matched`` (columns of the
-    covariates), of all windows together.
+    covariates), of all windows together. A change counts from ``least`` on, in the unit of the
+    values: the root mean square of what it adds to them, driven as while learning.
     """
 
     def __init__(self, values: np.ndarray, covariates: np.ndarray, rate: float,
-                 matched: Sequence[int], every: int = 1, root: float = 1.0) -> None:
+                 matched: Sequence[int], every: int = 1, root: float = 1.0,
+                 least: float = 0.0) -> None:
         good = np.isfinite(values)
         whole = good.sum() // every
         values = values[good][:whole * every].reshape(whole, every).mean(axis=1) ** root
@@ -46,6 +48,8 @@ class Chart:
         freedom = max(3.0, len(innovations) - basis.shape[1] - order)
         self._spread = sqrt(float(innovations @ innovations) / freedom)
         self._doubt = np.linalg.inv(_gram(whitened))
+        self._least = least / np.maximum(np.sqrt(np.square(basis).mean(axis=0)), 1e-12)
+        self._wider = {w: self._unsteady(whitened, innovations, w) for w in WINDOWS}
         self._thresholds = [float(student.isf(rate / len(WINDOWS) * (w // 2) / 2.0, freedom))
                             for w in WINDOWS]
         left = values - basis @ slopes
@@ -86,10 +90,21 @@ class Chart:
             rows, errors = self._recent[-window:, :-2], self._recent[-window:, -2:]
             gram, shares = rows.T @ rows, rows.T @ errors
             for q in self._matched:
-                spread = self._spread * sqrt(gram[q, q] + gram[q] @ self._doubt @ gram[q])
-                if spread > 0.0 and abs(shares[q, 1]) > threshold * spread:
+                spread = self._spread * sqrt(self._wider[window][q] * gram[q, q]
+                                             + gram[q] @ self._doubt @ gram[q])
+                if abs(shares[q, 1]) > threshold * spread > 0.0 and (
+                        abs(shares[q, 0]) >= self._least[q] * gram[q, q]):
                     return float(shares[q, 0] / spread), window * self._every
         return 0.0, 0
+
+    def _unsteady(self, whitened: np.ndarray, innovations: np.ndarray, window: int) -> np.ndarray:
+        """Return how much wider windows spread while learning than whiteness says, at least 1."""
+        starts = range(0, len(whitened) - window + 1, window // 2)
+        sums, sizes = np.zeros(whitened.shape[1]), np.zeros(whitened.shape[1])
+        for part in (slice(start, start + window) for start in starts):
+            sums += (whitened[part].T @ innovations[part]) ** 2
+            sizes += np.square(whitened[part]).sum(axis=0) * self._spread ** 2
+        return np.maximum(1.0, sums / np.maximum(sizes, 1e-300))
 
     def _white(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n, ...) less what those before foretell of them, shape (n - order, ...)."""
@@ -114,7 +129,12 @@ def _solved(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _autoregression(left: np.ndarray) -> np.ndarray:
-    """Return the weights, nearest first, of the autoregression that pays."""
+    """
+    Return the weights, nearest first, of the autoregression that pays.
+
+    One whose weights sum to less than zero is none: it would take a small shift for a large one,
+    and without it the spread is overstated, not understated.
+    """
     best = (nan, np.empty(0))
     top = max(ORDERS)
     for order in ORDERS:
@@ -126,6 +146,6 @@ def _autoregression(left: np.ndarray) -> np.ndarray:
         innovations = left[top:] - past @ weights
         variance = max(float(np.square(innovations).mean()), 1e-300)
         score = len(innovations) * log(variance) + order * log(len(innovations))
-        if not score >= best[0]:
+        if not score >= best[0] and weights.sum() >= 0.0:
             best = (score, weights)
     return best[1]
