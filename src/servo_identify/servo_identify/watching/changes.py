@@ -71,7 +71,7 @@ class Settings:
     How to watch.
 
     ``block`` and ``learn`` in s; ``false_alarms`` an hour, of all balances together. ``least``:
-    changes of the mean below so many noise floors are of no interest.
+    a change that adds less than so many noise floors is of no interest.
     """
 
     block: float = 0.25
@@ -209,8 +209,10 @@ class ChangeDetector:
             powers = np.array([_features(r[:, column], d, mean.slopes)[1]
                                for r, d in zip(rows, driven, strict=True)])
             every = _together(powers)
+            usual = float(np.nanmean(powers))
+            least = np.cbrt(usual + self.settings.least ** 2) - np.cbrt(usual)
             self._charts[column] = (mean,) if not every else (
-                mean, Chart(powers, covariates, rate * every, [0], every, 1.0 / 3.0))
+                mean, Chart(powers, covariates, rate * every, [0], every, 1.0 / 3.0, float(least)))
         self._learned.clear()
 
 
