@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .balance import Balance, BALANCES
-from .explanation import augmented, Explanation, fit
+from .explanation import Explanation, fit
+from .regression import less
 from .resimulation import Diverged, Gap, gap_of, resimulate
 from .screening import Screening
 from .stack import Stack
@@ -16,6 +17,7 @@ from .stack import Stack
 AT_LEAST = 0.05  # shrink of a channel's gap that counts
 MATTERS = 0.5  # share of the whole gap from which a channel that gets worse counts
 WORSE = 0.10  # growth of a channel's gap that does not do
+DECISIVE = 0.5  # shrink of a balance's gap that outweighs a channel that drifts a little more
 BY_BALANCE = 0.3  # shrink of a balance's gap that counts where the channels are too coarse
 
 
@@ -94,6 +96,8 @@ def _judge(without: Trial | None, full: Trial | None,
             if high < 0.0 and after / full.gap.signal[channel] > MATTERS * whole:
                 worst = max(worst, -drop)
     balance = _by_balance(without, full, others)
+    if balance >= DECISIVE and worst < 1.0:
+        return True, max(best, balance), ''
     if worst > WORSE:
         return False, best - worst, f'a channel gets worse by {100 * worst:.0f} %'
     if best >= AT_LEAST or balance >= BY_BALANCE:
@@ -136,7 +140,4 @@ def leftover(others: Stack, explanation: Explanation) -> np.ndarray:
     residual = others.at(explanation.theta, explanation.on)
     labels, columns, low, high = others.nuisances()
     free = [i for i, label in enumerate(labels) if label not in others.extended.servo.values]
-    if not free:
-        return residual
-    basis = np.linalg.qr(columns[:, free])[0]
-    return residual - basis @ (basis.T @ residual)
+    return less(residual, columns[:, free], low[free], high[free])

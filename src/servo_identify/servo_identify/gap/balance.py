@@ -35,6 +35,7 @@ class _Motion:
     rows: np.ndarray  # (inner samples, len(MOTION))
     weighed: dict[str, np.ndarray]  # derivatives under the bump, at the centres
     moving: np.ndarray  # at the centres: no standstill under the bump
+    speed: np.ndarray  # of the motor shaft, rad/s, at every sample, by the fine bump
 
 
 @dataclass
@@ -57,7 +58,35 @@ class Balance:
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
         self._off = np.arange(len(self.servo.effects)) < self.given
+        self._zero = 0.0
         self._static = self._motion(self.seen.channels)
+        if self._has_gap() and self.seen.has('torque') and 'transmission' in self.names:
+            self._zero = self._centre()
+            self._static = self._motion(self.seen.channels)
+
+    def _has_gap(self) -> bool:
+        return any(p.effect.port in ('clearance', 'mesh') for p in self.servo.effects[:self.given])
+
+    def _centre(self) -> float:
+        """
+        Find the zero of the wind-up beside its median, rad: the one that explains the torque best.
+
+        A gap or a bent spring is not the same from another zero; a straight one does not care.
+        """
+        theta = self.servo.theta
+        span = float(np.ptp(np.percentile(self.motion('wind_up'), (2, 98))))
+        rows = self._static.rows[:: max(1, len(self._static.rows) // 4000)].copy()
+        torque, wound = rows[:, MOTION.index('torque')], rows[:, WIND_UP].copy()
+
+        def misfit(shift):
+            rows[:, WIND_UP] = wound - shift
+            return float(np.mean(np.abs(self._follow(theta, self._off, rows)[:, 4] - torque)))
+
+        best, width = 0.0, 0.5 * span
+        for _ in range(4):
+            tried = best + np.linspace(-width, width, 11)
+            best, width = float(tried[np.argmin([misfit(t) for t in tried])]), 0.2 * width
+        return best
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -241,16 +270,12 @@ class Balance:
     def _current(self, theta, on, motion: _Motion) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""
         samples = len(self.seen.recording)
-        reach = self.seen.bump.reach
-        speed = np.zeros(samples)
-        speed[reach:samples - reach] = motion.rows[:, MOTION.index('motor_speed')]
-        speed[:reach], speed[samples - reach:] = speed[reach], speed[samples - reach - 1]
         substeps, h = substeps_of(self.servo, self.seen.period)
         x = fresh_state(self._kernel)
         if self.seen.has('current'):
             x[state.CURRENT] = np.nan_to_num(self.seen.channels.current[0])
         current = np.empty(samples)
-        self._kernel.conduct(theta, on, x, self.seen.voltage, speed, current, substeps, h)
+        self._kernel.conduct(theta, on, x, self.seen.voltage, motion.speed, current, substeps, h)
         return current
 
     def _command(self, theta, on, channels: Channels) -> np.ndarray:
@@ -279,7 +304,7 @@ class Balance:
         stiffness = self.servo.values.get('mechanism.stiffness')
         if stiffness and np.isfinite(channels.torque).any():
             zero = np.nanmedian(wind_up - channels.torque / stiffness)
-        wind_up = wind_up - zero
+        wind_up = wind_up - zero - self._zero
         size = len(angles[0])
         reach = bump.reach
         inner = slice(reach, reach + size)
@@ -294,7 +319,9 @@ class Balance:
             'torque': bump.weigh(channels.torque), 'external': bump.weigh(seen.external),
             'wind_up': bump.weigh(wind_up), 'wind_up_1': bump.weigh(wind_up, 1),
         }
-        return _Motion(rows, weighed, self._still(rows, motor, load, ratio))
+        quick = seen.fine.smooth(_bridged(motor), 1)
+        speed = np.pad(quick, seen.fine.reach, mode='edge')
+        return _Motion(rows, weighed, self._still(rows, motor, load, ratio), speed)
 
     def _still(self, rows, motor, load, ratio) -> np.ndarray:
         """Tell at the centres whether both shafts keep moving under the bump."""

@@ -128,7 +128,8 @@ def candidates_of(extended: Extended,
 def _sites(effect: type[Effect], servo: Servo, sides, channels) -> list[str]:
     both_encoders = {'motor_position', 'load_position'} <= set(channels)
     if effect.port in ('torque', 'friction'):
-        return [s for s in effect.sites if s in sides]
+        # what only one side can do is a candidate there, whichever balance it shows in
+        return [s for s in effect.sites if s in sides] or list(effect.sites[:1])
     if effect.port in ('mesh', 'clearance'):
         return ['mesh'] if servo.mechanism.compliant and both_encoders else []
     if effect.port == 'mesh_error':

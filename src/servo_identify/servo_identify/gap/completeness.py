@@ -120,6 +120,42 @@ def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
         _curve(table[:, leading], predicted))
 
 
+def repeatable(one: Stack, residual: np.ndarray, other: Stack,
+               residual_there: np.ndarray) -> dict[str, float]:
+    """
+    Return by balance the mean square of the residual that replicates have in common.
+
+    Recordings of the same family are compared instant by instant: noise does not repeat itself,
+    whatever its colour; a missing law does, known or not. Empty without replicates.
+    """
+    common: dict[str, list[float]] = {}
+    for first, a in enumerate(one.balances):
+        for second, b in enumerate(other.balances):
+            same = a.seen.recording.family and (
+                a.seen.recording.family == b.seen.recording.family)
+            if not same or not _alike(a.seen, b.seen):
+                continue
+            for name in set(a.names) & set(b.names):
+                x, y = one.series(first, name, residual), other.series(second, name,
+                                                                       residual_there)
+                size = min(len(x), len(y))
+                product = x[:size] * y[:size]
+                if np.isfinite(product).any():
+                    common.setdefault(name, []).append(float(np.nanmean(product)))
+    return {name: max(0.0, float(np.mean(values))) for name, values in common.items()}
+
+
+def _alike(one, other) -> bool:
+    """Tell whether two recordings were driven alike."""
+    size = min(len(one.recording), len(other.recording))
+    for name in ('reference_velocity', 'reference_position', 'voltage'):
+        if one.recording.has(name) and other.recording.has(name):
+            x, y = one.column(name, 0.0)[:size], other.column(name, 0.0)[:size]
+            spread = float(np.std(x) * np.std(y))
+            return spread > 0.0 and float(np.mean((x - x.mean()) * (y - y.mean()))) > 0.98 * spread
+    return False
+
+
 def _explained(x: np.ndarray, y: np.ndarray) -> float:
     """Mean square of the means of y over bins of the size of x."""
     edges = np.quantile(np.abs(x), np.linspace(0, 1, 9)[1:-1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 
 import numpy as np
@@ -16,11 +16,12 @@ from .acceptance import accept, leftover, run_over, Trial, tried
 from .answer import GapReport
 from .balance import Balance, BALANCES
 from .candidates import candidates_of, extend, Extended
-from .checks import check
-from .completeness import Remainder, remainder
-from .explanation import as_given, augmented, fit
+from .checks import CannotDiagnose, check
+from .completeness import Remainder, remainder, repeatable
 from .experiment_choice import next_experiment
+from .explanation import as_given, augmented, fit
 from .observation import observe
+from .resimulation import Diverged
 from .scales import orders, Scales
 from .screening import build_library, Choice, Screening
 from .splitting import Split, split
@@ -100,7 +101,16 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     kept, fallen = accept(screening, chosen, purposes['accept'], stacks['accept'],
                           lambda s: tick('acceptance', s))
     warnings += fallen
-    base = tried(screening, [], purposes['accept'])
+    try:
+        base = tried(screening, [], purposes['accept'])
+        given = run_over(as_given(stacks['screen']), purposes['report'])
+        run_over(base.explanation, purposes['report'])
+    except Diverged as problem:
+        raise CannotDiagnose(str(problem)) from None
+    while kept and not _runs(screening, kept, purposes['report']):
+        dropped = kept.pop()
+        warnings.append(f'{library.candidates[dropped].label} makes the twin diverge on the '
+                        'report recordings and is not taken')
     best = tried(screening, kept, purposes['accept'])
     better = augmented(servo, stacks['screen'], best.explanation, names)
     choices = screening.explain(kept)
@@ -111,10 +121,14 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         remainder(stacks['screen'], left, BALANCES[i])
         for i in np.unique(stacks['screen'].balance)
         if np.mean(left[stacks['screen'].balance == i]**2) > NOTICED)
+    common = repeatable(stacks['screen'], left, stacks['accept'],
+                        leftover(stacks['accept'], best.explanation))
+    remainders = tuple(replace(r, predictable=max(r.predictable, common.get(r.balance, 0.0)))
+                       for r in remainders)
     lap('completeness')
     tick('shrink', 0.0)
     reported = {
-        'given': run_over(as_given(stacks['screen']), purposes['report']),
+        'given': given,
         'base': run_over(base.explanation, purposes['report']),
         'best': run_over(best.explanation, purposes['report']),
         'steps': _steps(screening, kept, purposes),
@@ -128,6 +142,14 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     return Diagnosis(report, better, evidence)
 
 
+def _runs(screening: Screening, kept: list[int], balances: list[Balance]) -> bool:
+    try:
+        tried(screening, kept, balances)
+    except Diverged:
+        return False
+    return True
+
+
 def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
     """Gaps with the causes added one by one, and with each alone and left out."""
     sets: dict[tuple[int, ...], dict] = {}
@@ -136,8 +158,11 @@ def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
         key = tuple(sorted(chosen))
         if key not in sets:
             explanation = fit(screening, list(key))
-            sets[key] = {purpose: run_over(explanation, purposes[purpose])
-                         for purpose in ('accept', 'report')}
+            try:
+                sets[key] = {purpose: run_over(explanation, purposes[purpose])
+                             for purpose in ('accept', 'report')}
+            except Diverged:  # a part of the causes alone need not be a machine that runs
+                sets[key] = gaps([])
         return sets[key]
 
     steps = []

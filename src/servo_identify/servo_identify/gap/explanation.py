@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from servo_twin.physics.servo import Placed, Provenance, Servo
 
 from .candidates import Candidate
+from .regression import less
 from .screening import Screening
 from .stack import Stack
 
@@ -79,7 +80,8 @@ def fit(screening: Screening, chosen: list[int]) -> Explanation:
         for path, element, value in zip(cause.paths, cause.elements, values, strict=True):
             slot = extended.slot(path, element)
             theta[slot] += value
-            unknowns.append(Unknown(path, element, *extended.declaration(path).bounds))
+            low, high = screening.room(cause, path, element)
+            unknowns.append(Unknown(path, element, low, high))
             start.append(theta[slot])
         for path, value in cause.shapes:
             if extended.declaration(path).grid and not path.endswith('.order'):
@@ -96,7 +98,6 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
     values = stack.extended.servo.values
     free = [n for n in screening.nuisance if screening.labels[n] not in values]
     nuisance = screening.columns[:, free]
-    basis = np.linalg.qr(nuisance)[0] if nuisance.shape[1] else nuisance
     slots = [stack.extended.slot(u.path, u.element) for u in unknowns]
     scale = np.array([_scale(u, v) for u, v in zip(unknowns, start, strict=True)])
 
@@ -107,8 +108,8 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
         return moved
 
     def left(x):
-        residual = stack.at(place(x), on)
-        residual = residual - basis @ (basis.T @ residual)
+        residual = less(stack.at(place(x), on), nuisance, screening.low[free],
+                        screening.high[free])
         return np.clip(residual, -60.0, 60.0)
 
     if not unknowns:

@@ -41,6 +41,14 @@ def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
     return np.clip(b, low, high) / weight
 
 
+def less(residual: np.ndarray, columns: np.ndarray, low: np.ndarray,
+         high: np.ndarray) -> np.ndarray:
+    """Return a residual with what some columns, within their bounds, explain of it taken off."""
+    if not columns.shape[1]:
+        return residual
+    return residual + columns @ bounded(columns.T @ columns, columns.T @ residual, low, high)
+
+
 class Folds:
     """
     Sums of products of a table of columns, by fold of blocks.

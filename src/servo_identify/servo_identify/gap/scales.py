@@ -19,7 +19,7 @@ SHARES = {
 }
 """Shares of what a machine reached that are tried for a shape in that unit."""
 TRAVELS = {'mesh': (0.15, 0.5, 1.5), 'shaft': (0.002, 0.01, 0.05)}
-FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.4)  # of the bump's own pass band
+FREQUENCIES = tuple(float(f) for f in np.geomspace(0.01, 0.4, 10))  # of the bump's own pass band
 LARGEST_ORDER = 200
 
 
@@ -67,9 +67,9 @@ class Scales:
             kind = 'mesh' if effect.port in ('mesh', 'clearance') else 'shaft'
             size = self.wind_up() if kind == 'mesh' else self.stroke(site)
             shares = TRAVELS[kind]
-        elif unit == 'rad/s' and parameter.name == 'frequency':
+        elif unit == 'Hz':
             bump = self.balances[0].seen.bump
-            size, shares = np.pi / (bump.spacing * bump.period), FREQUENCIES
+            size, shares = 0.5 / (bump.spacing * bump.period), FREQUENCIES
         elif unit in SHARES:
             size, shares = self._size(unit, site), SHARES[unit]
         else:

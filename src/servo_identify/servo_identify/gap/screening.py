@@ -26,6 +26,7 @@ WORTH = 0.05  # share of a balance's remaining square that a cause must take awa
 FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
 LATER = 0.015  # share of a balance's first square that a later cause must take away
 MOST = 6  # causes in one diagnosis
+FAR = 4.0  # times by which a parameter beyond its tolerance may be off
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
@@ -228,10 +229,19 @@ class Screening:
 
     def _room(self, candidate: Candidate, i: int) -> tuple[float, float]:
         path, element = candidate.paths[i], candidate.elements[i]
+        value = self.stack.extended.theta[self.stack.extended.slot(path, element)]
+        low, high = self.room(candidate, path, element)
+        return low - value, high - value
+
+    def room(self, candidate: Candidate, path: str, element: int) -> tuple[float, float]:
+        """Return the (low, high) between which a candidate's amplitude may lie."""
         extended = self.stack.extended
         value = extended.theta[extended.slot(path, element)]
         low, high = extended.declaration(path).bounds
-        return low - value, high - value
+        if candidate.switch is None and value != 0.0:  # a data sheet is not off by more
+            ends = sorted((value / FAR, value * FAR))
+            low, high = max(low, ends[0]), min(high, ends[1])
+        return low, high
 
     def used(self, chosen: Iterable[int]) -> np.ndarray:
         """Columns of the nuisances and of some candidates; a freed parameter counts once."""
@@ -361,10 +371,12 @@ class Screening:
         for c in close:
             better = self.refined(c, chosen)
             gains[better] = start - self.loss([*chosen, better])
-        # among what does as well, the simplest
-        most = max(gains.values())
-        near = [c for c, gain in gains.items() if gain >= SAME * most]
-        best = min(near, key=lambda c: (len(self.members[c]), -gains[c]))
+        # among what leaves as little in every balance, the simplest
+        most = max(gains, key=gains.get)
+        least = self._squares([*chosen, most])
+        near = [c for c in gains if gains[c] >= SAME * gains[most] or self._as_good(
+            self._squares([*chosen, c]), least, 1.2, 0.15)]
+        best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
         return self.refined(best, chosen, closely=True)
 
     def _tidied(self, chosen: list[int], limit: float) -> list[int]:
@@ -384,6 +396,16 @@ class Screening:
                 if other > 1.02 * gain:
                     chosen = [*rest, better]
         return chosen
+
+    def _complexity(self, one: int) -> int:
+        """How many numbers a candidate may choose."""
+        shapes = self.library.candidates[one].shapes
+        return len(self.members[one]) + sum(self._searched(path) for path, _ in shapes)
+
+    @staticmethod
+    def _as_good(left: dict[int, float], least: dict[int, float], times: float,
+                 more: float) -> bool:
+        return all(square <= times * least[b] + more for b, square in left.items())
 
     def _squares(self, chosen: list[int]) -> dict[int, float]:
         """Mean square of what is left, by balance."""
@@ -407,8 +429,7 @@ class Screening:
                 if share < ALIKE or share <= alike.get(other.key, (0.0, None))[0]:
                     continue
                 closer = self.refined(c, rest)
-                if all(square <= 1.5 * left[b] + 0.3
-                       for b, square in self._squares([*rest, closer]).items()):
+                if self._as_good(self._squares([*rest, closer]), left, 1.5, 0.3):
                     alike[other.key] = (share, other)
             ranked = sorted(alike.values(), key=lambda pair: -pair[0])
             answers.append(Choice(self.library.candidates[one], gain, significance,

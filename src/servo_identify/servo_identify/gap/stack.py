@@ -12,6 +12,7 @@ from .candidates import Candidate, Extended
 LARGEST = 1e5  # a law that runs away moves a residual by no more than this
 PRACTICAL = 0.005  # share of a balance's own signal below which a gap does not matter
 JITTER = 0.15  # samples, by which instants of sampling scatter unseen
+CONVENTION = (-1.1, 0.2)  # samples: a reading may be taken before or after the command acts
 SHIFT = 0.7  # samples by which a channel may be sampled early or late without being wrong
 
 
@@ -84,6 +85,12 @@ class Stack:
     def kept(self, number: int, balance: str) -> np.ndarray:
         """Which centres of a balance of a recording are rows, bool."""
         return self._keep[number, balance]
+
+    def series(self, number: int, balance: str, residual: np.ndarray) -> np.ndarray:
+        """Return a residual at all centres of a balance of a recording, NaN where it is no row."""
+        full = np.full(len(self._keep[number, balance]), np.nan)
+        full[self._keep[number, balance]] = residual[self._part[number, balance]]
+        return full
 
     def nuisances(self) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
         """
@@ -217,7 +224,7 @@ class Stack:
                 put = {'controller': seen.fine.weigh(seen.voltage, 1) * period}
                 table.setdefault('shift:controller', {})[number] = put
         return [(label, self._flat(by_recording),
-                 (-1.2 if label in ('shift:drive', 'shift:controller') else -SHIFT, SHIFT))
+                 CONVENTION if label in ('shift:drive', 'shift:controller') else (-SHIFT, SHIFT))
                 for label, by_recording in table.items()]
 
     def _flat(self, by_recording: dict[int, dict[str, np.ndarray]]) -> np.ndarray:
@@ -247,7 +254,8 @@ def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
     by_motor, by_load = rotor * motor_noise * twice, inertia * load_noise * twice
     stiffness = value(theta, 'mechanism.stiffness')
     if name == 'drive':
-        return noise['current'] * plain
+        back = value(theta, 'drive.back_emf') / (value(theta, 'drive.resistance') or 1.0)
+        return float(np.hypot(noise['current'] * plain, back * motor_noise * bump.gain(1)))
     if name == 'controller':
         return one.command_noise(theta)
     if name == 'motor':

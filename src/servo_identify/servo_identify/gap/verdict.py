@@ -12,8 +12,8 @@ from .resimulation import bootstrap, Gap, shrink
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
-OPEN = 0.2  # predictable share of a gap above which it is not explained
-WRONG = 0.5  # and above which what was found is not the cause
+OPEN = 0.15  # predictable share of a gap above which it is not explained
+WRONG = 0.35  # and above which what was found is not the cause
 ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
     'stiffness_error': 'parameter:stiffness',
@@ -33,7 +33,7 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     where = _where(evidence, gaps)
     which = _which(evidence)
     status, open_share, worst = _status(evidence, squares, gaps, where)
-    balance = max(where, key=lambda one: one.share).balance if gaps else ''
+    balance = max(gaps, key=lambda name: squares[name]) if gaps else ''
     named = [c.effect for c in which] if status in ('explained', 'partly_explained') else []
     gap = _gap(evidence)
     verdict = {'status': status, 'effects': named, 'balance': balance,
@@ -119,8 +119,8 @@ def _which(evidence) -> list[Cause]:
 
 def _site(candidate: Candidate) -> str:
     path = candidate.paths[0]
-    if path.startswith('drive.'):
-        return 'drive'
+    if path.startswith(('drive.', 'controller.')):
+        return path.partition('.')[0]
     return 'motor' if 'rotor' in path else 'load' if 'load' in path else 'mesh'
 
 
