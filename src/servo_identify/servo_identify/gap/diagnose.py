@@ -28,6 +28,7 @@ from .splitting import Split, split
 from .stack import Stack
 from .verdict import NOTICED, report_of
 
+FAR_ABOVE = 2.0  # mean square in units of noise and margin that is no noise any more
 STAGES = ('reading', 'noise', 'signatures', 'screening', 'acceptance', 'completeness', 'shrink')
 
 
@@ -123,8 +124,7 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         if np.mean(left[stacks['screen'].balance == i]**2) > NOTICED)
     common = repeatable(stacks['screen'], left, stacks['accept'],
                         leftover(stacks['accept'], best.explanation))
-    remainders = tuple(replace(r, predictable=max(r.predictable, common.get(r.balance, 0.0)))
-                       for r in remainders)
+    remainders = tuple(replace(r, predictable=_unexplained(r, common)) for r in remainders)
     lap('completeness')
     tick('shrink', 0.0)
     reported = {
@@ -140,6 +140,14 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     lap('shrink')
     report = report_of(evidence, following, warnings, clock)
     return Diagnosis(report, better, evidence)
+
+
+def _unexplained(left: Remainder, common: dict[str, float]) -> float:
+    """Mean square that some law must explain; without replicates all that is far above noise."""
+    if left.balance in common:
+        return max(left.predictable, common[left.balance])
+    return max(left.predictable, left.square - 1.0) if left.square > FAR_ABOVE else (
+        left.predictable)
 
 
 def _runs(screening: Screening, kept: list[int], balances: list[Balance]) -> bool:

@@ -14,6 +14,7 @@ NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that 
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
 OPEN = 0.15  # predictable share of a gap above which it is not explained
 WRONG = 0.35  # and above which what was found is not the cause
+TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
 ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
     'stiffness_error': 'parameter:stiffness',
@@ -160,9 +161,13 @@ def _status(evidence, squares, gaps, where) -> tuple[str, float, Remainder | Non
         strongest = max((r for r in evidence.remainders if r.balance in gaps),
                         key=lambda r: r.predictable, default=None)
         return 'unknown', share, strongest
-    if share > WRONG:
+    if share > WRONG or _shrunk(evidence) < -TOLD:
         return 'unknown', share, worst
     return ('partly_explained' if share > OPEN else 'explained'), share, worst
+
+
+def _shrunk(evidence) -> float:
+    return shrink(evidence.reported['base'], evidence.reported['best'])
 
 
 def _gap(evidence) -> dict:
