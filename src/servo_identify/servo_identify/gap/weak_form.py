@@ -97,8 +97,12 @@ def noise_of(x: np.ndarray) -> float:
     x = x[np.isfinite(x)]
     if len(x) < 16:
         return 0.0
-    spread = float(np.median(np.abs(np.diff(x, 4)))) / (0.6745 * np.sqrt(70.0))
-    return max(spread, count_of(x) / np.sqrt(12.0))
+    fourth = np.diff(x, 4)
+    spread = float(np.median(np.abs(fourth))) / (0.6745 * np.sqrt(70.0))
+    rounded = count_of(x) / np.sqrt(12.0)
+    if spread == rounded == 0.0:  # mostly at rest, or resampled: what moves tells
+        return float(np.std(fourth)) / np.sqrt(70.0)
+    return max(spread, rounded)
 
 
 def count_of(x: np.ndarray) -> float:
