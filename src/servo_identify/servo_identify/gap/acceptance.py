@@ -18,6 +18,7 @@ AT_LEAST = 0.05  # shrink of a channel's gap that counts
 MATTERS = 0.5  # share of the whole gap from which a channel that gets worse counts
 WORSE = 0.10  # growth of a channel's gap that does not do
 DECISIVE = 0.5  # shrink of a balance's gap that outweighs a channel that drifts a little more
+UNHURT = 0.02  # by which the whole gap may grow all the same
 BY_BALANCE = 0.3  # shrink of a balance's gap that counts where the channels are too coarse
 
 
@@ -96,13 +97,15 @@ def _judge(without: Trial | None, full: Trial | None,
             if high < 0.0 and after / full.gap.signal[channel] > MATTERS * whole:
                 worst = max(worst, -drop)
     balance = _by_balance(without, full, others)
-    if balance >= DECISIVE and worst < 1.0:
-        return True, max(best, balance), ''
+    first = without.gap.total(without.gap)
+    drop = 1.0 - whole / first if first > 0.0 else 0.0
+    if balance >= DECISIVE and drop > -UNHURT:
+        return True, balance, ''
     if worst > WORSE:
-        return False, best - worst, f'a channel gets worse by {100 * worst:.0f} %'
+        return False, balance, f'a channel gets worse by {100 * worst:.0f} %'
     if best >= AT_LEAST or balance >= BY_BALANCE:
-        return True, max(best, balance), ''
-    return False, best, (f'it shrinks no channel by more than {100 * best:.0f} %, '
+        return True, balance, ''
+    return False, balance, (f'it shrinks no channel by more than {100 * best:.0f} %, '
                          f'no balance by more than {100 * balance:.0f} %')
 
 

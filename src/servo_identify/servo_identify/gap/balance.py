@@ -64,6 +64,24 @@ class Balance:
             self._zero = self._centre()
             self._static = self._motion(self.seen.channels)
 
+    def kinks(self) -> np.ndarray:
+        """
+        Return at the centres by how much a bent mesh law is blurred by the bump, rad.
+
+        The law of the mean wind-up is not the mean of the law where the wind-up runs through a
+        kink within the bump; there the balance knows no better. Zero for a linear mesh.
+        """
+        stiffness = self.servo.values.get('mechanism.stiffness')
+        if not stiffness or not self._has_gap():
+            return np.zeros(len(self.times('transmission')))
+        rows, theta = self._static.rows, self.servo.theta
+        damping = self.value(theta, 'mechanism.damping')
+        bent = self._follow(theta, self._off, rows)[:, 4] - stiffness * rows[:, WIND_UP]
+        bent -= damping * rows[:, WIND_UP_RATE]
+        bump, reach = self.seen.bump, self.seen.bump.reach
+        at = np.clip(bump.centres(len(self.seen.recording)) - reach, 0, len(bent) - 1)
+        return np.abs(np.nan_to_num(self._under(bent) - bent[at])) / stiffness
+
     def _has_gap(self) -> bool:
         return any(p.effect.port in ('clearance', 'mesh') for p in self.servo.effects[:self.given])
 

@@ -272,7 +272,7 @@ def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
 
 def rounding(one: Balance, name: str) -> np.ndarray:
     """
-    Standard deviation at each centre of what rounding to counts leaves under the bump.
+    Uncertainty at each centre that is no noise: rounding to counts, kinks within the bump.
 
     A shaft that passes many counts under the bump averages them; one that creeps does not, and
     its error is no noise that a longer recording would reduce.
@@ -280,6 +280,7 @@ def rounding(one: Balance, name: str) -> np.ndarray:
     size = np.zeros(len(one.times(name)))
     if name != 'transmission':
         return size
+    size = size + one.kinks()
     seen, bump = one.seen, one.seen.bump
     ratio = one.servo.values['mechanism.ratio']
     for count, speed in ((seen.counts['motor_position'] / ratio,
