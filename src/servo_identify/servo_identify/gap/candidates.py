@@ -116,7 +116,8 @@ def candidates_of(extended: Extended,
     """
     servo, candidates = extended.servo, []
     for index in range(extended.given, len(servo.effects)):
-        candidates += _of_effect(servo, servo.effects[index], index, shapes)
+        candidates += _of_effect(servo, servo.effects[index], index, shapes,
+                                 servo.effects[:extended.given])
     candidates += _of_parameters(servo, extended.given)
     settings = tuple(p for p, d in servo.declarations()
                      if p.startswith('controller.') and d.off is not None)
@@ -139,7 +140,8 @@ def _sites(effect: type[Effect], servo: Servo, sides, channels) -> list[str]:
     return list(effect.sites)
 
 
-def _of_effect(servo: Servo, place: Placed, index: int, shapes) -> list[Candidate]:
+def _of_effect(servo: Servo, place: Placed, index: int, shapes,
+               own: tuple[Placed, ...]) -> list[Candidate]:
     effect, prefix = place.effect, f'effects.{place.name}'
     paths, elements = [], []
     for name in effect.amplitudes():
@@ -147,6 +149,10 @@ def _of_effect(servo: Servo, place: Placed, index: int, shapes) -> list[Candidat
         for element in range(size):
             paths.append(f'{prefix}.{name}')
             elements.append(element)
+    for other in own:  # bristles carry what Coulomb friction was said to carry
+        if other.effect.name in effect.replaces and other.site == place.site:
+            paths += [f'effects.{other.name}.{name}' for name in other.effect.amplitudes()]
+            elements += [0] * len(other.effect.amplitudes())
     grids = [tuple((f'{prefix}.{n}', v) for n, v in values.items())
              for values in shapes(effect, place.site)]
     return [Candidate(effect.name, place.site, tuple(paths), tuple(elements), grid, index, effect)

@@ -170,11 +170,12 @@ def augmented(servo: Servo, stack: Stack, explanation: Explanation,
             provenance[path] = Provenance(f'{SOURCE}, within its tolerance',
                                           explanation.spread(path), recordings)
     for cause in explanation.causes:
+        for path in cause.paths:
+            if path in servo.values:
+                values[path] = value_of(path)
+                provenance[path] = Provenance(f'{SOURCE}, beyond its tolerance',
+                                              explanation.spread(path), recordings)
         if cause.switch is None:
-            path = cause.paths[0]
-            values[path] = value_of(path)
-            provenance[path] = Provenance(f'{SOURCE}, beyond its tolerance',
-                                          explanation.spread(path), recordings)
             continue
         instance = cause.name if cause.name not in names else f'{cause.name}_{cause.site}'
         names.add(instance)
@@ -185,7 +186,7 @@ def augmented(servo: Servo, stack: Stack, explanation: Explanation,
             values[path] = value_of(f'{prefix}.{name}')
             std = explanation.spread(f'{prefix}.{name}')
             provenance[path] = Provenance(SOURCE, None if np.isnan(std) else std, recordings)
-    freed = {c.paths[0] for c in explanation.causes if c.switch is None}
+    freed = {path for c in explanation.causes for path in c.paths}
     tolerance = {p: t for p, t in servo.tolerance.items() if p not in freed}
     return replace(servo, effects=servo.effects + tuple(placed),
                    values={**servo.values, **values}, tolerance=tolerance, provenance=provenance)

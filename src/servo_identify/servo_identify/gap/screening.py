@@ -205,9 +205,8 @@ class Screening:
     def _beside(self, chosen: list[int], candidate: Candidate, table: np.ndarray):
         """Return (sums of products, low, high, unknowns) of a fit of some columns beside others."""
         used = self.used(chosen)
-        if candidate.switch is None:
-            used = np.array([u for u in used if u >= len(self.nuisance)
-                             or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
+        used = np.array([u for u in used if u >= len(self.nuisance)
+                         or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
         room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         key = tuple(used)
         if key != self._known[0]:
@@ -246,8 +245,7 @@ class Screening:
     def used(self, chosen: Iterable[int]) -> np.ndarray:
         """Columns of the nuisances and of some candidates; a freed parameter counts once."""
         chosen = list(chosen)
-        freed = {path for c in chosen if self.library.candidates[c].switch is None
-                 for path in self.library.candidates[c].paths}
+        freed = {path for c in chosen for path in self.library.candidates[c].paths}
         kept = [n for n in self.nuisance if self.labels[n].split(':')[0] not in freed]
         return np.concatenate([np.array(kept, dtype=int)]
                               + [self.members[c] for c in chosen]).astype(int)

@@ -131,6 +131,8 @@ def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
     found = {}
     for path, element in zip(candidate.paths, candidate.elements, strict=True):
         leaf = path.rpartition('.')[2]
+        if candidate.switch is not None and path in evidence.servo.values:
+            leaf = path.removeprefix('effects.')
         row = extended.declaration(path).row
         found[f'{leaf}[{element}]' if row else leaf] = {
             'value': float(explanation.theta[extended.slot(path, element)]),

@@ -74,12 +74,14 @@ class Effect(Declared):
     ``law(p, s, motion, h)``: ``p`` its parameters by name, ``s`` its memory (an array of shape
     (memory,), zero at the start, updated in place), ``motion`` what its port shows it, ``h`` the
     time since the law was last asked, s. The law is compiled by numba: scalars and math only.
-    ``candidate`` says whether a diagnosis may propose it: not a learned one, nor plain rounding.
+    ``candidate`` says whether a diagnosis may propose it: not a learned one, nor plain rounding;
+    ``replaces`` names simpler effects at the same site whose amplitude it may take over.
     """
 
     source: ClassVar[str] = ''
     memory: ClassVar[int] = 0
     candidate: ClassVar[bool] = True
+    replaces: ClassVar[tuple[str, ...]] = ()
     sites: ClassVar[tuple[str, ...]] = ()
     port: ClassVar[str] = ''
 

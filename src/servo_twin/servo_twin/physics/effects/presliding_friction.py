@@ -22,6 +22,7 @@ class PreslidingFriction(Torque):
     """
 
     source = 'Canudas de Wit, Olsson, Astrom, Lischinsky: IEEE TAC 40(3), 1995, eq. 1 to 4'
+    replaces = ('coulomb_friction',)
     memory = 1
 
     level = Parameter(1.0, 'N m', (0.0, 1e5), 'Sliding level.', off=0.0)
