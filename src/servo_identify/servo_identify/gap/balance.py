@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from servo_twin.physics import state
 from servo_twin.physics.following import FOLLOWED, MOTION
@@ -58,11 +59,43 @@ class Balance:
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
         self._off = np.arange(len(self.servo.effects)) < self.given
-        self._zero = 0.0
+        self._zero, self._settings = 0.0, {}
         self._static = self._motion(self.seen.channels)
         if self._has_gap() and self.seen.has('torque') and 'transmission' in self.names:
             self._zero = self._centre()
             self._static = self._motion(self.seen.channels)
+        if 'controller' in self.names:
+            self._settings = self._as_set()
+
+    def _as_set(self) -> dict[int, float]:
+        """
+        Find the gains of this recording, within their tolerance: gains are settings.
+
+        Returns by slot of theta how far they are from those of the servo file. Found by the law
+        itself and not by its slope, since a gain that is far off drives the law into its limit.
+        """
+        paths = [p for p in self.servo.tolerance if p.startswith('controller.')]
+        if not paths:
+            return {}
+        nominal = np.array([self.servo.values[p] for p in paths])
+        low, high = np.array([self.servo.tolerance[p] for p in paths]).T
+        slots = [self._slots[p] for p in paths]
+        scale = np.maximum(high - low, 1e-12)
+        measured = self.seen.recording['voltage']
+
+        def misfit(x):
+            theta = self.servo.theta
+            theta[slots] = x * scale
+            left = measured - self._command(theta, self._off, self.seen.channels)
+            return np.nan_to_num(self.seen.fine.weigh(left))
+
+        tries = [least_squares(misfit, start / scale, bounds=(low / scale, high / scale),
+                               loss='soft_l1', f_scale=0.01 * np.nanstd(measured) + 1e-9,
+                               diff_step=1e-3, max_nfev=20)
+                 for start in (np.clip(nominal, low, high), 0.5 * (low + high),
+                               low + 0.1 * (high - low))]
+        best = min(tries, key=lambda found: found.cost)
+        return dict(zip(slots, best.x * scale - nominal, strict=True))
 
     def kinks(self) -> np.ndarray:
         """
@@ -304,6 +337,9 @@ class Balance:
         motor, load = _both(channels, ratio)
         command = np.empty(len(motor))
         x = fresh_state(self._kernel)
+        theta = theta.copy()
+        for slot, change in self._settings.items():
+            theta[slot] += change
         self._kernel.govern(theta, on, x, references, motor, load, command, seen.period)
         return command
 
@@ -328,7 +364,9 @@ class Balance:
         inner = slice(reach, reach + size)
         torque = smooth(channels.torque) if np.isfinite(channels.torque).any() else np.full(
             size, np.nan)
-        current = channels.current[inner] if np.isfinite(channels.current).any() else np.zeros(size)
+        current = channels.current[inner]
+        if not np.isfinite(current).any():
+            current = np.zeros(size)
         rows = np.column_stack((*angles, torque, smooth(wind_up), smooth(wind_up, 1),
                                 np.nan_to_num(current), seen.external[inner],
                                 seen.temperature[inner]))

@@ -134,8 +134,8 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         'steps': _steps(screening, kept, purposes),
         'left': leftover(stacks['report'], best.explanation),
     }
-    evidence = Evidence(servo, better, parts, stacks, start, left, tuple(choices), base, best, remainders,
-                        reported)
+    evidence = Evidence(servo, better, parts, stacks, start, left, tuple(choices), base, best,
+                        remainders, reported)
     following = next_experiment(evidence, screening, kept)
     lap('shrink')
     report = report_of(evidence, following, warnings, clock)

@@ -1,4 +1,4 @@
-"""Least squares with bounds on few unknowns, from sums of products; what cross-validation needs."""
+"""Least squares with bounds on few unknowns, from sums of products, for cross-validation."""
 
 from __future__ import annotations
 

@@ -172,21 +172,16 @@ class Screening:
                 if not self._searched(path):
                     continue
 
-                def loss_at(logarithm, i=i, path=path):
-                    moved = (path, float(np.exp(logarithm)))
-                    shapes = (*version.shapes[:i], moved, *version.shapes[i + 1:])
-                    other = replace(version, shapes=shapes)
-                    columns = self.stack.columns(other, size)
-                    return self._loss_with(chosen, other, columns), other, columns
-
                 low, high = self.stack.extended.declaration(path).bounds
                 middle = float(np.log(value))
                 around = (max(middle - 1.2, np.log(max(low, 1e-12))),
                           min(middle + 1.2, np.log(high)))
-                found = minimize_scalar(lambda x: loss_at(x)[0], bounds=around, method='bounded',
+                line = _Line(self, chosen, version, i, size)
+                found = minimize_scalar(line.loss, bounds=around, method='bounded',
                                         options={'maxiter': 14 if closely else 6, 'xatol': 0.02})
                 if found.fun < least:
-                    least, version, table = loss_at(found.x)
+                    least = line.loss(found.x)
+                    version, table = line.version, line.table
             if least >= before * (1.0 - 1e-4):
                 break
             size = self._fitted(chosen, version, table, size)
@@ -203,7 +198,7 @@ class Screening:
                             self.library.amplitudes[one])
 
     def _beside(self, chosen: list[int], candidate: Candidate, table: np.ndarray):
-        """Return (sums of products, low, high, unknowns) of a fit of some columns beside others."""
+        """Return (products, low, high, unknowns) of a fit of some columns beside others."""
         used = self.used(chosen)
         used = np.array([u for u in used if u >= len(self.nuisance)
                          or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
@@ -433,3 +428,24 @@ class Screening:
             answers.append(Choice(self.library.candidates[one], gain, significance,
                                   tuple(other for _, other in ranked)))
         return answers
+
+
+@dataclass
+class _Line:
+    """One shape of a candidate, moved on a logarithmic line; remembers what it tried last."""
+
+    screening: Screening
+    chosen: list[int]
+    start: Candidate
+    shape: int
+    size: np.ndarray
+    version: Candidate | None = None
+    table: np.ndarray | None = None
+
+    def loss(self, logarithm: float) -> float:
+        """Return the cross-validated sum of squares with the shape at exp(logarithm)."""
+        shapes = list(self.start.shapes)
+        shapes[self.shape] = (shapes[self.shape][0], float(np.exp(logarithm)))
+        self.version = replace(self.start, shapes=tuple(shapes))
+        self.table = self.screening.stack.columns(self.version, self.size)
+        return self.screening._loss_with(self.chosen, self.version, self.table)

@@ -1,4 +1,4 @@
-"""All balances of all recordings as one regression: what is left, and what each cause would move."""
+"""All balances of all recordings as one regression: what is left, what each cause would move."""
 
 from __future__ import annotations
 
@@ -243,7 +243,8 @@ def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
     plain, twice = bump.gain(0), bump.gain(2)
     ratio = value(theta, 'mechanism.ratio')
     gain = value(theta, 'drive.torque_constant')
-    rotor, inertia = value(theta, 'mechanism.rotor_inertia'), value(theta, 'mechanism.load_inertia')
+    rotor = value(theta, 'mechanism.rotor_inertia')
+    inertia = value(theta, 'mechanism.load_inertia')
     motor_noise, load_noise = noise['motor_position'], noise['load_position']
     if not one.seen.has('load'):
         load_noise = motor_noise / ratio

@@ -248,5 +248,6 @@ def _sentence(status, named, balance, gap, open_share, worst) -> str:
             f'{"it" if len(named) == 1 else "them"} the gap shrinks by '
             f'{100 * gap["shrink"]:.0f} % on recordings nobody fitted to.')
     if status == 'partly_explained':
-        text += f' About {100 * open_share:.0f} % of it still follows a law that is not known here.'
+        text += (f' About {100 * open_share:.0f} % of it still follows a law that is not known '
+                 'here.')
     return text

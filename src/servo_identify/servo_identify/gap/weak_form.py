@@ -1,9 +1,9 @@
 """
 Balance equations without differentiating noise.
 
-A balance like ``K i - J w' - T = 0`` is multiplied by a smooth bump and integrated; the derivatives
-move over to the bump, whose own derivatives are exact. Every term of a balance passes the same
-bump, so that nothing of the processing is left in the difference.
+A balance like ``K i - J w' - T = 0`` is multiplied by a smooth bump and integrated; the
+derivatives move over to the bump, whose own derivatives are exact. Every term of a balance passes
+the same bump, so that nothing of the processing is left in the difference.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def noise_of(x: np.ndarray) -> float:
 
 
 def count_of(x: np.ndarray) -> float:
-    """Return the count of a reading in counts, in its unit; 0 where the reading is not in counts."""
+    """Return the count of a reading, in its unit; 0 where it is not in counts."""
     x = x[np.isfinite(x)]
     steps = np.abs(np.diff(x, 2))
     steps = steps[steps > 1e-9 * np.abs(x).max(initial=0.0)]
