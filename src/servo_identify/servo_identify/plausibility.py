@@ -42,7 +42,9 @@ def check_angles(path: Path, columns: dict[str, np.ndarray], ratio: float) -> No
 
 
 def _moves(column: np.ndarray | None) -> bool:
-    return column is not None and bool(np.nanstd(column) > 0.0) and len(column) > 2
+    if column is None or np.isfinite(column).sum() <= 2:
+        return False
+    return bool(np.nanstd(column) > 0.0)
 
 
 def _compare(path: Path, name: str, value: np.ndarray, other: str, base: np.ndarray,
