@@ -15,13 +15,25 @@ COMMANDS = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run a subcommand and return its exit status: 0 done, 1 not as expected, 2 cannot be."""
+    """Run a subcommand of `servo-twin` and return its exit status."""
+    return dispatch('servo-twin', 'A servo and its digital twin, side by side.', COMMANDS,
+                    __package__, argv)
+
+
+def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], package: str,
+             argv: list[str] | None) -> int:
+    """
+    Run a subcommand and return its exit status: 0 done, 1 not as expected, 2 cannot be.
+
+    ``commands`` maps a subcommand to its module, relative to ``package``, and a summary; the
+    module has `add_arguments(parser)` and `main(arguments)`.
+    """
     argv = sys.argv[1:] if argv is None else argv
-    if not argv or argv[0] not in COMMANDS:
-        return _overview(argv)
-    module = import_module(COMMANDS[argv[0]][0], __package__)
+    if not argv or argv[0] not in commands:
+        return _overview(program, about, commands, argv)
+    module = import_module(commands[argv[0]][0], package)
     parser = argparse.ArgumentParser(
-        prog=f'servo-twin {argv[0]}', description=module.__doc__,
+        prog=f'{program} {argv[0]}', description=module.__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     module.add_arguments(parser)
     arguments = parser.parse_args(argv[1:])
@@ -29,20 +41,19 @@ def main(argv: list[str] | None = None) -> int:
         return module.main(arguments)
     except (ValueError, KeyError, OSError) as problem:
         said = problem.args[0] if isinstance(problem, KeyError) else problem
-        print(f'servo-twin {argv[0]}: {said}', file=sys.stderr)
+        print(f'{program} {argv[0]}: {said}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
 
 
-def _overview(argv: list[str]) -> int:
-    lines = ['usage: servo-twin COMMAND ...', '',
-             'A servo and its digital twin, side by side.', '']
-    lines += [f'  {name:<12}{summary}' for name, (_, summary) in COMMANDS.items()]
-    lines += ['', 'servo-twin COMMAND --help says more.']
+def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:
+    lines = [f'usage: {program} COMMAND ...', '', about, '']
+    lines += [f'  {name:<14}{summary}' for name, (_, summary) in commands.items()]
+    lines += ['', f'{program} COMMAND --help says more.']
     wanted = not argv or argv[0] in ('-h', '--help', 'help')
     if not wanted:
-        lines.insert(0, f'servo-twin: there is no command {argv[0]!r}; there are {list(COMMANDS)}')
+        lines.insert(0, f'{program}: there is no command {argv[0]!r}; there are {list(commands)}')
     print('\n'.join(lines), file=sys.stdout if wanted else sys.stderr)
     return 0 if wanted else 2
 

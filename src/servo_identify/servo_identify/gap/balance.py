@@ -238,14 +238,6 @@ class Balance:
         change = self._command(theta, self._off, other) - self._command(theta, self._off, channels)
         return float(np.nanstd(self.seen.fine.weigh(change)))
 
-    def followed(self, theta: np.ndarray, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return (motion, what the laws say) over the inner samples; columns MOTION, FOLLOWED."""
-        rows = self._static.rows.copy()
-        if not self.seen.has('current'):
-            rows[:, MOTION.index('current')] = self._inner(
-                self._current(theta, on, self._static))
-        return rows, self._follow(theta, on, rows)
-
     def _inner(self, full: np.ndarray) -> np.ndarray:
         reach = self.seen.bump.reach
         return full[reach:len(full) - reach]

@@ -20,10 +20,11 @@ from .checks import CannotDiagnose, check
 from .completeness import Remainder, remainder, repeatable
 from .experiment_choice import next_experiment
 from .explanation import as_given, augmented, fit
+from .library import build_library
 from .observation import observe
 from .resimulation import Diverged
 from .scales import orders, Scales
-from .screening import build_library, Choice, Screening
+from .screening import Choice, Screening
 from .splitting import Split, split
 from .stack import Stack
 from .verdict import NOTICED, report_of

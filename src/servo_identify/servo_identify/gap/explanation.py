@@ -59,7 +59,18 @@ def as_given(stack: Stack) -> Explanation:
 
 
 def fit(screening: Screening, chosen: list[int]) -> Explanation:
-    """Fit amplitudes, shapes and what may move within tolerance, all at once, to the balances."""
+    """
+    Fit amplitudes, shapes and what may move within tolerance, all at once, to the balances.
+
+    Each set of causes is fitted once for a screening: acceptance and shrink ask for the same ones.
+    """
+    key = tuple(chosen)
+    if key not in screening.fits:
+        screening.fits[key] = _fitted(screening, chosen)
+    return screening.fits[key]
+
+
+def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
     stack, library = screening.stack, screening.library
     extended = stack.extended
     causes = tuple(library.candidates[c] for c in chosen)

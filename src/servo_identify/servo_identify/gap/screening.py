@@ -8,15 +8,14 @@ is fitted anew beside every choice, inside its bounds.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from os import cpu_count
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, norm
 
 from .candidates import Candidate
+from .library import Library
 from .regression import Folds
 from .stack import Stack
 
@@ -33,15 +32,6 @@ SAME = 0.985  # share of the best gain that counts as no worse: then the simpler
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
 
 
-@dataclass
-class Library:
-    """Candidates with their columns, aligned: rows of the stack."""
-
-    candidates: list[Candidate]
-    tables: list[np.ndarray]
-    amplitudes: list[np.ndarray]
-
-
 @dataclass(frozen=True)
 class Choice:
     """A cause that the screening took, with what else would have done."""
@@ -50,62 +40,6 @@ class Choice:
     gain: float  # cross-validated drop of the sum of squares
     significance: float  # standard deviations of the drop over blocks
     ambiguous: tuple[Candidate, ...] = ()
-
-
-def build_library(stack: Stack, candidates: list[Candidate],
-                  tick: Callable[[float], None]) -> Library:
-    """Compute what each candidate would move; candidates that move nothing are left out."""
-    kept, tables, amplitudes = [], [], []
-    size = np.sqrt(np.mean(stack.base**2)) if len(stack.base) else 0.0
-    with ThreadPoolExecutor(cpu_count()) as pool:
-        scaled = pool.map(lambda c: _scaled(stack, c, max(size, 0.3)), candidates)
-        pairs = zip(candidates, scaled, strict=True)
-        for number, (candidate, (table, amplitude)) in enumerate(pairs):
-            moving = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitude) > 1e-6
-            if moving.any():
-                members = np.flatnonzero(moving)
-                kept.append(_only(candidate, members))
-                tables.append(table[:, members])
-                amplitudes.append(amplitude[members])
-            tick((number + 1) / len(candidates))
-    return Library(kept, tables, amplitudes)
-
-
-def _only(candidate: Candidate, members: np.ndarray) -> Candidate:
-    return Candidate(candidate.name, candidate.site, tuple(candidate.paths[i] for i in members),
-                     tuple(candidate.elements[i] for i in members), candidate.shapes,
-                     candidate.switch, candidate.effect)
-
-
-def _scaled(stack: Stack, candidate: Candidate, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Columns taken at amplitudes that move the residuals by about as much as is left in them."""
-    amplitudes = np.array([_first_guess(stack, path, e) for path, e in
-                           zip(candidate.paths, candidate.elements, strict=True)])
-    for _ in range(3):
-        table = stack.columns(candidate, amplitudes)
-        moved = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitudes)
-        factor = np.where(moved > 1e-9, size / np.maximum(moved, 1e-9), 30.0)
-        if np.all((factor > 0.5) & (factor < 2.0)):
-            break
-        bounds = [stack.extended.declaration(p).bounds for p in candidate.paths]
-        start = np.array([stack.extended.theta[stack.extended.slot(p, e)] for p, e in
-                          zip(candidate.paths, candidate.elements, strict=True)])
-        low = np.array([b[0] for b in bounds]) - start
-        high = np.array([b[1] for b in bounds]) - start
-        amplitudes = np.clip(amplitudes * np.clip(factor, 1e-3, 1e3), low, high)
-        amplitudes = np.where(amplitudes == 0.0, 1e-6, amplitudes)
-    return table, amplitudes
-
-
-def _first_guess(stack: Stack, path: str, element: int) -> float:
-    extended = stack.extended
-    value = extended.theta[extended.slot(path, element)]
-    if abs(value) > 0.0:
-        return 0.05 * abs(value)
-    declared = extended.declaration(path).default
-    if isinstance(declared, tuple):
-        declared = max(abs(d) for d in declared)
-    return abs(declared) or 1.0
 
 
 @dataclass
@@ -117,6 +51,7 @@ class Screening:
     labels: list[str] = field(init=False)
     low: np.ndarray = field(init=False)
     high: np.ndarray = field(init=False)
+    fits: dict = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self.labels, nuisances, low, high = self.stack.nuisances()
