@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from numba import njit
 import numpy as np
 import pytest
 
 from servo_twin.physics.delay_line import delayed, ROOM
-from servo_twin.physics.elementary import cos_sin, exp, tanh
+from servo_twin.physics.elementary import cos_sin, exp, fused, tanh
 from servo_twin.physics.harmonics import wave
 from servo_twin.physics.network import two_layers
 
 EXACT = np.longdouble
+
+
+def test_a_fused_sum_is_rounded_once():
+    compiled, small = njit(lambda a, b, c: fused(a, b, c)), 2.0**-52
+    assert compiled(1.0 + small, 1.0 + small, -1.0 - 2.0 * small) == small**2
 
 
 def test_exp_is_good_to_the_last_digits_and_stands_still_far_out():

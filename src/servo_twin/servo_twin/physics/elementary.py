@@ -6,7 +6,8 @@ numbers at once, and rounds as the library of that machine does. These give the 
 machine.
 """
 
-from numba import njit
+from numba import njit, types
+from numba.extending import intrinsic
 import numpy as np
 
 _ROUND = 6755399441055744.0  # 1.5 * 2**52: what is added to it loses its fraction
@@ -25,16 +26,30 @@ _C1, _C2, _C3 = 4.16666666666666019037e-2, -1.38888888888741095749e-3, 2.4801587
 _C4, _C5, _C6 = -2.75573143513906633035e-7, 2.08757232129817482790e-9, -1.13596475577881948265e-11
 
 
+@intrinsic
+def fused(typing_context, a, b, c):
+    """
+    Return ``a b + c``, rounded once: one instruction, and the same bits wherever it runs.
+
+    Source: IEEE 754-2008, 5.4.1, fusedMultiplyAdd.
+    """
+
+    def code(context, builder, signature, arguments):
+        return builder.fma(*arguments)
+
+    return types.float64(types.float64, types.float64, types.float64), code
+
+
 @njit(error_model='numpy')
 def _parts(y):
     """Return (2^k, P, Q - P) with exp(y) = 2^k (1 + 2P / (Q - P)), |y| below 708."""
-    shifted = y * _PER_LN2 + _ROUND
+    shifted = fused(y, _PER_LN2, _ROUND)
     k = shifted - _ROUND
     power = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52).view(np.float64)
-    r = (y - k * _LN2_HIGH) - k * _LN2_LOW
+    r = fused(-k, _LN2_LOW, fused(-k, _LN2_HIGH, y))
     square = r * r
-    p = r * ((_P0 * square + _P1) * square + _P2)
-    return power, p, ((_Q0 * square + _Q1) * square + _Q2) * square + _Q3 - p
+    p = r * fused(fused(_P0, square, _P1), square, _P2)
+    return power, p, fused(fused(fused(_Q0, square, _Q1), square, _Q2), square, _Q3) - p
 
 
 @njit(error_model='numpy')
@@ -67,14 +82,21 @@ def cos_sin(x):
     """
     Return (cosine, sine) of x in rad, both to 1e-15 while abs(x) is below a million.
 
+    The terms of each series are taken in pairs, so that few of them wait for one another.
     Source: Sun, fdlibm, k_sin.c and k_cos.c.
     """
-    shifted = x * _PER_QUARTER + _ROUND
+    shifted = fused(x, _PER_QUARTER, _ROUND)
     quarters = shifted - _ROUND
-    r = ((x - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW) - quarters * _QUARTER_LEFT
+    r = fused(-quarters, _QUARTER_HIGH, x)
+    r = fused(-quarters, _QUARTER_LOW, r)
+    r = fused(-quarters, _QUARTER_LEFT, r)
     z = r * r
-    s = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
-    c = 1.0 - 0.5 * z + z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
+    z2 = z * z
+    z4 = z2 * z2
+    s = fused(z4, fused(z, _S6, _S5), fused(z2, fused(z, _S4, _S3), fused(z, _S2, _S1)))
+    c = fused(z4, fused(z, _C6, _C5), fused(z2, fused(z, _C4, _C3), fused(z, _C2, _C1)))
+    s = fused(r * z, s, r)
+    c = fused(z2, c, fused(-0.5, z, 1.0))
     quadrant = np.float64(shifted).view(np.int64) & 3
     if quadrant & 1:
         c, s = s, c

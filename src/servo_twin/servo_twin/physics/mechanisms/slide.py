@@ -11,8 +11,8 @@ def slide(x, angle, direction, push, budget, inertia, h):
     and no sign of zero. The form is that of Rhoban/bam (friction as a budget). Returns the torque
     with which friction did resist, N m, signed against the motion.
     """
-    free = x[angle + 1] + h * push / inertia
-    most = h * budget / inertia
+    free = x[angle + 1] + h / inertia * push
+    most = h / inertia * budget
     if free > most:
         speed = free - most
     elif free < -most:

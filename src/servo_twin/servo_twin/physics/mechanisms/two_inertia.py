@@ -63,26 +63,27 @@ class TwoInertia(Mechanism):
 
     @staticmethod
     def step(p, theta, on, x, current_torque, external, temperature, h):
+        turns = 1.0 / p.ratio  # quotients of constants are taken once, before the first step
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
 
         # the mesh: what error and clearance leave of the wind-up carries torque
         teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
-        wind_up = motor / p.ratio - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        wind_up = motor * turns - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0
-        rate = (x[MOTOR_SPEED] / p.ratio - x[LOAD_SPEED]) if touching else 0.0
+        rate = (x[MOTOR_SPEED] * turns - x[LOAD_SPEED]) if touching else 0.0
         torque = mechanism_pull(p, wind_up, rate)
         torque += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h)
         x[TORQUE] = torque
 
         # the motor shaft
         travel = abs(motor - x[MOTOR_REVERSAL])
-        felt = torque / p.ratio
+        felt = torque * turns
         shaft = Shaft(motor, x[MOTOR_SPEED], x[MOTOR_DIRECTION], felt, travel, x[CURRENT],
                       temperature, time)
         push = current_torque - felt + motor_torque(theta, on, x, shaft, h)
-        way = 1.0 if x[MOTOR_SPEED] + h * push / p.rotor_inertia > 0.0 else -1.0
+        way = 1.0 if x[MOTOR_SPEED] + h / p.rotor_inertia * push > 0.0 else -1.0
         shaft = Shaft(motor, x[MOTOR_SPEED], way, felt, travel, x[CURRENT], temperature, time)
         budget = max(0.0, motor_friction(theta, on, x, shaft, h))
         slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, p.rotor_inertia, h)
@@ -92,7 +93,7 @@ class TwoInertia(Mechanism):
         shaft = Shaft(load, x[LOAD_SPEED], x[LOAD_DIRECTION], torque, travel, x[CURRENT],
                       temperature, time)
         push = torque - external + load_torque(theta, on, x, shaft, h)
-        way = 1.0 if x[LOAD_SPEED] + h * push / p.load_inertia > 0.0 else -1.0
+        way = 1.0 if x[LOAD_SPEED] + h / p.load_inertia * push > 0.0 else -1.0
         shaft = Shaft(load, x[LOAD_SPEED], way, torque, travel, x[CURRENT], temperature, time)
         budget = max(0.0, load_friction(theta, on, x, shaft, h))
         slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, p.load_inertia, h)
