@@ -164,31 +164,31 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     def told(iteration: int, cost: float) -> None:
         progress(Progress('fit', taken + iteration, cost))
 
-    normal = None
-
     # far from the answer one channel would drown the others: weights follow the fit down
     for turn in range(MOST_ROUNDS):
         if _reweigh(problem, problem.raw_of(unknowns), weights == 'whitened') < 0.2 and taken:
             break
         problem.step = COARSE if turn < COARSE_ROUNDS else FINE
-        unknowns, _, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
+        unknowns, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
         taken += done
         if turn:
             unknowns, _ = searched(problem, unknowns)
     if weights == 'noise':
         problem.factor[:] = 1.0
     problem.step = FINE
-    for _ in range(SEARCHES):
+    for search in range(SEARCHES):
         unknowns, better = searched(problem, unknowns)
-        if normal is not None and not better:
+        if search and not better:
             break
-        unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
+        unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
         taken += done
+    normal = problem.linearised(unknowns)
     covariance = spread(normal, problem.owner, held)
     if _misfit(problem, unknowns) > ROUGH:
         for problem.step in (COARSE, FINE):
-            unknowns, normal, done = solved(problem, unknowns, iterations, precision, held, told)
+            unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
             taken += done
+            normal = problem.linearised(unknowns)
             if problem.step == COARSE:
                 covariance = spread(normal, problem.owner, held, settled=False)
         covariance = cautious(spread(normal, problem.owner, held), covariance)

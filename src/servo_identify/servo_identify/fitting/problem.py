@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .freedom import Freedom
+from .gram import grams
 from .segments import CHANNELS
 from .shooting import moved, Shooting, Unknowns
 from .starts import start_deviations
@@ -58,6 +59,7 @@ class Problem:
         self.measured = shooting.stacked([c.measured for c in courses])
         self.noise = shooting.stacked([np.broadcast_to(c.noise, c.measured.shape)
                                        for c in courses])
+        self.inverse = np.where(np.isfinite(self.measured), 1.0 / self.noise, 0.0)
         self.lengths = np.diff(np.append(self.firsts, len(self.measured)))
         self.course = np.repeat(self.owner, self.lengths)
         self.period = np.array([c.period for c in courses])[self.course]
@@ -166,58 +168,45 @@ class Problem:
         points = self.steps(unknowns)
         rolled = self.shooting.simulate([unknowns] + [p for p, _ in points])
         residual = self.residual(rolled[0])
-        rows, own = residual.size, self.shooting.offsets
-        moves = []
-        for (_, worth), y in zip(points, rolled[1:], strict=True):
-            change = (self.residual(y) - residual) / worth
-            moves.append(np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0).reshape(rows))
-        count = len(self.freedom)
-        shared = moves[:count]
-        stacked = self.shooting.stacked(rolled[0])
-        for c in self.late:
-            rate = np.gradient(stacked[:, c]) / self.period
+        stacked = np.array([self.shooting.stacked(y) for y in rolled])
+        rates = np.empty((len(self.late), len(residual)))
+        for k, c in enumerate(self.late):
+            rate = np.gradient(stacked[0, :, c]) / self.period
             rate[self.firsts] = rate[np.minimum(self.firsts + 1, len(rate) - 1)]
-            column = np.zeros_like(residual)
-            column[:, c] = np.where(np.isfinite(self.measured[:, c]),
-                                    -rate * self.late_scale / self.noise[:, c], 0.0)
-            shared.append(self.weighed(column).reshape(rows))
-        for i in self.zeroed:
-            mask = np.repeat(self.course == i, residual.shape[1])
-            shared.append(np.where(mask, moves[count + own], 0.0))
-        return self._normal(unknowns, residual, np.array(shared),
-                            np.array(moves[count:count + own]))
+            rates[k] = -rate * self.late_scale
+        edges = np.append(self.firsts, len(residual))
+        unit = np.array([worth for _, worth in points])
 
-    def _normal(self, unknowns: Unknowns, residual: np.ndarray, shared: np.ndarray,
-                own: np.ndarray) -> Normal:
-        flat = residual.reshape(-1)
-        weighted = flat
-        cost = float(self.costs(residual, unknowns).sum())
-        if self.robust:
-            root = np.sqrt(np.minimum(1.0, 1.5 / np.maximum(np.abs(flat), 1e-300)))
-            weighted, shared, own = flat * root, shared * root, own * root
-        edges = self.firsts * residual.shape[1]
+        def part(ends: tuple[int, int]) -> np.ndarray:
+            return grams(*ends, stacked, unit, rates, self.late, self.inverse,
+                         self.inverse.any(axis=0), self.carry, self.factor, edges, self.owner,
+                         residual, self.robust)
+
+        cuts = np.unique(np.linspace(0, len(self.owner), self.shooting.threads + 1).astype(int))
+        parts = self.shooting.pool.map(part, zip(cuts[:-1], cuts[1:], strict=True))
+        return self._normal(unknowns, residual, np.concatenate(list(parts)))
+
+    def _normal(self, unknowns: Unknowns, residual: np.ndarray, gram: np.ndarray) -> Normal:
+        count, offsets = len(self.freedom), self.shooting.offsets
+        zero, behind = count + offsets, gram.shape[1] - 1 - len(self.late)
+        own, flat = slice(count, zero), gram.shape[1] - 1
+        shared = [*range(count), *range(behind, flat), *(zero for _ in self.zeroed)]
+        mine = np.ones((len(gram), len(shared)))  # the zero of a recording moves no other
+        mine[:, len(shared) - len(self.zeroed):] = self.owner[:, None] == self.zeroed
         prior = (self.start_scale / self.start_prior) ** 2
-        offsets = len(own)
-        inner = np.empty((len(edges), offsets, offsets))
-        cross = np.empty((len(edges), offsets, len(shared)))
-        slope = np.empty((len(edges), offsets))
-        for i in range(offsets):
-            slope[:, i] = np.add.reduceat(own[i] * weighted, edges)
-            slope[:, i] += unknowns.starts[:, i] * self.start_scale[:, i] / (
-                self.start_prior[:, i] ** 2)
-            for k in range(len(shared)):
-                cross[:, i, k] = np.add.reduceat(own[i] * shared[k], edges)
-            for j in range(offsets):
-                inner[:, i, j] = np.add.reduceat(own[i] * own[j], edges)
-            inner[:, i, i] += prior[:, i]
-            inner[:, i, i] *= 1.0 + self.damping
+        inner = gram[:, own, own].copy()
+        inner[:, range(offsets), range(offsets)] += prior
+        inner[:, range(offsets), range(offsets)] *= 1.0 + self.damping[:, None]
+        slope = gram[:, own, flat] + (
+            unknowns.starts * self.start_scale / self.start_prior**2)
+        cross = gram[:, own][:, :, shared] * mine[:, None, :]
         back = -np.linalg.solve(inner, cross)
         still = -np.linalg.solve(inner, slope[:, :, None])[:, :, 0]
-        scores = np.array([np.add.reduceat(s * weighted, edges) for s in shared]).T
-        scores += np.einsum('hik,hi->hk', back, slope)
-        hessian = shared @ shared.T + np.einsum('hik,hil->kl', back, cross)
-        return Normal(cost, scores.sum(axis=0), 0.5 * (hessian + hessian.T), scores, back, still,
-                      residual)
+        scores = gram[:, flat][:, shared] * mine + np.einsum('hik,hi->hk', back, slope)
+        products = gram[:, shared][:, :, shared] * mine[:, None, :] * mine[:, :, None]
+        hessian = products.sum(axis=0) + np.einsum('hik,hil->kl', back, cross)
+        return Normal(float(self.costs(residual, unknowns).sum()), scores.sum(axis=0),
+                      0.5 * (hessian + hessian.T), scores, back, still, residual)
 
     def stepped(self, unknowns: Unknowns, normal: Normal, step: np.ndarray,
                 share: float = 1.0) -> Unknowns:

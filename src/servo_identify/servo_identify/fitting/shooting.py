@@ -60,7 +60,8 @@ class Shooting:
         firsts = np.cumsum([0] + [len(c.starts) for c in self.courses])
         self.firsts = firsts[:-1]
         self.offsets = len(OFFSETS) if servo.mechanism.compliant else 2
-        self.pool = ThreadPoolExecutor(cpu_count())
+        self.threads = cpu_count() or 1
+        self.pool = ThreadPoolExecutor(self.threads)
 
     def beginning(self, theta: np.ndarray) -> Unknowns:
         """Return the unknowns to start from: no offsets, zeros as the readings have them."""

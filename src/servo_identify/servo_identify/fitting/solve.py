@@ -18,20 +18,20 @@ SMALL = 1e-4
 
 
 def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
-           held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, Normal, int]:
+           held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, int]:
     """
     Walk downhill until a step moves the shared numbers by less than ``tolerance`` of a standard
     error (of independent residuals: the honest ones are larger) or none of them by more than
     :data:`SMALL` of its scale.
 
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
-    called at each accepted step and may raise to stop the fit. Returns unknowns, the normal
-    equations there and how many steps were taken.
+    called at each accepted step and may raise to stop the fit. Returns the unknowns and how many
+    steps were taken.
     """
     damping = 1e-3
-    normal = problem.linearised(unknowns)
     done = 0
     while done < iterations:
+        normal = problem.linearised(unknowns)
         low, high = problem.room(unknowns)
         gained = 0.0
         while damping < 1e9:
@@ -50,11 +50,10 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
         damping = max(damping / 8.0, 1e-9)
         moved = np.sqrt(step @ normal.hessian @ step * normal.residual.size / (2.0 * cost))
         unknowns = trial
-        normal = problem.linearised(unknowns)
-        told(done, normal.cost)
+        told(done, cost)
         if moved < tolerance or (damping < 1e-3 and np.abs(step).max() < SMALL):
             break
-    return unknowns, normal, done
+    return unknowns, done
 
 
 def _step(normal: Normal, damping: float, low: np.ndarray, high: np.ndarray,
