@@ -55,15 +55,16 @@ class Balance:
 
     def __post_init__(self) -> None:
         self._slots = {p: s.start for p, s in self.servo.slots().items()}
+        self._size = len(self.servo.theta)
         self._kernel = kernel_of(self.servo)
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
         self._off = np.arange(len(self.servo.effects)) < self.given
-        self._zero, self._settings = 0.0, {}
-        self._static = self._motion(self.seen.channels)
+        self._zero, self._settings, self._push = 0.0, {}, 0.0
+        self._static, self._meshed = self._motions(self.seen.channels)
         if self._has_gap() and self.seen.has('torque') and 'transmission' in self.names:
             self._zero = self._centre()
-            self._static = self._motion(self.seen.channels)
+            self._static, self._meshed = self._motions(self.seen.channels)
         if 'controller' in self.names:
             self._settings = self._as_set()
 
@@ -107,13 +108,13 @@ class Balance:
         stiffness = self.servo.values.get('mechanism.stiffness')
         if not stiffness or not self._has_gap():
             return np.zeros(len(self.times('transmission')))
-        rows, theta = self._static.rows, self.servo.theta
+        rows, theta = self._meshed.rows, self.servo.theta
         damping = self.value(theta, 'mechanism.damping')
         bent = self._follow(theta, self._off, rows)[:, 4] - stiffness * rows[:, WIND_UP]
         bent -= damping * rows[:, WIND_UP_RATE]
-        bump, reach = self.seen.bump, self.seen.bump.reach
+        bump, reach = self.seen.mesh, self.seen.mesh.reach
         at = np.clip(bump.centres(len(self.seen.recording)) - reach, 0, len(bent) - 1)
-        return np.abs(np.nan_to_num(self._under(bent) - bent[at])) / stiffness
+        return np.abs(np.nan_to_num(self._under(bent, bump) - bent[at])) / stiffness
 
     def _has_gap(self) -> bool:
         return any(p.effect.port in ('clearance', 'mesh') for p in self.servo.effects[:self.given])
@@ -126,7 +127,7 @@ class Balance:
         """
         theta = self.servo.theta
         span = float(np.ptp(np.percentile(self.motion('wind_up'), (2, 98))))
-        rows = self._static.rows[:: max(1, len(self._static.rows) // 4000)].copy()
+        rows = self._meshed.rows[:: max(1, len(self._meshed.rows) // 4000)].copy()
         torque, wound = rows[:, MOTION.index('torque')], rows[:, WIND_UP].copy()
 
         def misfit(shift):
@@ -163,6 +164,8 @@ class Balance:
 
     def bump_of(self, balance: str) -> Bump:
         """Bump that weighs a balance."""
+        if balance == 'transmission':
+            return self.seen.mesh
         return self.seen.fine if balance in FINE else self.seen.bump
 
     def times(self, balance: str) -> np.ndarray:
@@ -182,10 +185,10 @@ class Balance:
         wanted = [n for n in self.names if only is None or n in only]
         if not wanted:
             return {}
-        channels, motion = self.seen.channels, self._static
+        channels, motion, meshed = self.seen.channels, self._static, self._meshed
         if (on & self._sensor_members).any():
             channels = self._corrected(channels, theta, on)
-            motion = self._motion(channels)
+            motion, meshed = self._motions(channels)
         current = self._current(theta, on, motion) if (
             'drive' in wanted or not self.seen.has('current')) else None
         answer = {}
@@ -195,7 +198,7 @@ class Balance:
             answer['controller'] = self.seen.fine.weigh(
                 self.seen.recording['voltage'] - self._command(theta, on, channels))
         if {'motor', 'load', 'torque', 'transmission'} & set(wanted):
-            answer.update(self._mechanical(theta, on, channels, motion, current, wanted))
+            answer.update(self._mechanical(theta, on, motion, meshed, current, wanted))
         return answer
 
     @property
@@ -211,11 +214,12 @@ class Balance:
         """Return the smooth motion with the sensor effects taken off the readings."""
         if not (on & self._sensor_members).any():
             return self._static.rows
-        return self._motion(self._corrected(self.seen.channels, theta, on)).rows
+        return self._motions(self._corrected(self.seen.channels, theta, on))[0].rows
 
-    def weighed(self, name: str) -> np.ndarray:
-        """Return a column of the smooth motion at the centres, NaN near the ends."""
-        return self._under(self.motion(name))
+    def weighed(self, name: str, balance: str = 'torque') -> np.ndarray:
+        """Return a column of the smooth motion at the centres of a mechanical balance."""
+        motion = self._meshed if balance == 'transmission' else self._static
+        return self._under(motion.rows[:, MOTION.index(name)], self.bump_of(balance))
 
     def model_current(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""
@@ -242,60 +246,92 @@ class Balance:
         reach = self.seen.bump.reach
         return full[reach:len(full) - reach]
 
-    def _under(self, series: np.ndarray) -> np.ndarray:
+    def _under(self, series: np.ndarray, bump: Bump | None = None) -> np.ndarray:
         """Weigh what is known at the inner samples only, so that the centres agree."""
+        bump = bump or self.seen.bump
         padded = np.full(len(self.seen.recording), np.nan)
-        reach = self.seen.bump.reach
-        padded[reach:len(padded) - reach] = series
-        return self.seen.bump.weigh(padded)
+        padded[bump.reach:len(padded) - bump.reach] = series
+        return bump.weigh(padded)
 
     def _follow(self, theta, on, rows) -> np.ndarray:
         out = np.empty((len(rows), len(FOLLOWED)))
         self._kernel.follow(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
         return out
 
-    def _mechanical(self, theta, on, channels, motion, current, wanted) -> dict:
-        seen, weighed = self.seen, motion.weighed
-        rows = motion.rows
+    def _mechanical(self, theta, on, motion, meshed, current, wanted) -> dict:
+        seen, rows = self.seen, motion.rows
         if current is not None and not seen.has('current'):
             rows = rows.copy()
             rows[:, MOTION.index('current')] = self._inner(current)
-        out = self._follow(theta, on, rows)
+        answer, out = {}, None
+        if meshed is motion or {'motor', 'load', 'torque'} & set(wanted):
+            out = self._follow(theta, on, rows)
+            answer = self._of_shafts(theta, motion, rows, out)
+        if 'transmission' in wanted:
+            if meshed is not motion:
+                out = self._follow(theta, on, meshed.rows)
+            answer['transmission'] = self._of_mesh(theta, on, meshed, out)
+        return {name: answer[name] for name in wanted if name in answer}
+
+    def _of_shafts(self, theta, motion, rows, out) -> dict:
+        weighed, under = motion.weighed, self._under
         ratio = self.value(theta, 'mechanism.ratio')
         gain = self.value(theta, 'drive.torque_constant')
         rotor = self.value(theta, 'mechanism.rotor_inertia')
         inertia = self.value(theta, 'mechanism.load_inertia')
-
-        under = self._under
-        answer = {}
         current_at = under(rows[:, MOTION.index('current')])
         on_motor = gain * current_at + under(out[:, 0] + out[:, 1]) - rotor * weighed['motor_2']
         on_load = under(out[:, 2] + out[:, 3]) - inertia * weighed['load_2'] - weighed['external']
-        if seen.has('torque'):
-            answer['motor'] = on_motor - weighed['torque'] / ratio
-            answer['load'] = on_load + weighed['torque']
-        else:
-            answer['torque'] = ratio * on_motor + on_load
-        if 'transmission' in wanted:
-            # always by the stiffness of the servo file, or a stiffer mesh would explain itself
-            stiffness = self.servo.values.get('mechanism.stiffness')
-            if stiffness:
-                torque = weighed['torque'] if seen.has('torque') else under(out[:, 5])
-                # the linear mesh is weighed as measured, only the rest goes by the smooth motion
-                k = self.value(theta, 'mechanism.stiffness')
-                d = self.value(theta, 'mechanism.damping')
-                bent = out[:, 4] - k * rows[:, WIND_UP] - d * rows[:, WIND_UP_RATE]
-                mesh = k * weighed['wind_up'] + d * weighed['wind_up_1'] + under(bent)
-                answer['transmission'] = (mesh - torque) / stiffness
-            else:
-                answer['transmission'] = weighed['wind_up'] - self._lost(theta, on, rows)
-        return {name: answer[name] for name in wanted if name in answer}
+        if self.seen.has('torque'):
+            return {'motor': on_motor - weighed['torque'] / ratio,
+                    'load': on_load + weighed['torque']}
+        # always at the push of the servo file, or a weaker machine would explain itself
+        push = _size(gain * (current_at + self._braked(theta, rows)) + under(out[:, 0]))
+        self._push = self._push or push
+        return {'torque': self._push / (push or 1.0) * (ratio * on_motor + on_load)}
+
+    def _of_mesh(self, theta, on, meshed, out) -> np.ndarray:
+        """Wind-up beside what the torque makes of it, rad, by the stiffness of the servo file."""
+        weighed, rows = meshed.weighed, meshed.rows
+
+        def under(series):
+            return self._under(series, self.seen.mesh)
+
+        torque = weighed['torque'] if self.seen.has('torque') else (
+            self.value(theta, 'mechanism.load_inertia') * weighed['load_2'] + weighed['external']
+            - under(out[:, 2] + out[:, 3]))
+        # a stiffer mesh would explain itself, were the residual not always by the one stiffness
+        stiffness = self.servo.values.get('mechanism.stiffness')
+        if stiffness:
+            # the linear mesh is weighed as measured, only the rest goes by the smooth motion
+            k = self.value(theta, 'mechanism.stiffness')
+            d = self.value(theta, 'mechanism.damping')
+            bent = out[:, 4] - k * rows[:, WIND_UP] - d * rows[:, WIND_UP_RATE]
+            mesh = k * weighed['wind_up'] + d * weighed['wind_up_1'] + under(bent)
+            return (mesh - torque) / stiffness
+        compliance, relaxation = self._spring(theta)
+        residual = (weighed['wind_up'] + relaxation * weighed['wind_up_1']
+                    - self._lost(theta, on, rows))
+        return residual - compliance * torque if compliance > 0.0 else residual
+
+    def _braked(self, theta, rows) -> np.ndarray:
+        """Current (A) at the centres that the turning motor takes off a command not measured."""
+        resistance = self.value(theta, 'drive.resistance')
+        if self.seen.has('current') or not resistance:
+            return np.zeros(len(self.times('torque')))
+        speed = self._under(rows[:, MOTION.index('motor_speed')])
+        return self.value(theta, 'drive.back_emf') / resistance * speed
+
+    def _spring(self, theta) -> tuple[float, float]:
+        """Compliance (rad/(N m)) and relaxation time (s) of the spring that a rigid twin lacks."""
+        behind = theta[self._size:]
+        return (float(behind[0]), float(behind[1])) if len(behind) else (0.0, 0.0)
 
     def _lost(self, theta, on, rows) -> np.ndarray:
         """Angle lost in the teeth of a rigid mechanism, rad, at the centres."""
         out = np.empty(len(rows))
         self._kernel.lose(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
-        return self._under(out)
+        return self._under(out, self.seen.mesh)
 
     def _corrected(self, channels: Channels, theta, on) -> Channels:
         """Find the readings that the sensor effects turn into those that were recorded."""
@@ -335,8 +371,15 @@ class Balance:
         self._kernel.govern(theta, on, x, references, motor, load, command, seen.period)
         return command
 
-    def _motion(self, channels: Channels) -> _Motion:
-        seen, bump = self.seen, self.seen.bump
+    def _motions(self, channels: Channels) -> tuple[_Motion, _Motion]:
+        """Return the motion by which the shafts, and that by which the mesh is asked."""
+        smooth = self._motion(channels, self.seen.bump)
+        if self.seen.mesh == self.seen.bump:
+            return smooth, smooth
+        return smooth, self._motion(channels, self.seen.mesh)
+
+    def _motion(self, channels: Channels, bump: Bump) -> _Motion:
+        seen = self.seen
         ratio = self.servo.values['mechanism.ratio']
         motor, load = _both(channels, ratio)
 
@@ -369,11 +412,11 @@ class Balance:
         }
         quick = seen.fine.smooth(_bridged(motor), 1)
         speed = np.pad(quick, seen.fine.reach, mode='edge')
-        return _Motion(rows, weighed, self._still(rows, motor, load, ratio), speed)
+        return _Motion(rows, weighed, self._still(rows, bump, ratio), speed)
 
-    def _still(self, rows, motor, load, ratio) -> np.ndarray:
+    def _still(self, rows, bump, ratio) -> np.ndarray:
         """Tell at the centres whether both shafts keep moving under the bump."""
-        seen, bump = self.seen, self.seen.bump
+        seen = self.seen
         noise = seen.noise
         slow = 4.0 * bump.gain(1) * (noise['load_position'] if seen.has('load')
                                      else noise['motor_position'] / ratio)
@@ -390,6 +433,11 @@ class Balance:
         turning[:-1] |= turning[1:]
         standing[bump.reach:bump.reach + len(speed)] = (speed <= slow) | turning
         return bump.weigh(standing) < 0.02
+
+
+def _size(series: np.ndarray) -> float:
+    """Root mean square of what is not missing."""
+    return float(np.sqrt(np.nanmean(series**2))) if np.isfinite(series).any() else 0.0
 
 
 def _both(channels: Channels, ratio: float) -> tuple[np.ndarray, np.ndarray]:

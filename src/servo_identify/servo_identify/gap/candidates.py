@@ -16,6 +16,8 @@ from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.effect import Effect, Parameter
 from servo_twin.physics.servo import Placed, Servo
 
+from .spring import may_bend, NAME as SPRING_NAME, SPRING
+
 ROW = 3  # multiples of a base order that a candidate may have
 
 TABLE_NAMES = {
@@ -61,14 +63,17 @@ class Extended:
     given: int  # how many effects are the servo's own
     theta: np.ndarray
     on: np.ndarray
+    bends: bool = False  # whether the values of a spring stand behind those of the servo
 
     def slot(self, path: str, element: int = 0) -> int:
         """Index of a parameter (or one number of a row) in theta."""
+        if path in SPRING:
+            return len(self.theta) - len(SPRING) + list(SPRING).index(path)
         return self.servo.slots()[path].start + element
 
     def declaration(self, path: str) -> Parameter:
         """Declaration of a parameter."""
-        return dict(self.servo.declarations())[path]
+        return SPRING[path] if path in SPRING else dict(self.servo.declarations())[path]
 
 
 def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
@@ -103,7 +108,9 @@ def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
     full = servo.with_effects(*placed, values=values)
     on = full.switches
     on[len(servo.effects):] = False
-    return Extended(full, len(servo.effects), full.theta, on)
+    bends = may_bend(servo, channels)
+    theta = np.concatenate((full.theta, np.zeros(len(SPRING) if bends else 0)))
+    return Extended(full, len(servo.effects), theta, on, bends)
 
 
 def candidates_of(extended: Extended,
@@ -119,6 +126,8 @@ def candidates_of(extended: Extended,
         candidates += _of_effect(servo, servo.effects[index], index, shapes,
                                  servo.effects[:extended.given])
     candidates += _of_parameters(servo, extended.given)
+    if extended.bends:
+        candidates.append(Candidate(SPRING_NAME, 'mesh', tuple(SPRING), (0,) * len(SPRING)))
     settings = tuple(p for p, d in servo.declarations()
                      if p.startswith('controller.') and d.off is not None)
     if settings:

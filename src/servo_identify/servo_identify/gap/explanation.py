@@ -12,9 +12,11 @@ from servo_twin.physics.servo import Placed, Provenance, Servo
 from .candidates import Candidate
 from .regression import less
 from .screening import Screening
+from .spring import SPRING, spring_values, sprung
 from .stack import Stack
 
 SOURCE = 'gap diagnosis'
+SURE = 3.0  # standard deviations within which a value that was found is taken to lie
 
 
 @dataclass(frozen=True)
@@ -199,5 +201,35 @@ def augmented(servo: Servo, stack: Stack, explanation: Explanation,
             provenance[path] = Provenance(SOURCE, None if np.isnan(std) else std, recordings)
     freed = {path for c in explanation.causes for path in c.paths}
     tolerance = {p: t for p, t in servo.tolerance.items() if p not in freed}
-    return replace(servo, effects=servo.effects + tuple(placed),
-                   values={**servo.values, **values}, tolerance=tolerance, provenance=provenance)
+    better = replace(servo, effects=servo.effects + tuple(placed),
+                     values={**servo.values, **values}, provenance=provenance)
+    if any(is_spring(cause) for cause in explanation.causes):
+        better = sprung(better, theta)
+        provenance |= {path: Provenance(SOURCE, one['std'], recordings)
+                       for path, one in spring_of(servo, explanation).items()}
+    return replace(better, provenance=provenance, tolerance=_known(better, provenance, tolerance))
+
+
+def is_spring(cause: Candidate) -> bool:
+    """Tell whether a cause is the spring that a rigid twin lacks."""
+    return bool(set(cause.paths) & set(SPRING))
+
+
+def spring_of(servo: Servo, explanation: Explanation) -> dict[str, dict]:
+    """Return stiffness and damping of an explanation with a spring, as a report has them."""
+    return spring_values(servo, explanation.theta,
+                         [float(np.nan_to_num(explanation.spread(path))) for path in SPRING])
+
+
+def _known(servo: Servo, provenance, tolerance) -> dict[str, tuple[float, float]]:
+    """Return the tolerances with those of what was found here: as far as it is known."""
+    known = dict(tolerance)
+    for path, declared in servo.declarations():
+        said = provenance.get(path)
+        sized = declared.off is not None or path.startswith(('mechanism.', 'drive.'))
+        found = said is not None and said.source.startswith(SOURCE) and said.std
+        if found and sized and not declared.row and path not in known:
+            low, high = declared.bounds
+            value, reach = servo.values[path], SURE * said.std
+            known[path] = (max(low, value - reach), min(high, value + reach))
+    return known

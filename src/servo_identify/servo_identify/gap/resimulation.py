@@ -18,6 +18,7 @@ from servo_twin.physics.kernel import kernel_of
 from servo_twin.physics.simulate import initial_state, inputs_of, substeps_of
 
 from .balance import Balance
+from .spring import running, STIFFNESS
 
 HORIZON = 0.4  # s, free run between two starts
 CHANNELS = ('motor_position', 'load_position', 'torque', 'current', 'wind_up', 'command')
@@ -50,13 +51,16 @@ def resimulate(one: Balance, theta: np.ndarray, on: np.ndarray,
     """
     servo, seen, period = one.servo, one.seen, one.seen.period
     u = inputs_of(seen.recording.columns)
-    substeps, h = substeps_of(servo, period)
-    kernel = kernel_of(servo)
     ratio = one.value(theta, 'mechanism.ratio')
     reach = seen.bump.reach
     rows = one.corrected_motion(theta, on)
-    load, speed, motor, torque = (rows[:, MOTION.index(name)] for name in (
-        'load_angle', 'load_speed', 'motor_angle', 'torque'))
+    load, speed, motor, motor_speed, torque = (rows[:, MOTION.index(name)] for name in (
+        'load_angle', 'load_speed', 'motor_angle', 'motor_speed', 'torque'))
+    servo, theta = running(servo, theta)
+    substeps, h = substeps_of(servo, period)
+    kernel = kernel_of(servo)
+    compliant, felt = servo.mechanism.compliant, one.seen.has('torque')
+    swings = compliant and not felt and one.seen.has('motor') and one.seen.has('load')
     if not np.isfinite(torque).any():
         torque = np.zeros(len(load))
     samples = len(u)
@@ -68,21 +72,22 @@ def resimulate(one: Balance, theta: np.ndarray, on: np.ndarray,
         x = initial_state(servo, motor[k - reach], load[k - reach], torque[k - reach],
                           speed[k - reach], theta, on)
         zeros.append(x[state.ZERO])
-    zero = float(np.median(zeros))
+    zero = float(np.median(motor / ratio - load if swings else zeros))
     x = initial_state(servo, motor[0], load[0], torque[0], speed[0], theta, on)
-    compliant = servo.mechanism.compliant
-    unwinding = np.gradient(torque, period) / (one.value(theta, 'mechanism.stiffness') or np.inf)
+    stiffness = theta[servo.slots()[STIFFNESS].start] if compliant else np.inf
+    unwinding = np.gradient(torque, period) / stiffness
     for k, end in zip(starts, [*starts[1:], samples], strict=True):
         at = k - reach
         x[state.LOAD_ANGLE], x[state.LOAD_SPEED] = load[at], speed[at]
-        x[state.MOTOR_SPEED] = (speed[at] + unwinding[at]) * ratio
+        x[state.MOTOR_SPEED] = motor_speed[at] if swings else (
+            (speed[at] + unwinding[at]) * ratio)
         x[state.MOTOR_ANGLE] = motor[at]
         x[state.TIME] = k * period
         if np.isfinite(current[k]):
             x[state.CURRENT] = current[k]
         # with the zero kept, the wind-up that carries the measured torque places the motor
         kernel.align(theta, on, x, torque[at])
-        if compliant and one.seen.has('torque'):
+        if compliant and felt:
             x[state.MOTOR_ANGLE] += (zero - x[state.ZERO]) * ratio
         x[state.ZERO] = zero
         kernel.run(theta, on, x, u[k:end], y[k:end], substeps, h, state.MEASURED_INPUT)

@@ -326,9 +326,10 @@ class Screening:
         return chosen
 
     def _complexity(self, one: int) -> int:
-        """How many numbers a candidate may choose."""
+        """How many numbers a candidate may choose; an order was read off the residual."""
         shapes = self.library.candidates[one].shapes
-        return len(self.members[one]) + sum(self._searched(path) for path, _ in shapes)
+        return len(self.members[one]) + sum(
+            self._searched(path) or path.endswith('.order') for path, _ in shapes)
 
     @staticmethod
     def _as_good(left: dict[int, float], least: dict[int, float], times: float,

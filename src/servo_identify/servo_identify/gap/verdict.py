@@ -8,7 +8,9 @@ from .answer import Cause, GapReport, Located
 from .balance import BALANCES, UNITS
 from .candidates import Candidate
 from .completeness import Remainder
+from .explanation import is_spring, spring_of
 from .resimulation import bootstrap, Gap, shrink
+from .spring import NAME as SPRING_NAME
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
@@ -19,6 +21,7 @@ ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
     'stiffness_error': 'parameter:stiffness',
 }
+RIGID = 'the compliance of the transmission (its mechanism is rigid)'
 PEOPLE = {
     'drive': 'the drive', 'motor': 'the motor shaft', 'transmission': 'the transmission',
     'load': 'the load shaft', 'torque': 'the torque balance of motor and load',
@@ -38,7 +41,8 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     named = [c.effect for c in which] if status in ('explained', 'partly_explained') else []
     gap = _gap(evidence)
     verdict = {'status': status, 'effects': named, 'balance': balance,
-               'sentence': _sentence(status, named, balance, gap, open_share, worst)}
+               'sentence': _sentence(status, _spoken(evidence, named), balance, gap, open_share,
+                                     worst)}
     explanation = evidence.best.explanation
     if explanation.at_bound:
         warnings = [*warnings, 'at the edge of its bounds, so not identified: '
@@ -110,7 +114,7 @@ def _which(evidence) -> list[Cause]:
         shift = share['report'] - middle
         candidate = choice.candidate
         alike = [other.name for other in choice.ambiguous]
-        if candidate.name in ALIASES:
+        if candidate.name in ALIASES and not is_spring(candidate):
             alike.append(ALIASES[candidate.name])
         causes.append(Cause(candidate.name, candidate.site or _site(candidate),
                             _parameters(evidence, candidate), share['accept'], share['report'],
@@ -120,6 +124,8 @@ def _which(evidence) -> list[Cause]:
 
 def _site(candidate: Candidate) -> str:
     path = candidate.paths[0]
+    if path == 'drive.torque_constant':
+        return 'motor'  # the drive balance does not know it
     if path.startswith(('drive.', 'controller.')):
         return path.partition('.')[0]
     return 'motor' if 'rotor' in path else 'load' if 'load' in path else 'mesh'
@@ -128,6 +134,9 @@ def _site(candidate: Candidate) -> str:
 def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
     extended = evidence.stacks['screen'].extended
     explanation = evidence.best.explanation
+    if is_spring(candidate):
+        return {path.rpartition('.')[2]: value
+                for path, value in spring_of(evidence.servo, explanation).items()}
     found = {}
     for path, element in zip(candidate.paths, candidate.elements, strict=True):
         leaf = path.rpartition('.')[2]
@@ -229,6 +238,11 @@ def _unknown(left: Remainder | None) -> dict:
     return {'depends_on': list(left.depends_on), 'parity': left.parity,
             'orders': list(left.orders), 'memory': left.memory, 'drift': left.drift,
             'balance': left.balance, 'unit': UNITS[left.balance]}
+
+
+def _spoken(evidence, named: list[str]) -> list[str]:
+    bends = any(is_spring(choice.candidate) for choice in evidence.choices)
+    return [RIGID if bends and name == SPRING_NAME else name for name in named]
 
 
 def _sentence(status, named, balance, gap, open_share, worst) -> str:
