@@ -12,6 +12,7 @@ from servo_twin.recording import Recording
 
 from ..fitting.estimate import bag_name
 from .balance import BRISTLES, friction_of
+from .load_share import load_share, LoadShare, with_load_share
 from .network import Network, trained
 from .resampling import AngleTable, equal_angles
 from .scores import Scores, scores_of
@@ -19,7 +20,11 @@ from .scores import Scores, scores_of
 
 @dataclass(frozen=True)
 class LearnedFriction:
-    """Networks of both directions, the table they learned from, and their table 1 figures."""
+    """
+    Networks of both directions, the table they learned from, and their table 1 figures.
+
+    ``share`` of the load that was taken off before (None: the loads did not differ).
+    """
 
     site: str
     forward: Network
@@ -29,6 +34,7 @@ class LearnedFriction:
     forward_scores: Scores
     reverse_scores: Scores
     bags: tuple[str, ...]
+    share: LoadShare | None = None
 
 
 def learned_friction(servo: Servo, recordings: list[Recording], site: str = 'load', *,
@@ -36,9 +42,14 @@ def learned_friction(servo: Servo, recordings: list[Recording], site: str = 'loa
     """
     Train both networks on equal-angle tables; every fifth cell of angle is kept for validation.
 
-    Raises ValueError where the recordings hold no steady turns in one of the directions.
+    Where recordings at one speed differ in their load, its share of the friction is found first
+    and taken off, so that the networks hold at any load. Raises ValueError where the recordings hold no steady turns in one of the directions.
     """
     table = equal_angles(friction_of(servo, recordings, site), cells)
+    bags = tuple(bag_name(r) for r in recordings)
+    share = load_share(table, bags)
+    if share is not None:
+        table = share.taken_off(table)
     held = np.round(table.angle / table.turn * cells).astype(int) % 5 == 2
     networks, scores = [], []
     for forward in (True, False):
@@ -50,8 +61,7 @@ def learned_friction(servo: Servo, recordings: list[Recording], site: str = 'loa
         network = trained(part.angle, part.speed, part.torque, held=kept, seed=seed, told=told)
         networks.append(network)
         scores.append(scores_of(part.torque[kept], network(part.angle[kept], part.speed[kept])))
-    return LearnedFriction(site, *networks, table, held, *scores,
-                           tuple(bag_name(r) for r in recordings))
+    return LearnedFriction(site, *networks, table, held, *scores, bags, share)
 
 
 def with_friction(servo: Servo, learned: LearnedFriction, name: str = 'friction') -> Servo:
@@ -78,8 +88,11 @@ def with_friction(servo: Servo, learned: LearnedFriction, name: str = 'friction'
     placed = Placed(name, find('network_friction'), learned.site)
     said = {path: Provenance('learned from turns, paper 000 eq. 5, 6', None, learned.bags)
             for path in paths}
-    return replace(servo, effects=(*stays, placed), values={**kept(servo.values), **paths},
-                   provenance={**kept(servo.provenance), **said}, tolerance=kept(servo.tolerance))
+    servo = replace(servo, effects=(*stays, placed), values={**kept(servo.values), **paths},
+                    provenance={**kept(servo.provenance), **said},
+                    tolerance=kept(servo.tolerance))
+    return servo if learned.share is None else with_load_share(servo, learned.share,
+                                                               site=learned.site)
 
 
 def _rescaled(network: Network, other: Network) -> Network:

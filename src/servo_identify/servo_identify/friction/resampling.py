@@ -17,13 +17,15 @@ class AngleTable:
     Friction over angle and speed, in columns of equal angles.
 
     ``angle`` rad within ``turn``, ``speed`` rad/s (never negative), ``torque`` N m as it resists
-    (positive), ``forward`` bool. All of shape (rows,).
+    (positive), ``load`` the transmitted torque, N m, positive where it is along the motion (NaN
+    where not known), ``forward`` bool. All of shape (rows,).
     """
 
     turn: float
     angle: np.ndarray
     speed: np.ndarray
     torque: np.ndarray
+    load: np.ndarray
     forward: np.ndarray
 
     def __len__(self) -> int:
@@ -31,7 +33,7 @@ class AngleTable:
 
     def __getitem__(self, rows) -> AngleTable:
         return AngleTable(self.turn, self.angle[rows], self.speed[rows], self.torque[rows],
-                          self.forward[rows])
+                          self.load[rows], self.forward[rows])
 
 
 def equal_angles(samples: FrictionSamples, cells: int = 360, turn: float = 2.0 * np.pi,
@@ -62,13 +64,13 @@ def equal_angles(samples: FrictionSamples, cells: int = 360, turn: float = 2.0 *
             cell = np.minimum((angle / turn * cells).astype(int), cells - 1)
             count = np.bincount(cell, minlength=cells)
             there = count > 0
-            mean_torque = np.bincount(cell, way * samples.torque[mine][calm], cells)[there]
-            mean_speed = np.bincount(cell, speed[calm], cells)[there]
-            rows.append(np.column_stack([(np.flatnonzero(there) + 0.5) * turn / cells,
-                                         mean_speed / count[there], mean_torque / count[there],
+            means = [np.bincount(cell, values, cells)[there] / count[there]
+                     for values in (speed[calm], way * samples.torque[mine][calm],
+                                    way * samples.load[mine][calm])]
+            rows.append(np.column_stack([(np.flatnonzero(there) + 0.5) * turn / cells, *means,
                                          np.full(there.sum(), forward)]))
     if not rows:
         raise ValueError('no recording has a steady stretch: friction over angle and speed needs '
                          'turns at constant speed, in both directions')
     table = np.concatenate(rows)
-    return AngleTable(turn, table[:, 0], table[:, 1], table[:, 2], table[:, 3] > 0.5)
+    return AngleTable(turn, *table[:, :4].T, table[:, 4] > 0.5)
