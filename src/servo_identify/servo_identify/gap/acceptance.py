@@ -19,6 +19,7 @@ MATTERS = 0.5  # share of the whole gap from which a channel that gets worse cou
 WORSE = 0.10  # growth of a channel's gap that does not do
 DECISIVE = 0.5  # shrink of a balance's gap that outweighs a channel that drifts a little more
 UNHURT = 0.02  # by which the whole gap may grow all the same
+HARM = 0.01  # growth of a gap, as a share of the channel's signal, that matters to anyone
 BY_BALANCE = 0.3  # shrink of a balance's gap that counts where the channels are too coarse
 
 
@@ -94,7 +95,8 @@ def _judge(without: Trial | None, full: Trial | None,
             drop = 1.0 - after / before
             best = max(best, drop if low > 0.0 else 0.0)
             # a channel that was near perfect may lose what does not matter
-            if high < 0.0 and after / full.gap.signal[channel] > MATTERS * whole:
+            signal = full.gap.signal[channel]
+            if high < 0.0 and after > MATTERS * whole * signal and after - before > HARM * signal:
                 worst = max(worst, -drop)
     balance = _by_balance(without, full, others)
     first = without.gap.total(without.gap)

@@ -226,7 +226,7 @@ def _spectrum(stack, residual, balance, angle, weight) -> tuple[float, ...]:
             continue
         kept = stack.kept(number, balance)
         rows = (stack.balance == BALANCES.index(balance)) & (stack.recording == number)
-        factor = np.sign(one.weighed(weight)[kept]) if weight else 1.0
-        angles.append(one.weighed(angle)[kept])
+        factor = np.sign(one.weighed(weight, balance)[kept]) if weight else 1.0
+        angles.append(one.weighed(angle, balance)[kept])
         values.append(residual[rows] * factor)
     return orders(np.concatenate(angles), np.concatenate(values)) if angles else ()

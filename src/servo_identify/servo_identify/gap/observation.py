@@ -13,6 +13,7 @@ from servo_twin.recording import Recording
 from .weak_form import Bump, count_of, noise_of
 
 SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
+MESH_NOISE = 0.05  # share of the torque at work that noise of the wind-up may be
 BLOCK = 1.5  # s, what may be taken as independent of its neighbours
 FEWEST_BLOCKS = 40  # of all recordings together: of short ones, blocks are shorter
 
@@ -40,14 +41,15 @@ class Observation:
     """
     A recording with its bumps, its noise and its masks.
 
-    ``bump`` weighs the mechanical balances, ``fine`` the electrical ones, which need no
-    derivative. ``noise`` is the standard deviation of one reading by channel, ``counts`` the
+    ``bump`` weighs the balances of the shafts, ``mesh`` that of the transmission, ``fine`` the
+    electrical ones, which need no derivative. ``noise`` is the standard deviation of one reading by channel, ``counts`` the
     count of an encoder (0: not in counts), ``block`` the seconds of a block.
     """
 
     recording: Recording
     channels: Channels
     bump: Bump
+    mesh: Bump
     fine: Bump
     noise: dict[str, float]
     counts: dict[str, float]
@@ -87,15 +89,19 @@ class Observation:
 def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
     """Look at recordings of one machine with bumps as short as their noise allows."""
     noises = [_noises(r) for r in recordings]
-    spacings = {}
+    spacings, meshes = {}, {}
     for recording, noise in zip(recordings, noises, strict=True):
         needed = _spacing(recording, noise, servo)
-        spacings[recording.period] = max(needed, spacings.get(recording.period, 0))
+        kind = recording.period, recording.family
+        spacings[kind] = max(needed, spacings.get(kind, 0))
+        needed = _mesh_spacing(recording, noise, servo)
+        meshes[recording.period] = min(needed, meshes.get(recording.period, needed))
     together = sum(r.duration for r in recordings)
     block = float(np.clip(together / FEWEST_BLOCKS, 0.2, BLOCK))
     seen = []
     for recording, noise in zip(recordings, noises, strict=True):
-        spacing = spacings[recording.period]
+        spacing = spacings[recording.period, recording.family]
+        mesh = min(spacing, meshes[recording.period])
         columns = recording.columns
         channels = Channels(columns['motor_position'], columns['load_position'],
                             columns['torque'], columns['current'])
@@ -103,6 +109,7 @@ def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
         loop = bool(servo.controller.parameters) and (
             recording.has('reference_position') or recording.has('reference_velocity'))
         seen.append(Observation(recording, channels, Bump(spacing, recording.period, 2 * spacing),
+                                Bump(mesh, recording.period, 2 * mesh),
                                 Bump(2, recording.period, 4), noise, counts, loop, block))
     return seen
 
@@ -137,3 +144,28 @@ def _spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int
             break
     longest = max(2, int(0.12 / (6 * recording.period)))
     return min(spacing, longest)
+
+
+def _mesh_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
+    """
+    Shortest bump whose noise of the wind-up and its damping is small against the torque at work.
+
+    With a torque sensor the transmission needs no acceleration, and a gap or a bent spring is
+    seen the better the less of its law is blurred. Without one it needs the bump of the shafts.
+    """
+    stiffness = servo.values.get('mechanism.stiffness')
+    if not stiffness or not all(recording.has(n) for n in (
+            'motor_position', 'load_position', 'torque')):
+        return SPACINGS[-1]
+    torque = recording['torque']
+    scale = float(np.sqrt(np.nanmean(torque**2))) or 1.0
+    angles = np.hypot(noise['motor_position'] / servo.values['mechanism.ratio'],
+                      noise['load_position'])
+    damping = servo.values['mechanism.damping']
+    for spacing in SPACINGS:
+        bump = Bump(spacing, recording.period, 1)
+        shaken = (stiffness * angles * bump.gain(0), damping * angles * bump.gain(1),
+                  noise['torque'] * bump.gain(0))
+        if np.hypot.reduce(shaken) < MESH_NOISE * scale:
+            break
+    return spacing

@@ -52,14 +52,9 @@ class Scales:
             if parameter.row or name == 'order':
                 continue
             choices[name] = self._values(parameter, effect, site) if parameter.grid else (
-                self._default(parameter, effect, site),)
+                float(parameter.default),)
         names = list(choices)
         return [dict(zip(names, values, strict=True)) for values in product(*choices.values())]
-
-    def _default(self, parameter, effect, site) -> float:
-        if parameter.unit == 'rad' and parameter.name == 'rest':
-            return float(np.mean([np.mean(b.motion('load_angle')) for b in self.balances]))
-        return float(parameter.default)
 
     def _values(self, parameter, effect, site) -> tuple[float, ...]:
         unit = parameter.unit
@@ -68,8 +63,8 @@ class Scales:
             size = self.wind_up() if kind == 'mesh' else self.stroke(site)
             shares = TRAVELS[kind]
         elif unit == 'Hz':
-            bump = self.balances[0].seen.bump
-            size, shares = 0.5 / (bump.spacing * bump.period), FREQUENCIES
+            bumps = [b.seen.bump for b in self.balances]
+            size, shares = max(0.5 / (b.spacing * b.period) for b in bumps), FREQUENCIES
         elif unit in SHARES:
             size, shares = self._size(unit, site), SHARES[unit]
         else:

@@ -209,12 +209,13 @@ class Stack:
                 table.setdefault('shift:current', {})[number] = put
                 put = {'motor': -pull / ratio, 'load': pull}
                 if 'transmission' in names and stiffness:
-                    put['transmission'] = -pull / stiffness
+                    felt = seen.mesh.weigh(seen.channels.torque, 1) * period
+                    put['transmission'] = -felt / stiffness
                 table.setdefault('shift:torque', {})[number] = put
             elif 'torque' in names:
                 table.setdefault('shift:current', {})[number] = {'torque': ratio * push}
             if 'transmission' in names:
-                speed = one.weighed('load_speed') * period
+                speed = one.weighed('load_speed', 'transmission') * period
                 table.setdefault('shift:load', {})[number] = {'transmission': speed}
             if 'drive' in names:
                 made = one.model_current(theta, self.extended.on)
@@ -282,11 +283,11 @@ def rounding(one: Balance, name: str) -> np.ndarray:
     if name != 'transmission':
         return size
     size = size + one.kinks()
-    seen, bump = one.seen, one.seen.bump
+    seen, bump = one.seen, one.seen.mesh
     ratio = one.servo.values['mechanism.ratio']
     for count, speed in ((seen.counts['motor_position'] / ratio,
-                          one.weighed('motor_speed') / ratio),
-                         (seen.counts['load_position'], one.weighed('load_speed'))):
+                          one.weighed('motor_speed', name) / ratio),
+                         (seen.counts['load_position'], one.weighed('load_speed', name))):
         if count > 0.0:
             passed = np.abs(speed) * 2.5 * bump.spacing * bump.period / count
             size = np.hypot(size, count / np.sqrt(12.0) / (1.0 + np.nan_to_num(passed)**2))
