@@ -75,11 +75,12 @@ class Stack:
         ``only`` names the balances that can have changed; the others are those of `base`.
         """
         answer = np.zeros(len(self.scale)) if only is None else self.base.copy()
-        for number, one in enumerate(self.balances):
-            for name, values in one.residuals(theta, on, only).items():
-                part = self._part[number, name]
-                kept = values[self._keep[number, name]]
-                answer[part] = np.clip(np.nan_to_num(kept) / self.scale[part], -LARGEST, LARGEST)
+        with np.errstate(over='ignore', invalid='ignore'):  # laws that run away: clipped below
+            for number, one in enumerate(self.balances):
+                for name, values in one.residuals(theta, on, only).items():
+                    part = self._part[number, name]
+                    kept = np.nan_to_num(values[self._keep[number, name]]) / self.scale[part]
+                    answer[part] = np.clip(kept, -LARGEST, LARGEST)
         return answer
 
     def kept(self, number: int, balance: str) -> np.ndarray:
