@@ -42,7 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--resolve', action='store_true',
                         help='make the recordings proposed for ambiguous pairs, and ask again')
     parser.add_argument('--workers', type=int, default=0, help='processes; 0: all cores')
-    parser.add_argument('--cluster', default='', metavar='ADDRESS', help='a Dask scheduler')
+    parser.add_argument('--cluster', default='', metavar='ADDRESS',
+                        help='Dask scheduler, as tcp://HOST:8786; its workers share the output '
+                        'folder and have one thread each')
     parser.add_argument('-o', '--output', type=Path, default=Path('results/blind_check'),
                         help='folder of the cases (default: %(default)s)')
     parser.add_argument('--page', type=Path, help='write the page with figures there')
@@ -62,16 +64,18 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.again:
         for case in chosen:
             forget(case, folder)
-    _run(chosen, folder, arguments)
+    lost = _run(chosen, folder, arguments)
     outcomes = outcomes_in(chosen, folder)
     _show(outcomes)
+    for name, problem in lost.items():
+        print(f'{name} has no answer: {problem}; the same command asks it again', file=sys.stderr)
     _show_figures(outcomes)
     if arguments.scored or arguments.page:
         page = arguments.page or definitions.config_folder().parent / 'docs' / 'blind_check.md'
         command = ' '.join(['servo-identify blind-check', *_said(arguments)])
         write_page(page, outcomes, folder, plan, command, len(cases.of_plan(plan)))
         print(page)
-    return 0
+    return int(bool(lost))
 
 
 def _said(arguments: argparse.Namespace) -> list[str]:
@@ -93,7 +97,7 @@ def _chosen(arguments: argparse.Namespace, plan: str) -> list[cases.Case]:
     return chosen
 
 
-def _run(chosen: list[cases.Case], folder: Path, arguments: argparse.Namespace) -> None:
+def _run(chosen: list[cases.Case], folder: Path, arguments: argparse.Namespace) -> dict[str, str]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
@@ -109,9 +113,9 @@ def _run(chosen: list[cases.Case], folder: Path, arguments: argparse.Namespace) 
                 console.print(f'[{_STYLE[outcome.verdict]}]{outcome.verdict:8}[/] {case.name}  '
                               f'{_names(outcome)}  ({seconds:.0f} s)', highlight=False)
 
-        run_all(chosen, folder, workers=arguments.workers, cluster=arguments.cluster,
-                wanted=Wanted(not arguments.without_baselines, arguments.resolve, arguments.keep),
-                done=done)
+        wanted = Wanted(not arguments.without_baselines, arguments.resolve, arguments.keep)
+        return run_all(chosen, folder, workers=arguments.workers, cluster=arguments.cluster,
+                       wanted=wanted, done=done)
 
 
 def _show(outcomes: list[Outcome]) -> None:

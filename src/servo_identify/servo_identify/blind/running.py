@@ -12,20 +12,19 @@ Each case has a folder. What is in it is kept, so that an interrupted check goes
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed, ProcessPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 import json
-from multiprocessing import get_context
-from os import cpu_count, environ
+from os import environ
 from pathlib import Path
 import shutil
 import time
 import traceback
 from typing import Any
 
+from ..cluster import scattered
 from .cases import Case
 from .definitions import config_folder, machines, SPLITS
 from .rig import make_bags
@@ -79,54 +78,24 @@ def forget(case: Case, folder: Path) -> None:
 
 def run_all(cases: list[Case], folder: Path, *, workers: int = 0, cluster: str = '',
             wanted: Wanted = Wanted(),
-            done: Callable[[Case, float], None] = lambda case, seconds: None) -> None:
+            done: Callable[[Case, float], None] = lambda case, seconds: None) -> dict[str, str]:
     """
     Run cases in processes of this machine, or on a Dask cluster at an address.
 
     ``workers`` of 0 takes all cores. The folder must be one that all workers of a cluster share.
-    ``done`` is called with each case as it ends and the seconds it took.
+    ``done`` is called with each case as it ends and the seconds it took. Returns why, by the name
+    of the case, for those that were lost (a worker died): they have no answer and are asked again
+    by the next run.
     """
-    by_name = {case.name: case for case in cases}
-    for name, seconds in (_on_cluster if cluster else _on_cores)(
-            cases, folder, wanted, cluster or workers or cpu_count()):
-        done(by_name[name], seconds)
-
-
-def _on_cores(cases, folder, wanted, workers) -> Iterator[tuple[str, float]]:
+    by_name, lost = {case.name: case for case in cases}, {}
     environ.setdefault('OMP_NUM_THREADS', '1')
     environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-    if workers == 1 or len(cases) == 1:
-        for case in cases:
-            yield _timed(case, folder, wanted)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context('spawn')) as pool:
-        running = [pool.submit(_timed, case, folder, wanted) for case in cases]
-        try:
-            for one in as_completed(running):
-                yield one.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-def _on_cluster(cases, folder, wanted, address) -> Iterator[tuple[str, float]]:
-    try:
-        from distributed import as_completed as completed
-        from distributed import Client
-    except ImportError:
-        raise ValueError(f'--cluster {address} needs the package distributed, which is not '
-                         'installed: pip install distributed') from None
-    with Client(address) as client:
-        running = [client.submit(_timed, case, folder.resolve(), wanted, pure=False)
-                   for case in cases]
-        for one in completed(running):
-            yield one.result()
-
-
-def _timed(case: Case, folder: Path, wanted: Wanted) -> tuple[str, float]:
-    began = time.perf_counter()
-    run_case(case, folder, wanted)
-    return case.name, time.perf_counter() - began
+    tasks = {case.name: (case, folder.resolve(), wanted) for case in cases}
+    for ended in scattered(run_case, tasks, address=cluster, workers=workers):
+        if ended.problem:
+            lost[ended.name] = ended.problem
+        done(by_name[ended.name], ended.seconds)
+    return lost
 
 
 def _bags(case: Case, place: Path) -> dict[str, list[Path]]:

@@ -4,6 +4,11 @@ Fit parameters of a servo file to bags, and write a servo file with what was fou
 Free are the parameters named by --free, else those that the servo file gives a tolerance. Each
 value in the new file has its standard error and the bags, with hash, that it comes from. With
 --learn friction, backlash or transmission_error an effect is learned instead of parameters fitted.
+
+Many rigs, many bags: --each fits every bag by itself, --jobs FILE does the fits that a YAML file
+names (--jobs-help shows one). They run side by side on this machine, or on the Dask cluster at
+--cluster; the output is then a folder with a servo file and an estimate for each, and a fit that
+fails, or whose worker dies, costs itself only.
 """
 
 from __future__ import annotations
@@ -16,22 +21,20 @@ from pathlib import Path
 import sys
 
 from servo_twin import servo_file
-from servo_twin.bag import read_recording
 from servo_twin.physics.servo import Servo
-from servo_twin.recording import Recording
 
 from .estimate import Estimate
-from .output_error import fit, Progress, WEIGHTS
+from .jobs import each, Job, LEARNED, read_jobs, run, Settings
+from .output_error import Progress, WEIGHTS
 from .segments import INPUT_OF
-
-LEARNED = ('physical', 'friction', 'backlash', 'transmission_error')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
-    parser.add_argument('--servo', type=Path, required=True, help='servo file to begin with')
-    parser.add_argument('-o', '--output', type=Path, required=True, help='servo file to write')
+    parser.add_argument('bags', type=Path, nargs='*', metavar='BAG')
+    parser.add_argument('--servo', type=Path, help='servo file to begin with')
+    parser.add_argument('-o', '--output', type=Path,
+                        help='servo file to write; with --each or --jobs a folder')
     parser.add_argument('--free', nargs='+', metavar='PATH', default=(),
                         help='parameters to fit; left out, all that have a tolerance')
     parser.add_argument('--learn', choices=LEARNED, default='physical')
@@ -47,43 +50,59 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--robust', action='store_true', help="Huber's loss instead of squares")
     parser.add_argument('--namespace', help='rig to read where a bag has several')
     parser.add_argument('--report', type=Path, help='JSON file to write the whole estimate to')
+    many = parser.add_argument_group('many rigs, many bags')
+    many.add_argument('--each', action='store_true', help='fit every bag by itself')
+    many.add_argument('--jobs', type=Path, metavar='FILE', help='YAML file of fits')
+    many.add_argument('--jobs-help', action='store_true', help='show what such a file says')
+    many.add_argument('--cluster', default='', metavar='ADDRESS',
+                      help='Dask scheduler, as tcp://HOST:8786; left out, processes of this '
+                      'machine')
+    many.add_argument('--workers', type=int, default=0, help='processes of this machine; 0: all '
+                      'cores')
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Fit and write; nothing is written when the fit fails."""
-    servo = servo_file.load(arguments.servo)
+    if arguments.jobs_help:
+        print(read_jobs.__doc__)
+        return 0
+    settings = Settings(
+        tuple(arguments.free), arguments.learn, arguments.mode, arguments.horizon,
+        arguments.weights, not arguments.no_delays, arguments.beyond_tolerance, arguments.robust,
+        arguments.namespace)
+    _complete(arguments)
+    if arguments.jobs or arguments.each:
+        from .several import run_all
+        jobs = (read_jobs(arguments.jobs, vars(settings)) if arguments.jobs
+                else each(arguments.servo, arguments.bags, settings))
+        return run_all(jobs, arguments.output, arguments.cluster, arguments.workers)
     if not arguments.output.parent.is_dir():
         raise ValueError(f'{arguments.output}: there is no folder {arguments.output.parent}')
-    recordings = [read_recording(bag, arguments.namespace) for bag in arguments.bags]
-    for recording in recordings:
-        for warning in recording.warnings:
-            print(f'{recording.name}: {warning}', file=sys.stderr)
-    if arguments.learn != 'physical':
-        from ..learning import learn
-        if arguments.free:
-            raise ValueError(f'--free is for --learn physical, not {arguments.learn}')
-        learned, said = learn(arguments.learn, servo, recordings)
-        write(learned, arguments.output)
-        print('\n'.join([*said, f'written to {arguments.output}']))
-        return 0
-    free = list(arguments.free) or list(servo.tolerance)
-    if not free:
-        raise ValueError(f'{arguments.servo}: no parameter has a tolerance; name some by --free')
-    estimate = _fitted(servo, recordings, free, arguments)
-    if arguments.report:
-        estimate.save(arguments.report)
-    write(estimate.servo, arguments.output)
-    _show(estimate, servo)
-    print(f'written to {arguments.output}')
+    with _shown() as progress:
+        answer = run(Job(arguments.servo, tuple(arguments.bags), settings), progress)
+    if answer.estimate and arguments.report:
+        answer.estimate.save(arguments.report)
+    write(answer.servo, arguments.output)
+    if answer.estimate:
+        _show(answer.estimate, servo_file.load(arguments.servo))
+    print('\n'.join([*answer.said, f'written to {arguments.output}']))
     return 0
 
 
-def _fitted(servo: Servo, recordings: list[Recording], free: list[str],
-            arguments: argparse.Namespace) -> Estimate:
-    with _shown() as progress:
-        return fit(servo, recordings, free, mode=arguments.mode, horizon=arguments.horizon,
-                   tolerance=not arguments.beyond_tolerance, delays=not arguments.no_delays,
-                   robust=arguments.robust, weights=arguments.weights, progress=progress)
+def _complete(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go together."""
+    alone = ('bags', 'servo', 'each') if arguments.jobs else ()
+    for name in alone:
+        if getattr(arguments, name):
+            raise ValueError(f'--jobs names servo files and bags itself; leave out {name}')
+    needed = ('output',) if arguments.jobs else ('bags', 'servo', 'output')
+    for name in needed:
+        if not getattr(arguments, name):
+            raise ValueError(f'{name} is missing; --help says what is needed')
+    if not (arguments.jobs or arguments.each) and (arguments.cluster or arguments.workers):
+        raise ValueError('--cluster and --workers are for several fits: --each or --jobs')
+    if (arguments.jobs or arguments.each) and arguments.report:
+        raise ValueError('--report is for one fit; several write a report each beside the servo')
 
 
 @contextmanager
