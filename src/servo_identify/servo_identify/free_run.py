@@ -22,12 +22,13 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording import Recording
 
-from ..fitting.freedom import freedom_of
-from ..fitting.segments import smoothed
-from ..friction.scores import goodness_of_fit
+from .fitting.freedom import freedom_of
+from .fitting.segments import smoothed
+from .friction.scores import goodness_of_fit
 
 CUTOFF = 30.0  # Hz, zero phase, of speeds: an encoder's counts differ by more than they tell
 EDGE = 20  # samples at either end that the differences of a filtered angle do not know
+NOISES = 5.0  # deviations of the torque sensor that may still be none
 THIN = 5  # one of so many samples is enough to fit by
 
 
@@ -64,8 +65,14 @@ def speed_of(angle: np.ndarray, period: float, cutoff: float = CUTOFF) -> np.nda
 
 def rolled(servo: Servo, recording: Recording, mode: str = 'measured_input',
            theta: np.ndarray | None = None) -> np.ndarray:
-    """Run a servo freely from the first sample of a recording, (samples, OUTPUTS)."""
+    """
+    Run a servo from the first sample of a recording on, (samples, OUTPUTS).
+
+    A torque within the noise of its sensor is none: the teeth begin in the middle of their gap.
+    """
     motor, load, torque = (recording[c][0] for c in ('motor_position', 'load_position', 'torque'))
+    if not abs(torque) > NOISES * servo.noise('torque'):
+        torque = 0.0
     x = initial_state(servo, motor, load, torque, theta=theta)
     return simulate(servo, inputs_of(recording.columns), recording.period, x, mode, theta)
 
