@@ -1,13 +1,11 @@
-"""A rigid twin beside machines that bend and that do not, integrated here by a method of its own."""
+"""A rigid twin beside machines that bend and that do not, integrated here on their own."""
 
-from dataclasses import replace
-from math import exp, pi, sin, tanh
+from math import pi, sin, tanh
 
 import numpy as np
 import pytest
 
 from servo_identify.gap.diagnose import diagnose
-from servo_identify.gap.spring import running, SPRING
 from servo_twin import servo_file
 from servo_twin.physics.catalogue import names
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia

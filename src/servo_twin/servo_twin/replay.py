@@ -21,6 +21,7 @@ from .bag import read_predictions, read_recording, write_predictions
 from .fit_table import balance_table, channel_table
 from .fits import fit_of
 from .lockstep import Settings, warm_up
+from .physics import catalogue
 from .physics.servo import Servo, ServoError
 from .recording import Recording
 from .servo_file import load, loads
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--servo', metavar='S.yaml',
                         help='servo file, or the name of a shipped one; left out: the one stored '
                              'in the bag')
+    parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
     parser.add_argument('-o', '--output', type=Path, metavar='OUT',
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
@@ -57,6 +59,8 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.graph:
         from .graph_replay import play
         return play(arguments.bag, arguments.rate, arguments.namespace, arguments.stretch)
+    if arguments.effects:
+        catalogue.register(arguments.effects)
     console = Console(quiet=arguments.quiet)
     begin = perf_counter()
     recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch)

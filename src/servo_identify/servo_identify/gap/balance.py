@@ -177,6 +177,8 @@ class Balance:
         """Where friction is determined: no standstill under the bump. All true for others."""
         if balance in ('motor', 'load', 'torque'):
             return self._static.moving
+        if balance == 'transmission' and not self.seen.has('torque'):
+            return self._meshed.moving  # what the mesh carries is what friction asks for
         return np.ones(len(self.times(balance)), dtype=bool)
 
     def residuals(self, theta: np.ndarray, on: np.ndarray,

@@ -16,7 +16,8 @@ from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.effect import Effect, Parameter
 from servo_twin.physics.servo import Placed, Servo
 
-from .spring import may_bend, NAME as SPRING_NAME, SPRING
+from .spring import may_bend, SPRING
+from .spring import NAME as SPRING_NAME
 
 ROW = 3  # multiples of a base order that a candidate may have
 

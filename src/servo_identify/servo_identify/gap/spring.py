@@ -59,7 +59,7 @@ def running(servo: Servo, theta: np.ndarray) -> tuple[Servo, np.ndarray]:
 
 
 def sprung(servo: Servo, theta: np.ndarray) -> Servo:
-    """Return a rigid servo as one of two inertias, with the spring that stands behind its theta."""
+    """Return a rigid servo as two inertias with the spring that stands behind its theta."""
     compliance, relaxation = theta[-2:]
     return _sprung(servo, float(compliance), float(relaxation))
 
