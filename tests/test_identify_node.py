@@ -1,126 +1,16 @@
 """The identify node, with a twin, as processes fed by a recording of the emulated rig: it ..."""
 
-from pathlib import Path
-import subprocess
-import sys
-from threading import Thread
-from time import monotonic, sleep
+from math import isfinite
 
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray
+from identify_graph import CONFIG, emulated, Graph
 import pytest
-import rclpy
-from rclpy.action import ActionClient
-from rclpy.executors import SingleThreadedExecutor
-from std_srvs.srv import Trigger
 
 from servo_identify.cli import main
 from servo_twin_msgs.action import Diagnose, Retrain
-from servo_twin_msgs.msg import Estimate, Prediction
 
 pytestmark = pytest.mark.ros
-CONFIG = Path(__file__).resolve().parent.parent / 'config'
 FRICTION = ['effects.coulomb.level', 'effects.viscous.slope']
-
-
-def emulated(folder, name, duration, *more):
-    words = ['experiment', 'slow_reversals', '--headless', '--speeds', '0.5', '--duration',
-             str(duration), '-o', str(folder / name), *more]
-    assert main(words) == 0
-    return folder / name / 'slow_reversals'
-
-
-class Graph:
-    """Twin and identify node in a namespace, and what they say."""
-
-    def __init__(self, *settings):
-        rclpy.init()
-        self.node = rclpy.create_node('tester', namespace='rig')
-        self.said, self.estimates, self.predictions = {}, [], []
-        self.history = []
-        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
-        self.node.create_subscription(Estimate, 'twin/estimate', self.estimates.append, 100)
-        self.node.create_subscription(Prediction, 'twin/prediction', self._count, 5000)
-        self.clients = {'retrain': ActionClient(self.node, Retrain, 'retrain'),
-                        'diagnose': ActionClient(self.node, Diagnose, 'diagnose')}
-        self.executor = SingleThreadedExecutor()
-        self.executor.add_node(self.node)
-        self.thread = Thread(target=self.executor.spin, daemon=True)
-        self.thread.start()
-        self.feedback = []
-        self.processes = [
-            self._start('servo_twin.twin_node', '-p', 'autostart:=true'),
-            self._start('servo_identify.identify_node', *(
-                word for setting in settings for word in ('-p', setting)))]
-        self.wait(lambda: self.fact('twin: twin', 'lifecycle') == 'active')
-        for client in self.clients.values():
-            assert client.wait_for_server(30.0)
-
-    @staticmethod
-    def _start(module, *words):
-        return subprocess.Popen([sys.executable, '-m', module, '--ros-args', '-r', '__ns:=/rig',
-                                 *words])
-
-    def feed(self, bag, rate):
-        """Play the samples of a bag into the graph."""
-        self.processes.append(subprocess.Popen(
-            [sys.executable, '-m', 'servo_twin.cli', 'replay', str(bag), '--graph', '--rate',
-             str(rate)], stdout=subprocess.DEVNULL))
-
-    def _hear(self, message):
-        for status in message.status:
-            name = status.name.removeprefix('/rig/')
-            self.said[name] = (status.message, {v.key: v.value for v in status.values})
-            if name.startswith('identify'):
-                self.history.append((name, status.message))
-
-    def _count(self, message):
-        self.predictions.append((message.sequence, len(message.current)))
-
-    def fact(self, part, key):
-        return self.said.get(part, ('', {}))[1].get(key)
-
-    def says(self, part, words):
-        return lambda: words in self.said.get(part, ('', {}))[0]
-
-    def wait(self, condition, seconds=60.0):
-        until = monotonic() + seconds
-        while not condition():
-            assert monotonic() < until, f'not within {seconds:g} s; {self.said}'
-            sleep(0.02)
-
-    def send(self, action, goal):
-        """Send a goal and return its handle."""
-        sent = self.clients[action].send_goal_async(
-            goal, feedback_callback=lambda m: self.feedback.append(m.feedback))
-        self.wait(sent.done)
-        return sent.result()
-
-    def result(self, handle):
-        asked = handle.get_result_async()
-        self.wait(asked.done, 120.0)
-        return asked.result().status, asked.result().result
-
-    def call(self, service):
-        client = self.node.create_client(Trigger, service)
-        assert client.wait_for_service(10.0)
-        asked = client.call_async(Trigger.Request())
-        self.wait(asked.done)
-        return asked.result()
-
-    def close(self):
-        for process in self.processes[2:]:
-            process.kill()
-        for process in self.processes[1::-1]:
-            process.terminate()
-        codes = [process.wait(30) for process in self.processes[:2]]
-        for process in self.processes[2:]:
-            process.wait(30)
-        self.executor.shutdown()
-        self.thread.join(5.0)
-        self.node.destroy_node()
-        rclpy.try_shutdown()
-        assert codes == [0, 0]
 
 
 @pytest.fixture
@@ -185,6 +75,43 @@ def test_it_retrains_cancels_and_goes_back_while_the_twin_misses_nothing(graph, 
     estimate = rig.estimates[-1]
     assert estimate.name[0] == 'effects.coulomb.level'
     assert 15.0 < estimate.value[0] < 30.0 and 0.0 < estimate.std[0] < 10.0
+
+
+def experiment(folder, name, *choices):
+    """Return the bags of an experiment on the emulated rig, made without its bus."""
+    words = ['experiment', name, '--headless', '-o', str(folder / name), *map(str, choices)]
+    assert main(words) == 0
+    return sorted(map(str, (folder / name).iterdir()))
+
+
+def test_it_learns_friction_backlash_and_transmission_error_while_the_twin_runs(graph, tmp_path):
+    bags = {'friction': experiment(tmp_path, 'friction', '--speeds', 0.6, 1.5),
+            'backlash': experiment(tmp_path, 'backlash', '--speeds', 1.5, '--torques', -40, 0, 40),
+            'transmission_error': experiment(tmp_path, 'transmission_error', '--speeds', 0.8, 1.2,
+                                             '--angle', 7.0, '--max-travel', 9.0)}
+    rig = graph('trial:=3.0', 'buffer:=20.0', 'watch.on:=false')
+    rig.feed(emulated(tmp_path, 'long', 120), 1.0)
+    rig.wait(lambda: int(rig.fact('identify: models', 'samples kept') or 0) > 1500)
+    status, result = rig.result(rig.send('retrain', Retrain.Goal(
+        bags=bags['transmission_error'][:1], learn=['backlash'], load=True)))
+    assert status == GoalStatus.STATUS_ABORTED and 'backlash over load needs' in result.message
+    assert rig.fact('twin: twin', 'servos loaded') == '0'
+
+    for kind in bags:
+        rig.feedback.clear()
+        status, result = rig.result(rig.send('retrain', Retrain.Goal(
+            bags=bags[kind], learn=[kind], budget=200.0, load=True)))
+        assert status == GoalStatus.STATUS_SUCCEEDED, result.message
+        told = [f for f in rig.feedback if f.stage in (f'learning {kind}', 'judging')]
+        assert told and isfinite(told[-1].loss), rig.feedback
+        assert all(0.0 <= f.time_left <= 200.0 for f in told)
+        assert result.loss_after < result.loss_before
+        assert kind in result.servo_file
+        rig.wait(rig.says('identify: models', 'the new servo file stays: residuals'))
+        rig.history.clear()
+        rig.said.pop('identify: models')
+    rig.wait(lambda: rig.fact('twin: twin', 'servos loaded') == '3')
+    assert rig.missed() == 0
 
 
 def test_it_names_the_balance_within_seconds_of_an_effect_being_switched_on(graph, tmp_path):

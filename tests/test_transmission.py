@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from servo_identify.learning import learn
+from servo_identify.serving.judging import judge
 from servo_identify.transmission.backlash import learned_backlash, with_backlash
 from servo_identify.transmission.error import ARCMIN, learned_error, with_error
 from servo_identify.transmission.passes import angles
@@ -95,3 +96,11 @@ def test_it_says_what_experiment_is_missing(speeds):
     columns = {name: column[:2000] for name, column in short.columns.items()}
     with pytest.raises(ValueError, match='whole turns'):
         learn('transmission_error', BENCH, [Recording('short', 1e-3, columns)])
+
+
+def test_a_twin_that_learned_the_teeth_is_judged_better_though_it_runs_elsewhere(speeds):
+    crude = BENCH.with_effects(Placed('gap', find('backlash'), 'mesh'), values={
+        'effects.gap.width': GAP, 'effects.viscous.slope': 24.0})
+    judgement = judge(crude, with_error(crude, learned_error(BENCH, speeds)), speeds[1])
+    before, after = judgement.balances['transmission']
+    assert after < 0.5 * before and judgement.new < judgement.old

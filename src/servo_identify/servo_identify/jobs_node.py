@@ -32,7 +32,8 @@ _LOADING = 60.0  # s that the twin may take to compile and load
 
 class Jobs(Node):
     """
-    Actions `retrain` and `diagnose`, service `identify/go_back`, and the judgement of a trial.
+    Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`,
+    and the judgement of a trial.
 
     One job at a time; each is a process, so that samples are never late and a cancel ends it at
     once. ``loaded`` is called, on a thread of this node, after the twin took another servo file.
@@ -46,9 +47,12 @@ class Jobs(Node):
         self._ring, self._folder, self._loaded = ring, folder, loaded
         self._busy, self._closing = Lock(), Event()
         self._number = 0
+        self._augmented: Path | None = None
         group = ReentrantCallbackGroup()
         self._twin = self.create_client(LoadServo, 'twin/load_servo', callback_group=group)
         self.create_service(Trigger, 'identify/go_back', self._go_back, callback_group=group)
+        self.create_service(Trigger, 'identify/load_augmented', self._load_augmented,
+                            callback_group=group)
         shared = {'goal_callback': self._take, 'cancel_callback': lambda _: CancelResponse.ACCEPT,
                   'callback_group': group}
         self._actions = [
@@ -141,6 +145,7 @@ class Jobs(Node):
                     if job.status:
                         raise ValueError(job.last_words())
                 result.report = (output / 'report.json').read_text()
+                self._augmented = output / 'augmented.yaml'
                 result.message = json.loads(result.report)['verdict']['sentence']
                 result.success = True
             except (ValueError, KeyError, OSError) as problem:
@@ -211,6 +216,16 @@ class Jobs(Node):
             response.message = self.return_to_previous('it was asked for')
             response.success = True
         except ValueError as problem:
+            response.message = str(problem)
+        return response
+
+    def _load_augmented(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            if self._augmented is None:
+                raise ValueError('there is no augmented servo file: nothing was diagnosed yet')
+            response.message = self.load(self._augmented.read_text())
+            response.success = True
+        except (ValueError, OSError) as problem:
             response.message = str(problem)
         return response
 

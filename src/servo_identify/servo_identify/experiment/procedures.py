@@ -116,7 +116,7 @@ def _backlash(c: Choices) -> list:
     speed = (c.speeds or (radians(10.0),))[0]
     return [(f'backlash_{t:g}', 'velocity',
              waves.there_and_back(speed, c.angle or TURN, c.period), t)
-            for t in c.torques or (0.0, 15.0, 30.0, 45.0, 60.0)]
+            for t in c.torques or (-60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0)]
 
 
 def _transmission_error(c: Choices) -> list:
@@ -208,7 +208,7 @@ def _coast_down(c: Choices) -> list:
 
 PROCEDURES = {p.name: p for p in (
     Procedure('friction', 'a full turn both ways at each of a ladder of speeds', _friction),
-    Procedure('backlash', 'a full turn both ways under each of several constant loads',
+    Procedure('backlash', 'a full turn both ways under each of several loads of both signs',
               _backlash),
     Procedure('transmission_error', 'a full turn both ways at several speeds',
               _transmission_error),

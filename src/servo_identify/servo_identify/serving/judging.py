@@ -4,6 +4,12 @@ The job that judges a new servo file against the old: `... serving.judging OLD N
 Both run over the same recording under its measured input. Each balance counts by its root mean
 square, in noise floors of the old one and at least one; all together by the geometric mean, so
 that a balance that either misses by far does not hide the others.
+
+What is lost between the shafts hangs on where the load stands to a fraction of a tooth, and a twin
+that runs freely is soon elsewhere. The balances of the transmission and of the load encoder are
+therefore taken from twins that an observer keeps at the rig's angles: they compare angles of both
+shafts with the torque between them, which the observer's correction does not enter. The zeros of
+the encoders are arbitrary, so the mean of the transmission's balance does not count.
 """
 
 from __future__ import annotations
@@ -17,10 +23,13 @@ import numpy as np
 from servo_twin import servo_file
 from servo_twin.answering import answer
 from servo_twin.bag import read_recording
+from servo_twin.lockstep import Settings
 from servo_twin.physics.servo import Servo
 from servo_twin.recording import BALANCES, Recording
 
 from .job import report
+
+_BY_ANGLE = ('transmission', 'sensor')
 
 
 @dataclass(frozen=True)
@@ -38,11 +47,16 @@ def judge(old: Servo, new: Servo, recording: Recording) -> Judgement:
 
     Raises ValueError when they share no balance that the recording can say something about.
     """
-    answers = [answer(recording, servo) for servo in (old, new)]
-    floor = answers[0].balance_noise
+    free = [answer(recording, servo) for servo in (old, new)]
+    held = free
+    if np.isfinite([_rms(a.residual['transmission']) for a in free]).all():
+        held = [answer(recording, servo, Settings(mode='observer')) for servo in (old, new)]
+    floor = free[0].balance_noise
     found = {}
     for k, name in enumerate(BALANCES):
-        sizes = [_rms(a.residual[name]) * a.balance_noise[k] / floor[k] for a in answers]
+        answers = held if name in _BY_ANGLE else free
+        sizes = [_rms(a.residual[name], name == 'transmission') * a.balance_noise[k] / floor[k]
+                 for a in answers]
         if np.isfinite(sizes).all():
             found[name] = tuple(sizes)
     if not found:
@@ -51,9 +65,11 @@ def judge(old: Servo, new: Servo, recording: Recording) -> Judgement:
     return Judgement(float(both[0]), float(both[1]), found)
 
 
-def _rms(values: np.ndarray) -> float:
+def _rms(values: np.ndarray, about_mean: bool = False) -> float:
     good = values[np.isfinite(values)]
-    return sqrt(float(np.square(good).mean())) if len(good) else float('nan')
+    if not len(good):
+        return float('nan')
+    return sqrt(float(np.square(good - good.mean() if about_mean else good).mean()))
 
 
 def main(arguments: list[str]) -> int:

@@ -2,7 +2,10 @@
 The job that retrains a servo file from bags: `python -m servo_identify.serving.retraining SPEC`.
 
 SPEC is a JSON file: `servo` (path), `bags` (paths), `learn` (names, see :func:`wanted`), `output`
-(path of the servo file to write).
+(path of the servo file to write). The loss that is reported on the way is the fit's cost, or the
+network's mean square error on what is kept back; `loss_before` and `loss_after` are the fit's
+costs where only parameters are fitted, else what the old and the new servo leave of the balances
+over the bags, in noise floors (see serving.judging).
 """
 
 from __future__ import annotations
@@ -12,13 +15,17 @@ import json
 from pathlib import Path
 import sys
 
+import numpy as np
+
 from servo_twin import servo_file
 from servo_twin.bag import read_recording
 from servo_twin.physics.servo import Servo
+from servo_twin.recording import Recording
 
 from ..fitting.command import LEARNED, write
 from ..fitting.output_error import fit, Progress
 from .job import report
+from .judging import judge
 
 _STEPS = 40  # of a fit, at most
 
@@ -62,15 +69,15 @@ def main(arguments: list[str]) -> int:
         servo = servo_file.load(spec['servo'])
         learned, free = wanted(servo, spec['learn'])
         recordings = [read_recording(bag) for bag in spec['bags']]
-        losses = {}
+        before, losses = servo, {}
         if free:
             servo, losses = _fit(servo, recordings, free, bool(learned))
         for number, name in enumerate(learned):
-            from ..learning import learn
-            report(stage=f'learning {name}', progress=(number + bool(free)) / (
-                len(learned) + bool(free)))
-            servo, said = learn(name, servo, recordings)
-            print('\n'.join(said), flush=True)
+            servo = _learn(name, servo, recordings, number + bool(free),
+                           len(learned) + bool(free))
+        if learned:
+            report(stage='judging', progress=0.95)
+            losses = _losses(before, servo, recordings)
         write(servo, Path(spec['output']))
     except (ValueError, OSError) as problem:
         print(problem, flush=True)
@@ -79,7 +86,8 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _fit(servo: Servo, recordings: list, free: list[str], more: bool) -> tuple[Servo, dict]:
+def _fit(servo: Servo, recordings: list[Recording], free: list[str], more: bool
+         ) -> tuple[Servo, dict]:
     def told(at: Progress) -> None:
         share = 0.1 + 0.8 * min(1.0, at.iteration / _STEPS)
         report(stage=at.stage, progress=0.5 * share if more else share, loss=at.cost)
@@ -89,6 +97,40 @@ def _fit(servo: Servo, recordings: list, free: list[str], more: bool) -> tuple[S
         print(f'warning: {warning}', flush=True)
     return estimate.servo, {'loss_before': estimate.cost_before, 'loss_after': estimate.cost,
                             'loss': estimate.cost}
+
+
+def _learn(name: str, servo: Servo, recordings: list[Recording], done: int, parts: int) -> Servo:
+    """
+    Learn one effect from the bags of its experiment (all, where none says it is of it).
+
+    The reports leave a twentieth of the progress to what comes after.
+    """
+    from ..learning import learn
+
+    def told(share: float, loss: float) -> None:
+        report(stage=f'learning {name}', progress=0.95 * (done + share) / parts, loss=loss)
+
+    report(stage=f'learning {name}', progress=0.95 * done / parts)
+    own = [recording for recording in recordings if recording.family == name]
+    servo, said = learn(name, servo, own or recordings, told)
+    print('\n'.join(said), flush=True)
+    return servo
+
+
+def _losses(old: Servo, new: Servo, recordings: list[Recording]) -> dict:
+    """Return both losses over all recordings that can judge; none when no recording can."""
+    found = []
+    for recording in recordings:
+        try:
+            judgement = judge(old, new, recording)
+        except ValueError as problem:
+            print(f'warning: {problem}', flush=True)
+            continue
+        found.append((judgement.old, judgement.new))
+    if not found:
+        return {}
+    before, after = np.exp(np.log(found).mean(axis=0)).tolist()
+    return {'loss_before': before, 'loss_after': after}
 
 
 if __name__ == '__main__':

@@ -9,6 +9,9 @@ import numpy as np
 from servo_twin.recording import Recording
 from servo_twin.samples import CHANNELS
 
+RUNNING = 'running'
+"""The excitation family of what was taken of a running rig."""
+
 _BRIDGED = 0.1  # s of missing samples that are kept as NaN; after more of them it begins anew
 
 
@@ -97,5 +100,5 @@ class Ring:
                 name=name, period=self.period,
                 columns={c: rows[:, k].copy() for k, c in enumerate(CHANNELS)},
                 start=(self._stamp - round(size * self.period * 1e9)) * 1e-9,
-                sequence=self._next - size, family='running', servo=servo, servo_file=servo_text,
+                sequence=self._next - size, family=RUNNING, servo=servo, servo_file=servo_text,
                 note='the last seconds of the running rig')

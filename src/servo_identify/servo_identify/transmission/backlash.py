@@ -26,6 +26,7 @@ from .passes import angles, passes_of
 from .spectrum import amplitudes, dominant, rebuilt
 
 ALIKE = 0.1  # two torques are the same load within this share
+ITERATIONS = 300  # of the network, at most
 LOW = 8  # highest order that can be backlash and not tooth meshing
 
 
@@ -48,12 +49,13 @@ class LearnedBacklash:
 
 
 def learned_backlash(servo: Servo, recordings: list[Recording], cells: int = 720,
-                     seed: int = 0, iterations: int = 300) -> LearnedBacklash:
+                     seed: int = 0, iterations: int = ITERATIONS, told=None) -> LearnedBacklash:
     """
     Learn the gap from turns in both directions under constant loads of both signs.
 
-    The loads are the mean size of the transmitted torque of a pair of passes. Raises ValueError
-    where fewer than two loads pair up.
+    The loads are the mean size of the transmitted torque of a pair of passes.
+    ``told(iteration, loss, held loss)``, arcmin2, after each of at most ``iterations``.
+    Raises ValueError where fewer than two loads pair up.
     """
     passes = [p for p in passes_of(servo, recordings, cells) if p.covered > 0.5]
     ahead = [p for p in passes if p.forward and p.load > 0.0]
@@ -83,7 +85,7 @@ def learned_backlash(servo: Servo, recordings: list[Recording], cells: int = 720
     load = np.repeat(loads, cells)
     held = np.tile(np.arange(cells) % 5 == 2, len(loads))
     network = trained(angle, load, gaps.ravel() / ARCMIN, held=held, seed=seed,
-                      iterations=iterations)
+                      iterations=iterations, told=told)
     scores = scores_of(gaps.ravel()[held] / ARCMIN, network(angle[held], load[held]))
     network = replace(network, weight=network.weight * ARCMIN, level=network.level * ARCMIN)
     return LearnedBacklash(network, loads, raw, gaps, len(kept), scores,

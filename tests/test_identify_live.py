@@ -1,0 +1,56 @@
+"""The identify node beside the emulated rig on its bus, all of them processes: it ..."""
+
+import json
+import signal
+
+from action_msgs.msg import GoalStatus
+from identify_graph import Graph
+import pytest
+
+from servo_twin_msgs.action import Diagnose
+
+pytestmark = pytest.mark.ros
+
+
+def test_it_names_diagnoses_and_closes_a_gap_that_opens_while_the_rig_runs(tmp_path):
+    rig = Graph('watch.learn:=12.0', 'buffer:=24.0', 'trial:=8.0', servo='rv_plain')
+    try:
+        assert not rig.call('identify/load_augmented').success
+        emulator, file = rig.bring_up(tmp_path, 'rv_plain', 'slow_reversals', '--duration', '900',
+                                      '--setting', 'amplitude=0.8')
+        rig.wait(rig.says('identify: changes', 'no balance changed'))
+
+        text = file.read_text()
+        file.write_text(f'{text}\nwithheld:\n  load_drag: 8.0\n')
+        switched = rig.at
+        emulator.send_signal(signal.SIGHUP)
+        rig.wait(rig.says('identify: changes', 'changed: '))
+        assert rig.said['identify: changes'][0].startswith('changed: load')
+        seen = int(rig.fact('identify: changes', 'load').rpartition(' ')[2])
+        assert 0 < seen - switched < 10_000
+
+        rig.wait(lambda: rig.at > switched + 26_000)
+        status, result = rig.result(rig.send('diagnose', Diagnose.Goal(
+            output=str(tmp_path / 'report'))))
+        assert status == GoalStatus.STATUS_SUCCEEDED, result.message
+        report = json.loads(result.report)
+        assert report['verdict']['effects'] == ['parameter:load_coulomb.level']
+        assert {one['balance'] for one in report['where'] if one['verdict'] == 'gap'} == {'load'}
+        assert report['which'][0]['parameters']['level']['value'] == pytest.approx(26.0, rel=0.02)
+        for name in ('report.json', 'report.html', 'augmented.yaml'):
+            assert (tmp_path / 'report' / name).stat().st_size > 500
+        assert any(0.0 < f.progress < 1.0 for f in rig.feedback)
+
+        loaded = rig.at
+        answer = rig.call('identify/load_augmented')
+        assert answer.success, answer.message
+        rig.wait(lambda: rig.at > loaded + 14_000)
+        before = rig.load_residual(loaded - 8_000, loaded)
+        after = rig.load_residual(rig.at - 8_500, rig.at - 500)
+        print(f'load balance {before:.1f} -> {after:.1f} noise floors; alarm after '
+              f'{(seen - switched) * 1e-3:.2f} s')
+        assert after < 0.2 * before
+        rig.wait(rig.says('identify: models', 'the new servo file stays'))
+        assert rig.missed() == 0
+    finally:
+        rig.close()
