@@ -1,9 +1,12 @@
 """The change detector on residuals whose statistics are known: it ..."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from servo_identify.cli import main
 from servo_identify.watching.changes import ChangeDetector, Settings
 
 PERIOD = 0.02
@@ -113,3 +116,16 @@ def test_it_refuses_settings_that_make_no_sense():
         Settings(false_alarms=0.0)
     with pytest.raises(ValueError, match='learn = 5 s holds fewer than 30 blocks'):
         Settings(learn=5.0)
+
+
+def test_its_command_measures_the_seconds_to_an_alarm_and_the_rate_of_false_ones(tmp_path, capsys):
+    assert main(['watch', '-o', str(tmp_path), '--effects', 'withheld.drive_gain', '--learn', '12',
+                 '--wait', '6', '--hours', '0']) == 0
+    assert '1 of 1 named rightly first' in capsys.readouterr().out
+    told = json.loads((tmp_path / 'watch.json').read_text())
+    effect, = told['effects']
+    assert (effect['balance'], effect['too_early']) == ('drive', False)
+    assert 0.0 < effect['seconds'] < 5.0 and told['hours_watched'] == 0.0
+    assert (tmp_path / 'watch.png').stat().st_size > 3000
+    assert main(['watch', '-o', str(tmp_path), '--effects', 'luck']) == 2
+    assert "['luck'] cannot be switched on here" in capsys.readouterr().err
