@@ -36,7 +36,7 @@ from numba import njit
 from servo_twin.physics import catalogue, part, servo
 from servo_twin.physics.ports import Reading, Shaft, Signal, Teeth, WindUp
 from servo_twin.physics.state import *
-from servo_twin.physics.views import borrowed
+from servo_twin.physics.views import borrowed, own
 
 compiled = njit(error_model='numpy', forceinline=True)
 '''
@@ -125,7 +125,7 @@ def _imported(name: str, text: str) -> ModuleType:
 def _source(servo: Servo) -> tuple[str, int]:
     """Return the text of the kernel's module and the size of its state."""
     slots = servo.slots()
-    parts = [_HEADER]
+    parts = [_HEADER, f'VALUES = {len(servo.theta)}  # numbers in theta\n']
     for kind, part in (('drive', servo.drive), ('mechanism', servo.mechanism),
                        ('controller', servo.controller), ('observer', Correction)):
         parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")

@@ -31,7 +31,8 @@ def run(theta, on, x, u, y, substeps, h, mode):
     Row k of `y` is what stands at the instant of sample k, before its command acts; the state is
     left at the instant of the sample after the last. Each sample lasts `substeps` steps of `h`.
     """
-    theta, on, x, u, y = borrowed(theta), borrowed(on), borrowed(x), borrowed(u), borrowed(y)
+    on, x, u, y = borrowed(on), borrowed(x), borrowed(u), borrowed(y)
+    theta = own(theta, VALUES)
     drive = drive_of(theta)
     mechanism = mechanism_of(theta)
     controller = controller_of(theta)

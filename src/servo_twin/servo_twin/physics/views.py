@@ -1,7 +1,9 @@
-"""Views of arrays that cost nothing to make."""
+"""Arrays within a kernel: views that cost nothing to make, and copies known to the compiler."""
 
-from numba.core import cgutils
+from numba.core import cgutils, types
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
 
 @intrinsic
@@ -21,3 +23,28 @@ def borrowed(typing_context, array):
         return view._getvalue()
 
     return array(array), code
+
+
+@intrinsic(prefer_literal=True)
+def own(typing_context, array, size):
+    """
+    Return a copy of an array of ``size`` float64, a constant, on the stack.
+
+    The compiler takes out of loops what it knows to be nobody else's, and loops over what it knows
+    the length of. Only for use within the caller; refuses an array that is not contiguous.
+    """
+    if array.layout != 'C':
+        raise TypingError(f'own: {array} is not contiguous')
+    size = size.literal_value
+
+    def code(context, builder, signature, arguments):
+        kind = signature.args[0]
+        count, width = (context.get_constant(types.intp, n) for n in (size, 8))
+        given = context.make_array(kind)(context, builder, arguments[0])
+        room = cgutils.alloca_once(builder, context.get_data_type(kind.dtype), size=size)
+        cgutils.raw_memcpy(builder, room, given.data, count, width)
+        view = context.make_array(kind)(context, builder)
+        populate_array(view, room, [count], [width], width, None)
+        return view._getvalue()
+
+    return array(array, types.literal(size)), code
