@@ -63,21 +63,23 @@ class Inputs:
         loop is closed where that column is finite.
         """
         u = samples.take(_TAKEN, axis=1)
+        good = np.isfinite(u)
         if reference is None:
             looped = np.zeros(len(u), dtype=bool)
         else:
-            looped = np.isfinite(u[:, INPUTS.index(reference)])
-        references = u[:, state.REFERENCE_VELOCITY:state.REFERENCE_POSITION + 1]
-        references[~np.isfinite(references)] = 0.0
+            looped = good[:, INPUTS.index(reference)]
+        references = slice(state.REFERENCE_VELOCITY, state.REFERENCE_POSITION + 1)
+        np.copyto(u[:, references], 0.0, where=~good[:, references])
         for column in _MISSING:
-            self._held[column] = _hold(u[:, column], self._held[column])
+            self._held[column] = _hold(u[:, column], good[:, column], self._held[column])
         return u, looped
 
 
-def _hold(column: np.ndarray, last: float) -> float:
-    """Put the last finite value in place of what is not, and return the column's last value."""
-    good = np.isfinite(column)
-    if not good.all():
+def _hold(column: np.ndarray, good: np.ndarray, last: float) -> float:
+    """Put the last good value in place of those that are not, and return the last of all."""
+    if not good.any():
+        column[:] = last
+    elif not good.all():
         where = np.maximum.accumulate(np.where(good, np.arange(len(column)), -1))
         column[:] = np.where(where < 0, last, column[where])
     return float(column[-1]) if len(column) else last
