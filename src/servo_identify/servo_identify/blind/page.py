@@ -12,7 +12,6 @@ import re
 from .cases import Case
 from .definitions import plans
 from .outcome import Outcome, outcome_of
-from .plots import draw_confusion, draw_risk, draw_shrink
 from .scoring import Figure, figures, of_baseline
 
 KINDS_OF_MISS = {
@@ -70,6 +69,8 @@ def miss_of(one: Outcome) -> str:
 def write_page(path: Path, outcomes: Sequence[Outcome], folder: Path, plan: str, command: str,
                planned: int) -> None:
     """Write the page and its pictures; what was written on it about misses stays."""
+    from .plots import draw_confusion, draw_risk, draw_shrink
+
     learned = dict(_SPAN.findall(path.read_text('utf8'))) if path.is_file() else {}
     others = baselines_of([o.case for o in outcomes], folder)
     pictures = path.parent / 'pictures'

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 HIDDEN = 30  # nodes, paper 000 section 3.1
 ITERATIONS = 1000
@@ -51,6 +52,7 @@ class Network:
         return 4 * len(self.angle) + 1
 
 
+@threadpool_limits.wrap(limits=1)  # waiting for each other, two threads on busy cores crawl
 def trained(first: np.ndarray, second: np.ndarray, target: np.ndarray, *, hidden: int = HIDDEN,
             seed: int = 0, iterations: int = ITERATIONS, held: np.ndarray | None = None,
             patience: int = 15, decay: float = 1e-7,

@@ -37,6 +37,7 @@ def train(net, loss_of: Callable, inputs: tuple, data: Dataset, seconds: float,
     """
     import torch
 
+    torch.set_num_threads(1)  # the layers are small, and threads on busy cores wait for each other
     x, y, vx, vy = inputs
     optimiser = torch.optim.Adam(net.parameters(), lr=rate)
     begun, best, kept, since = time.perf_counter(), np.inf, None, 0
