@@ -50,14 +50,15 @@ def message(types, kind: str, sequence: int, stamp: int, size: int, **fields):
     header = types.types['std_msgs/msg/Header'](
         types.types['builtin_interfaces/msg/Time'](*divmod(stamp, 10**9)), fields.pop('frame', ''))
     lists = [field for field, _ in types.fielddefs[name][1]][3:]
-    values = {field: np.full(size, 1.0) for field in lists} | fields
+    values = {field: np.full(size, 1.0) for field in lists} | {'period': 1e-3} | fields
     return bytes(types.serialize_cdr(types.types[name](
-        header=header, sequence=sequence, period=1e-3, **values), name))
+        header=header, sequence=sequence, **values), name))
 
 
 def write_by_rosbags(path: Path, sequences: dict[str, list[int]], size: int = 1,
                      storage: StoragePlugin = StoragePlugin.MCAP, stamp=lambda s: s * 10**6,
-                     prefix: str = '/', compression: CompressionMode | None = None) -> None:
+                     period=lambda s: 1e-3, prefix: str = '/',
+                     compression: CompressionMode | None = None) -> None:
     types = own_types()
     writer = Writer(path, version=9, storage_plugin=storage)
     if compression is not None:
@@ -70,7 +71,8 @@ def write_by_rosbags(path: Path, sequences: dict[str, list[int]], size: int = 1,
             for number, k in enumerate(order):
                 field = SAMPLE_TOPICS[topic][1][0]
                 data = message(types, kind, k, stamp(k) if not isinstance(stamp, list)
-                               else stamp[number], size, **{field: k + np.arange(size) * 1.0})
+                               else stamp[number], size, period=period(k),
+                               **{field: k + np.arange(size) * 1.0})
                 bag.write(channel, number, data)
 
 
@@ -84,6 +86,7 @@ def test_it_reads_back_every_bit_at_any_block_size(tmp_path, block_size):
     assert (again.family, again.replicate, again.servo) == ('speed_ladder', 3, 'bench')
     assert (again.servo_file, again.note, again.warnings) == ('drive: {}\n', 'für alle', ())
     assert len(again.digest) == 64
+    assert read_recording(tmp_path / 'b', digest=False).digest == ''
 
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[
@@ -248,6 +251,20 @@ def test_it_names_where_time_runs_backwards(tmp_path):
     write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, list(range(100))),
                      stamp=lambda k: (k if k < 60 else k - 30) * 10**6)
     with pytest.raises(BagError, match='time runs backwards from 0.059.*sequence 59 to 0.030'):
+        read_recording(tmp_path / 'b')
+
+
+def test_it_names_where_the_period_changes(tmp_path):
+    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, list(range(100))),
+                     period=lambda k: 1e-3 if k < 60 else 2e-3)
+    with pytest.raises(BagError, match='period changes from 0.001 s to 0.002 s at sequence 60'):
+        read_recording(tmp_path / 'b')
+
+
+@pytest.mark.parametrize('period', [0.0, np.nan])
+def test_it_refuses_a_period_that_is_none(tmp_path, period):
+    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, [0, 1]), period=lambda k: period)
+    with pytest.raises(BagError, match=f'period = {period} s, it must be positive'):
         read_recording(tmp_path / 'b')
 
 

@@ -63,7 +63,8 @@ def main(arguments: argparse.Namespace) -> int:
         catalogue.register(arguments.effects)
     console = Console(quiet=arguments.quiet)
     begin = perf_counter()
-    recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch)
+    recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch,
+                               digest=False)
     read = perf_counter()
     servo = servo_of(recording, arguments.servo)
     live = None

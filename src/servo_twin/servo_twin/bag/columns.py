@@ -20,15 +20,15 @@ _WHOLE = ('header.stamp.sec', 'header.stamp.nanosec', 'sequence', 'period')
 @dataclass
 class Run:
     """
-    Messages of one topic with the same number of samples, in the order of the file.
+    Messages of one topic with the same number of samples and period, in the order of the file.
 
-    ``sequence``, ``stamp`` (ns) have shape (n,), int64; ``period`` (n,), s; ``values`` maps fields
+    ``sequence``, ``stamp`` (ns) have shape (n,), int64; ``period`` is in s; ``values`` maps fields
     to (n, samples a message); ``constants`` holds what the last message says besides.
     """
 
     sequence: np.ndarray
     stamp: np.ndarray
-    period: np.ndarray
+    period: float
     values: dict[str, np.ndarray]
     constants: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -67,12 +67,14 @@ def _word(kind: str, payload: bytes, _: str, offset: int) -> int:
 
 
 def _share(layout: Layout, payloads: np.ndarray) -> np.ndarray:
-    """Return which payloads have the length words of the layout."""
+    """Return which payloads have the length words of the layout, and the period of the first."""
     words = payloads.view(np.dtype({
-        'names': [str(offset) for offset in layout.lengths] + ['encapsulation'],
-        'formats': ['<u4'] * len(layout.lengths) + ['<u2'],
-        'offsets': [*layout.lengths, 0], 'itemsize': payloads.dtype.itemsize}))
+        'names': ['encapsulation', 'period', *map(str, layout.lengths)],
+        'formats': ['<u2', '<u8'] + ['<u4'] * len(layout.lengths),
+        'offsets': [0, layout.fields['period'][1], *layout.lengths],
+        'itemsize': payloads.dtype.itemsize}))
     same = words['encapsulation'] == 0x0100
+    same &= words['period'] == words['period'][0]
     for offset, (_, count) in layout.lengths.items():
         same &= words[str(offset)] == count
     return same
@@ -89,7 +91,7 @@ def _run(kind: str, layout: Layout, records: np.ndarray) -> Run:
                  if path not in lists and path not in _WHOLE and not path.startswith('header.')}
     seconds, rest = (records[path].astype(np.int64) for path in _WHOLE[:2])
     return Run(records['sequence'].astype(np.int64), seconds * 10**9 + rest,
-               records['period'].astype(np.float64), values, constants)
+               float(records['period'][0]), values, constants)
 
 
 def _one_length(kind: str, lists: dict[str, int]) -> int:
@@ -113,5 +115,5 @@ def _decode_one(types: Typestore, kind: str, payload: bytes) -> Run:
               for name, value in lists.items()}
     stamp = message.header.stamp
     return Run(np.array([message.sequence], np.int64),
-               np.array([stamp.sec * 10**9 + stamp.nanosec]), np.array([message.period]),
+               np.array([stamp.sec * 10**9 + stamp.nanosec]), float(message.period),
                values, constants)

@@ -47,19 +47,22 @@ class Track:
 
 def track(topic: str, runs: list[Run]) -> Track:
     """Put the runs of one topic together; raises TimeError when the period changes."""
-    length = np.concatenate([
-        np.full(len(run.sequence), next(iter(run.values.values())).shape[1]) for run in runs])
-    sequence, stamp, period = (np.concatenate([getattr(run, name) for run in runs])
-                               for name in ('sequence', 'stamp', 'period'))
-    other = np.flatnonzero(period != period[0])
-    if len(other):
-        raise TimeError(f'{topic}: period changes from {period[0]} s to {period[other[0]]} s at '
-                        f'sequence {sequence[other[0]]}; record each rate in a bag of its own')
-    if not period[0] > 0.0:
-        raise TimeError(f'{topic}: period = {period[0]} s, it must be positive')
-    values = {name: np.concatenate([run.values[name].ravel() for run in runs])
-              for name in runs[0].values}
-    return Track(topic, sequence, length, stamp, float(period[0]), values, runs[-1].constants)
+    period = runs[0].period
+    if not period > 0.0:
+        raise TimeError(f'{topic}: period = {period} s, it must be positive')
+    for run in runs:
+        if run.period != period:
+            raise TimeError(f'{topic}: period changes from {period} s to {run.period} s at '
+                            f'sequence {run.sequence[0]}; record each rate in a bag of its own')
+    sequence, stamp = (np.concatenate([getattr(run, name) for run in runs])
+                       for name in ('sequence', 'stamp'))
+    size = [next(iter(run.values.values())).shape[1] for run in runs]
+    length = np.repeat(size, [len(run.sequence) for run in runs])
+    columns = np.empty((len(runs[0].values), int(length.sum())))  # one piece: few page faults
+    for name, column in zip(runs[0].values, columns, strict=True):
+        np.concatenate([run.values[name].ravel() for run in runs], out=column)
+    values = dict(zip(runs[0].values, columns, strict=True))
+    return Track(topic, sequence, length, stamp, period, values, runs[-1].constants)
 
 
 def stretches(item: Track) -> list[Track]:

@@ -35,9 +35,9 @@ MESSAGE_HEAD = np.dtype([
 LENGTH_BEFORE_PAYLOAD = 22
 """Bytes that a message record's length counts besides the payload."""
 
-_COMPRESSION = {zstd.CompressionParameter.compression_level: -1,
+_COMPRESSION = {zstd.CompressionParameter.compression_level: -3,
                 zstd.CompressionParameter.checksum_flag: 1}
-"""Level -1 packs columns of float64 five times as fast as 1, into 0 to 20 % more bytes."""
+"""Level -3 takes 0.4 to 0.7 of the time of level 1 for columns, and 6 to 8 % more bytes."""
 
 
 def text(value: str) -> bytes:
@@ -215,4 +215,5 @@ class McapFile:
 
 
 def _compress(chunk: Chunk) -> bytes:
-    return zstd.compress(b''.join(chunk.parts), options=_COMPRESSION)
+    plain = chunk.parts[0] if len(chunk.parts) == 1 else b''.join(chunk.parts)
+    return zstd.compress(plain, options=_COMPRESSION)

@@ -23,17 +23,17 @@ _REQUIRED = ('encoder', 'current')
 
 
 def read_recording(path: Path | str, namespace: str | None = None,
-                   stretch: int | None = None) -> Recording:
+                   stretch: int | None = None, digest: bool = True) -> Recording:
     """
     Read a bag into a recording.
 
     ``namespace`` picks one rig of several. ``stretch`` (0, 1, ...) picks a part of a bag whose
     driver was restarted; left out, the longest is read, with a warning. A bag whose writer was
-    killed is read up to its last whole chunk, with a warning. Raises BagError for what is no bag,
+    killed is read up to its last whole chunk, with a warning. ``digest``: whether to take the
+    SHA-256 of the files, which takes a sixth as long again. Raises BagError for what is no bag,
     for missing topics, for several rigs without a namespace, and for time that runs backwards.
     """
-    with open_source(Path(path)) as source, ThreadPoolExecutor(1) as digester:
-        digest = digester.submit(_digest, source.files)
+    with open_source(Path(path)) as source:
         prefix = _prefix(source, namespace)
         warnings = list(source.warnings)
         topics = _present(source, prefix, SAMPLE_TOPICS, _REQUIRED)
@@ -43,7 +43,8 @@ def read_recording(path: Path | str, namespace: str | None = None,
         info = _info(source, prefix, warnings)
         return Recording(
             name=source.path.name, period=period, columns=columns, start=_seconds(stamp),
-            sequence=first, digest=digest.result(), warnings=tuple(warnings), **info)
+            sequence=first, digest=_digest(source.files) if digest else '',
+            warnings=tuple(warnings), **info)
 
 
 def read_predictions(path: Path | str, namespace: str | None = None,
@@ -154,16 +155,17 @@ def _tracks(source: Source, topics: list[str], warnings: list[str]) -> list[Trac
     def unpack(piece: Any) -> list[tuple[str, list[Run]]] | str:
         try:
             return [(channel.topic, [
-                run for _, payloads in rows for run in decode(
+                run for payloads in rows for run in decode(
                     embedded_types(channel.kind, channel.encoding, channel.definition),
                     channel.kind, payloads)]) for channel, rows in source.load(piece, topics)]
         except DAMAGE as error:
             return f'{source.describe(piece)} is damaged and left out: {error}'
 
     runs: dict[str, list[Run]] = {topic: [] for topic in topics}
-    workers = os.cpu_count() if source.parallel else 1
-    with ThreadPoolExecutor(workers) as pool:
-        for result in pool.map(unpack, source.pieces(topics)):
+    cores = len(os.sched_getaffinity(0)) if source.parallel else 1
+    with ThreadPoolExecutor(cores) as pool:
+        each = pool.map if cores > 1 else map
+        for result in each(unpack, source.pieces(topics)):
             if isinstance(result, str):
                 warnings.append(result)
                 continue

@@ -18,7 +18,18 @@ import zlib
 
 import numpy as np
 
-from .mcap import CHANNEL, CHUNK, FOOTER, MAGIC, MESSAGE, MESSAGE_HEAD, MESSAGE_INDEX, SCHEMA, zstd
+from .mcap import (
+    CHANNEL,
+    CHUNK,
+    FOOTER,
+    LENGTH_BEFORE_PAYLOAD,
+    MAGIC,
+    MESSAGE,
+    MESSAGE_HEAD,
+    MESSAGE_INDEX,
+    SCHEMA,
+    zstd,
+)
 
 _KNOWN = range(1, 16)
 
@@ -216,19 +227,18 @@ def _index_loose(chunk: Chunk, data: mmap.mmap, places: list[int]) -> None:
     chunk.index = {number: np.array(offsets) for number, offsets in numbers.items()}
 
 
-def rows(content: np.ndarray, places: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def rows(content: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
     """
-    Yield (times, payloads) of messages of equal length, payloads of shape (n,) and type void.
+    Yield payloads of messages of equal length, shape (n,) and type void.
 
     Most topics have one length; every further one is yielded apart, in the order of the file.
     """
-    heads = _gather(content, places, MESSAGE_HEAD)
-    sizes = heads['length'].astype(np.int64) - 22
-    for size in np.unique(sizes):
-        chosen = np.flatnonzero(sizes == size)
-        at = places[chosen] + MESSAGE_HEAD.itemsize
-        yield (heads['log_time'][chosen].astype(np.int64),
-               _gather(content, at, np.dtype((np.void, int(size)))))
+    lengths = _gather(content, places, MESSAGE_HEAD)['length'].astype(np.int64)
+    found = lengths[:1] if (lengths == lengths[0]).all() else np.unique(lengths)
+    for length in found:
+        same = places if len(found) == 1 else places[lengths == length]
+        kind = np.dtype((np.void, int(length) - LENGTH_BEFORE_PAYLOAD))
+        yield _gather(content, same + MESSAGE_HEAD.itemsize, kind)
 
 
 def _gather(content: np.ndarray, places: np.ndarray, kind: np.dtype) -> np.ndarray:

@@ -13,7 +13,8 @@ import yaml
 from .scanning import Channel, Chunk, DAMAGE, rows, Scan, scan
 from .writing import BagError
 
-Rows = Iterable[tuple[np.ndarray, np.ndarray]]
+Rows = Iterable[np.ndarray]
+"""Payloads of messages, those of equal length together."""
 
 
 class Source:
@@ -48,7 +49,7 @@ class Source:
         for piece in self.pieces([topic]):
             try:
                 for _, found in self.load(piece, [topic]):
-                    for _, payloads in found:
+                    for payloads in found:
                         return bytes(payloads[0])
             except DAMAGE:
                 continue
@@ -145,8 +146,8 @@ class ForeignSource(Source):
     def load(self, piece: Channel, topics: list[str]) -> Iterator[tuple[Channel, Rows]]:
         """Yield one channel, its messages one by one."""
         chosen = [c for c in self._reader.connections if c.topic == piece.topic]
-        found = ((np.array([time]), np.frombuffer(bytes(data), np.dtype((np.void, len(data)))))
-                 for _, time, data in self._reader.messages(chosen))
+        found = (np.frombuffer(bytes(data), np.dtype((np.void, len(data))))
+                 for _, _, data in self._reader.messages(chosen))
         yield piece, found
 
     def describe(self, piece: Channel) -> str:

@@ -15,7 +15,7 @@ from .definitions import own_types, PACKAGE
 from .layout import HEADER, lay_out, Layout
 from .mcap import ChannelEntry, McapFile, MESSAGE_HEAD
 
-CHUNK_BYTES = 1 << 20
+CHUNK_BYTES = 1 << 22
 """Uncompressed size that a chunk aims at."""
 
 SAMPLE_TOPICS = {
@@ -213,7 +213,7 @@ class BagWriter:
                 self.path.rmdir()
 
 
-class _Plain(yaml.SafeDumper):
+class _Plain(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):
     """YAML without anchors, which some rosbag2 readers do not resolve."""
 
     def ignore_aliases(self, data: Any) -> bool:
