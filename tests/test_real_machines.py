@@ -30,6 +30,11 @@ def test_xl330_is_predicted_better_with_friction_that_grows_with_load(shared_dat
     figures = xl330.figures(shared_data)
     plain, loaded = (figures[s]['held_out']['all'] for s in ('coulomb_viscous', 'load_dependent'))
     assert loaded < 0.075 and loaded < 0.5 * plain
+    for held, errors in figures['splits'].items():
+        plain, loaded = (errors[s]['all'] for s in ('coulomb_viscous', 'load_dependent'))
+        assert loaded < 0.75 * plain, held
+    unseen = figures['splits']['gain 100, trained on 400']
+    assert unseen['load_dependent']['all'] < 0.06 < 0.1 < unseen['coulomb_viscous']['all']
 
 
 def test_two_masses_resonate_where_the_frequency_response_says(shared_data):

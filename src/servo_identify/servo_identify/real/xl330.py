@@ -1,14 +1,18 @@
 """
 Dynamixel XL330 with a pendulum: Coulomb-viscous against load-dependent friction.
 
-Trained on three recordings; judged on one-second windows of three others, whose combination of
-gain and trajectory was not trained on. The scale of torque comes from the pendulum, whose weight
-is known.
+Trained on some recordings and judged on one-second windows of others: of combinations of gain and
+trajectory that were not trained on, of a gain of the controller that was not, and of both. The
+scale of torque comes from the pendulum, whose weight is known.
+
+  python -m servo_identify.real.xl330 DATA     prints the table, DATA as for `servo-identify results`
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+import sys
 
 import numpy as np
 
@@ -23,6 +27,18 @@ from ..importing import import_table
 
 TRAINED = ('kp400_sin_time_square', 'kp400_up_and_down', 'kp100_sin_time_square')
 HELD_OUT = ('kp100_sin_sin', 'kp400_sin_sin', 'kp100_up_and_down')
+_LIVELY = ('sin_sin', 'sin_time_square', 'up_and_down')
+SPLITS = {
+    'gain and trajectory in another combination': (TRAINED, HELD_OUT),
+    'gain 100, trained on 400': (tuple(f'kp400_{name}' for name in _LIVELY),
+                                 tuple(f'kp100_{name}' for name in _LIVELY)),
+    'gain 400, trained on 100': (tuple(f'kp100_{name}' for name in _LIVELY),
+                                 tuple(f'kp400_{name}' for name in _LIVELY)),
+    'gain 100 and other trajectories': (('kp400_sin_time_square', 'kp400_up_and_down'),
+                                        ('kp100_sin_sin', 'kp100_lift_and_drop')),
+}
+"""What is held out: recordings to train on, recordings to judge by."""
+
 WINDOW = 1.0  # s
 PUBLISHED = {'coulomb_viscous': 0.147, 'load_dependent': 0.052}
 """rad on one-second windows, a quick fit elsewhere."""
@@ -47,21 +63,45 @@ def servos() -> dict[str, tuple[Servo, tuple[str, ...]]]:
                                         'effects.loaded.back_driven'))}
 
 
-def fitted(data: Path) -> dict[str, Estimate]:
+def fitted(data: Path, trained: Sequence[str] = TRAINED) -> dict[str, Estimate]:
     """Fit both structures to the training recordings."""
-    recordings = [recording_of(data, name) for name in TRAINED]
+    recordings = [recording_of(data, name) for name in trained]
     return {name: fit(servo, recordings, free, tolerance=False, horizon=WINDOW)
             for name, (servo, free) in servos().items()}
 
 
-def figures(data: Path) -> dict:
+def held_out(data: Path, trained: Sequence[str] = TRAINED, held: Sequence[str] = HELD_OUT) -> dict:
     """Return the error on each held-out recording and over all of them, rad, by structure."""
-    held = {name: recording_of(data, name) for name in HELD_OUT}
-    answer: dict = {'published': PUBLISHED}
-    for structure, estimate in fitted(data).items():
+    recordings = {name: recording_of(data, name) for name in held}
+    answer = {}
+    for structure, estimate in fitted(data, trained).items():
         errors = {name: misfit(estimate.servo, [recording], horizon=WINDOW)['motor_position']
-                  for name, recording in held.items()}
+                  for name, recording in recordings.items()}
         errors['all'] = float(np.sqrt(np.mean([e**2 for e in errors.values()])))
         answer[structure] = {'held_out': errors, 'values': dict(estimate.values),
                              'std': dict(estimate.std)}
     return answer
+
+
+def figures(data: Path) -> dict:
+    """Return what :func:`held_out` does for the first of SPLITS, and `splits` with all errors."""
+    first, *others = SPLITS
+    found = {name: held_out(data, *SPLITS[name]) for name in (first, *others)}
+    return {'published': PUBLISHED, **found[first], 'splits': {
+        name: {structure: part['held_out'] for structure, part in one.items()}
+        for name, one in found.items()}}
+
+
+def table(found: dict) -> str:
+    """Return the errors of all splits as Markdown."""
+    lines = ['| held out | friction | all, rad | by recording, rad |', '|---|---|---|---|']
+    for split, by_structure in found['splits'].items():
+        for structure, errors in by_structure.items():
+            each = ', '.join(f'{n} {e:.3f}' for n, e in errors.items() if n != 'all')
+            lines.append(f'| {split} | {structure.replace("_", " ")} | {errors["all"]:.3f} '
+                         f'| {each} |')
+    return '\n'.join(lines) + '\n'
+
+
+if __name__ == '__main__':
+    print(table(figures(Path(sys.argv[1]))), end='')
