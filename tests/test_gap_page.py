@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from synthetic import PERIOD, sampled
 
-from servo_identify.gap import page_charts
+from servo_identify.gap import page_charts, page_seconds
 from servo_identify.gap.answer import Located
 from servo_identify.gap.diagnose import diagnose, Diagnosis
 from servo_identify.gap.page import page_of, write_page
 from servo_identify.gap.page_laws import laws
 from servo_identify.gap.page_seconds import steps, telling_seconds
+from servo_identify.gap.resimulation import Run
 from servo_twin import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
@@ -84,6 +85,16 @@ def test_a_page_is_one_whole_file_that_fetches_nothing(diagnosis, tmp_path):
     tags.feed(page)
     assert tags.open == [] and tags.fetched == []
     assert '<script' not in page and not re.search(r'https?://|@import|url\(', page)
+
+
+def test_the_command_can_be_what_departs_most(diagnosis):
+    one = diagnosis.evidence.stacks['report'].balances[0]
+    off = np.full(len(one.seen.recording), 0.5)
+    run = Run({'command': off}, {}, np.zeros(len(off), dtype=int))
+    shown = page_seconds._shown(one, 'command', slice(0, 100), {'twin': run}, 0.0, False)
+    volts = one.seen.recording['voltage'][:100]
+    assert shown.unit == 'V' and np.nanmax(np.abs(shown.curves['rig'] - volts)) == 0.0
+    assert np.nanmax(np.abs(shown.curves['twin'] - volts + 0.5)) < 1e-12
 
 
 def test_a_page_says_verdict_place_effect_and_shrink(diagnosis):

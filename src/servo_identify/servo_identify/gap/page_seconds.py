@@ -70,9 +70,9 @@ def _shown(one: Balance, channel: str, part: slice, runs: dict[str, Run], noise:
         rig = recording['motor_position'] / ratio - recording['load_position']
         rig = rig - np.nanmedian(rig)
     else:
-        rig = recording[channel]
+        rig = recording['voltage' if channel == 'command' else channel]
     curves = {'rig': rig, **{name: rig - error for name, error in errors.items()}}
-    unit = error_unit = {'torque': 'N m', 'current': 'A'}.get(channel, 'rad')
+    unit = error_unit = {'torque': 'N m', 'current': 'A', 'command': 'V'}.get(channel, 'rad')
     blurred = starts
     if channel.endswith('position'):
         curves = {name: speed_of(curve, period) for name, curve in curves.items()}
