@@ -1,9 +1,10 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint blind-check clean
+.PHONY: help setup run test lint blind-check results clean
 
 WITH_ENV := . ./env.sh &&
+DATA ?= $(wildcard ../shared/data)
 
 help:     ## say what can be made
 	@sed -nE 's/^([a-z-]+): .*## (.*)/make \1\t\2/p' Makefile | expand -t 20
@@ -22,6 +23,9 @@ lint: setup  ## check the style
 
 blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
 	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)
+
+results: setup  ## compare the models on the bench and on real machines; DATA=... published recordings
+	@$(WITH_ENV) servo-identify results $(DATA) $(ARGS)
 
 clean:    ## remove all that the set-up made
 	rm -rf .venv build install log

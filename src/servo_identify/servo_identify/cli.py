@@ -15,7 +15,7 @@ COMMANDS = {
     'watch': ('.watching.command', 'seconds to the alarm of each effect, false alarms an hour'),
     'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
     'friction': ('.friction.command', 'learn friction by every learner and compare them'),
-    'results': ('.real.command', 'figures on recordings of real machines beside those published'),
+    'results': ('.results.command', 'the models of paper 000 compared, learners, real machines'),
     'blind-check': ('.blind.command', 'score the diagnosis on rigs with effects withheld'),
 }
 """Subcommand: its module, which has `add_arguments(parser)` and `main(arguments)`; a summary."""

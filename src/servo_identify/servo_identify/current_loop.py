@@ -28,7 +28,7 @@ DROOP = 'back_emf_droop'
 FREE = ('drive.gain', f'effects.{DROOP}.droop', f'effects.{DROOP}.electrical',
         f'effects.{DROOP}.closed')
 STARTS = ((1e-5, 3e-3, 3e-4), (1e-4, 3e-3, 1e-3), (1e-4, 1e-2, 1e-3))
-CUTOFF = 150.0  # Hz, of the motor speed
+CUTOFF = 200.0  # Hz, of the motor speed
 BLOCK = 1.0  # s over which residuals may be correlated
 
 

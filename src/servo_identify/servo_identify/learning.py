@@ -16,9 +16,10 @@ def learn(what: str, servo: Servo, recordings: list[Recording], told: Told | Non
     """
     Learn one kind of effect; return the servo that has it and sentences for a person.
 
-    ``what`` is friction, backlash or transmission_error; the loss that is ``told`` is the mean
-    square error on what is kept back, in N2 m2, arcmin2 and arcmin2. Raises ValueError where the
-    recordings do not hold the experiment that it takes.
+    ``what`` is friction, backlash, transmission_error, current_loop, presliding or residual; the
+    loss that is ``told`` is the mean square error on what is kept back, in N2 m2, arcmin2,
+    arcmin2, A2 (of all), 1 - R of free runs, and N2 m2. Raises ValueError where the recordings do
+    not hold the experiment that it takes.
     """
     return _LEARNERS[what](servo, recordings, told or (lambda share, loss: None))
 
@@ -39,6 +40,9 @@ def _friction(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Se
             f'MAPE {s.mape:.3f} % on cells of angle that were kept back'
             for way, s in (('forward', learned.forward_scores),
                            ('reverse', learned.reverse_scores))]
+    if learned.share is not None:
+        said.append(f'friction takes {100.0 * learned.share.share:.3g} % '
+                    f'(± {100.0 * learned.share.share_std:.2g}) of the load')
     servo = with_friction(servo, learned)
     if servo.mechanism.compliant and all(r.has('torque') for r in recordings):
         servo, sentence = with_motor_friction(servo, recordings)
@@ -66,5 +70,46 @@ def _transmission_error(servo: Servo, recordings: list[Recording], told: Told
     return with_error(servo, learned), learned.sentences()
 
 
+def _current_loop(servo: Servo, recordings: list[Recording], told: Told
+                  ) -> tuple[Servo, list[str]]:
+    from .current_loop import learned_current_loop, with_current_loop
+
+    found = learned_current_loop(servo, recordings)
+    told(1.0, found.rms**2)
+    return with_current_loop(servo, found), [
+        f'current that is left: {1e3 * found.rms:.3g} mA, {1e3 * found.rms_without:.3g} mA '
+        'without the loop',
+        *(f'{path}: {value:.5g} ± {found.std[path]:.2g}' for path, value in found.values.items())]
+
+
+def _presliding(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Servo, list[str]]:
+    from .friction.presliding import EVALUATIONS, learned_presliding, with_presliding
+
+    trials = 0
+
+    def heard(mean: float) -> None:
+        nonlocal trials
+        trials += 1
+        told(min(1.0, trials / EVALUATIONS), 1.0 - mean)
+
+    found = learned_presliding(servo, recordings, told=heard)
+    return with_presliding(servo, found), [
+        f'bristles carry {found.level:.4g} N m and slip after {found.breakaway:.3g} rad; mean R '
+        f'of free runs {found.before:.4f} -> {found.after:.4f}']
+
+
+def _residual(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Servo, list[str]]:
+    from .friction.network import ITERATIONS
+    from .residual_network import learned_residual, with_residual
+
+    learned = learned_residual(servo, recordings, told=lambda iteration, _, kept: told(
+        iteration / ITERATIONS, kept))
+    s = learned.scores
+    return with_residual(servo, learned), [
+        f'residual torque over current and speed: MSE {s.mse:.4g} N2 m2, MAE {s.mae:.4g} N m, '
+        f'R2 {s.r2:.4f} on seconds that were kept back']
+
+
 _LEARNERS = {'friction': _friction, 'backlash': _backlash,
-             'transmission_error': _transmission_error}
+             'transmission_error': _transmission_error, 'current_loop': _current_loop,
+             'presliding': _presliding, 'residual': _residual}

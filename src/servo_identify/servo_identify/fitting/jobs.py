@@ -19,7 +19,8 @@ from .estimate import Estimate
 from .output_error import fit, Progress, WEIGHTS
 from .segments import INPUT_OF
 
-LEARNED = ('physical', 'friction', 'backlash', 'transmission_error')
+LEARNED = ('physical', 'friction', 'backlash', 'transmission_error', 'current_loop',
+           'presliding', 'residual')
 
 
 @dataclass(frozen=True)

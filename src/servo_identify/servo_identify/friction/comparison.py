@@ -79,7 +79,7 @@ def markdown(rows: Sequence[Row]) -> str:
         far = f'{r.beyond.rmse:.4g}' if r.beyond else 'not measured'
         lines.append(f'| {r.name} | {r.test.rmse:.4g} | {r.test.mae:.4g} | {r.test.r2:.5f} '
                      f'| {far} | {r.size} | {r.seconds:.1f} | {r.nanoseconds / 1e3:.2f} | '
-                     f'{r.sentence or "no"} |')
+                     f'{r.sentence.replace("|", chr(92) + "|") or "no"} |')
     return '\n'.join(lines) + '\n'
 
 

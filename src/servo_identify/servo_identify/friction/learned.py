@@ -43,7 +43,8 @@ def learned_friction(servo: Servo, recordings: list[Recording], site: str = 'loa
     Train both networks on equal-angle tables; every fifth cell of angle is kept for validation.
 
     Where recordings at one speed differ in their load, its share of the friction is found first
-    and taken off, so that the networks hold at any load. Raises ValueError where the recordings hold no steady turns in one of the directions.
+    and taken off, so that the networks hold at any load. Raises ValueError where the recordings
+    hold no steady turns in one of the directions.
     """
     table = equal_angles(friction_of(servo, recordings, site), cells)
     bags = tuple(bag_name(r) for r in recordings)

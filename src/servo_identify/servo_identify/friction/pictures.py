@@ -33,19 +33,23 @@ def friction_speed(data: Dataset, models: Mapping[str, Model], path: Path) -> No
 
 def friction_angle(learned: LearnedFriction, path: Path) -> None:
     """Draw friction over the angle at each speed, as figures 4 and 5 of paper 000."""
+    from matplotlib import colormaps
+
     figure, axes = _figure(2)
     for ax, forward, network in zip(axes, (True, False), (learned.forward, learned.reverse),
                                     strict=True):
         table = learned.table[learned.table.forward == forward]
         grid = np.linspace(0.0, table.turn, 400)
-        for speed in _ladder(table.speed):
+        ladder = _ladder(table.speed)
+        for colour, speed in zip(colormaps['viridis'](np.linspace(0.0, 0.9, len(ladder))), ladder,
+                                 strict=True):
             mine = np.abs(table.speed - speed) < 0.05 * speed
             line, = ax.plot(grid, network(grid, np.full(400, speed)), lw=1.0,
-                            label=f'{speed:.3g} rad/s')
+                            color=colour, label=f'{speed:.3g} rad/s')
             ax.plot(table.angle[mine], table.torque[mine], '.', ms=1.5, color=line.get_color())
         ax.set(xlabel='angle, rad', ylabel='friction, N m',
                title='forward' if forward else 'reverse')
-    axes[0].legend(fontsize=7)
+    axes[1].legend(fontsize=7, loc='center left', bbox_to_anchor=(1.0, 0.5))
     figure.savefig(path)
 
 

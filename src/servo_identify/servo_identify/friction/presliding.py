@@ -25,6 +25,7 @@ from ..free_run import free_runs
 NAME = 'bristles'
 LAG = 1e-4  # s, damping of the bristles over their stiffness: below what a millisecond tells
 SHARES, TRAVELS = (0.3, 0.6), (5e-5, 2e-4, 1e-3)  # of the networks' least level; rad
+SHORTEST, LONGEST = 1e-6, 1e-2  # rad
 EVALUATIONS = 40
 
 
@@ -55,6 +56,7 @@ def learned_presliding(servo: Servo, recordings: Sequence[Recording], friction: 
     recordings = [r for r in recordings if r.has('voltage')]
     if not recordings:
         raise ValueError('presliding is learned from runs whose voltage was recorded')
+    servo = without_presliding(servo, friction)
     most = least_level(servo, friction)
 
     def fit_of(level: float, breakaway: float) -> float:
@@ -65,19 +67,22 @@ def learned_presliding(servo: Servo, recordings: Sequence[Recording], friction: 
             told(mean)
         return mean
 
+    def within(x: np.ndarray) -> tuple[float, float]:
+        return (float(np.clip(np.exp(x[0]), 0.0, 1.0)) * most,
+                float(np.clip(np.exp(x[1]), SHORTEST, LONGEST)))
+
     def loss(x: np.ndarray) -> float:
-        share, breakaway = np.exp(x)
-        return 1.0 - fit_of(min(share, 1.0) * most, breakaway) + max(0.0, share - 1.0)
+        outside = max(0.0, x[0]) + max(0.0, np.log(SHORTEST) - x[1], x[1] - np.log(LONGEST))
+        return 1.0 - fit_of(*within(x)) + 0.1 * outside
 
     grid = [np.log([share, travel]) for share in SHARES for travel in TRAVELS]
     first = min(grid, key=loss)
     simplex = first + np.array([[0.0, 0.0], [0.4, 0.0], [0.0, -0.5]])
     found = minimize(loss, first, method='Nelder-Mead', options={
         'maxfev': EVALUATIONS, 'initial_simplex': simplex, 'fatol': 1e-5, 'xatol': 0.01})
-    share, breakaway = np.exp(found.x)
     before = float(np.mean([run.speed_fit for run in free_runs(servo, recordings)]))
-    return Presliding(float(min(share, 1.0) * most), float(breakaway), before,
-                      float(1.0 - found.fun), tuple(bag_name(r) for r in recordings))
+    return Presliding(*within(found.x), before, float(1.0 - found.fun),
+                      tuple(bag_name(r) for r in recordings))
 
 
 def least_level(servo: Servo, friction: str) -> float:
@@ -96,8 +101,26 @@ def least_level(servo: Servo, friction: str) -> float:
     return max(0.0, float(np.min(levels)))
 
 
+def without_presliding(servo: Servo, friction: str = 'friction') -> Servo:
+    """Return the servo whose friction networks have the level of any bristles back."""
+    if NAME not in {p.name for p in servo.effects}:
+        return servo
+    level = servo.values[f'effects.{NAME}.level']
+    thresholds = {f'effects.{friction}.{way}_level':
+                  servo.values[f'effects.{friction}.{way}_level'] - level
+                  for way in ('forward', 'reverse')}
+
+    def kept(mapping: dict) -> dict:
+        return {k: v for k, v in mapping.items() if not k.startswith(f'effects.{NAME}.')}
+
+    return replace(servo, effects=tuple(p for p in servo.effects if p.name != NAME),
+                   values={**kept(servo.values), **thresholds},
+                   provenance=kept(servo.provenance), tolerance=kept(servo.tolerance))
+
+
 def with_presliding(servo: Servo, found: Presliding, friction: str = 'friction') -> Servo:
     """Return the servo whose friction networks hand the level of the bristles over to them."""
+    servo = without_presliding(servo, friction)
     site = next(p.site for p in servo.effects if p.name == friction)
     thresholds = {f'effects.{friction}.{way}_level':
                   servo.values[f'effects.{friction}.{way}_level'] + found.level

@@ -11,8 +11,8 @@ from servo_twin.physics.controllers import PositionLoop
 from servo_twin.physics.servo import Servo
 from servo_twin.recording import Recording
 
-from ..friction.scores import goodness_of_fit
 from ..free_run import EDGE, free_runs, FreeRun, rolled, speed_of
+from ..friction.scores import goodness_of_fit
 
 POSITION_GAIN = 20.0
 """1/s: the recorded command of the position loop regressed on the error of position."""
@@ -109,8 +109,10 @@ def reversals(servos: Mapping[str, Servo], recordings: list[Recording]) -> list[
         reach = round(REVERSAL / recording.period)
         rows = slice(max(0, peak - reach // 2), last + reach)
         start = recording['load_position'][0]
-        predicted = {name: rolled(position_controlled(servo), recording, 'closed_loop')[rows, 1] - start
-                     for name, servo in servos.items()}
+        predicted = {}
+        for name, servo in servos.items():
+            y = rolled(position_controlled(servo), recording, 'closed_loop')
+            predicted[name] = y[rows, 1] - start
         courses.append(Course(recording.name, np.arange(len(recording))[rows] * recording.period,
                               recording['load_position'][rows] - start, predicted))
     return courses

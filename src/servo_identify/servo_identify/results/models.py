@@ -16,12 +16,12 @@ from servo_twin.recording import Recording
 from servo_twin.shipped import servo_at
 
 from ..current_loop import CurrentLoop, learned_current_loop, with_current_loop
+from ..free_run import refined
 from ..friction.learned import learned_friction, LearnedFriction, with_friction
 from ..friction.presliding import learned_presliding, Presliding, with_presliding
 from ..residual_network import learned_residual, LearnedResidual, with_residual
 from ..transmission.backlash import learned_backlash, LearnedBacklash, with_backlash
 from ..transmission.error import learned_error, LearnedError, with_error
-from ..free_run import refined
 from .recordings import SERVO
 
 FRICTION = ('effects.coulomb.level', 'effects.viscous.slope', 'effects.stribeck.excess',

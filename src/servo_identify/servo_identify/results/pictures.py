@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .figures import Course
 from ..free_run import FreeRun
+from .figures import Course
 
 COLOURS = {'measured': 'black', 'traditional': 'tab:green',
            'traditional + residual network': 'tab:orange', 'hybrid': 'tab:red'}
 DEGREE = 180.0 / np.pi
 SHOWN = (2.0, 6.0)  # s of an open-loop run
-ZOOM = (4.35, 4.62)  # s of the velocity loop, about a passage of zero speed
+WHOLE, ZOOM = (3.0, 5.0), (4.35, 4.62)  # s of the velocity loop; about zero speed
 
 
 def open_loop(runs: Mapping[str, Sequence[FreeRun]], names: Sequence[str], path: Path) -> None:
@@ -34,21 +34,24 @@ def open_loop(runs: Mapping[str, Sequence[FreeRun]], names: Sequence[str], path:
                      **_look(model, f'{model}, R = {run.speed_fit:.3f}'))
         top.set(title=name.replace('_', ' '), ylabel='speed, deg/s')
         low.set(xlabel='time, s', ylabel='twin minus rig, deg/s')
-        low.legend(fontsize=8)
-    axes[0, 0].legend(fontsize=8)
+        low.legend(fontsize=8, loc='upper left')
+        low.margins(y=0.25)
+    axes[0, 0].legend(fontsize=8, loc='lower left')
     figure.savefig(path)
 
 
 def velocity_loop(course: Course, path: Path) -> None:
-    """Draw the speed in the velocity loop, whole and near zero (figure 12)."""
-    figure, axes = _figure(1, 2, (12.4, 4.2))
-    for ax, window in zip(axes[0], ((3.0, 5.0), ZOOM), strict=True):
+    """Draw speed and error in the velocity loop, whole and near zero (figure 12)."""
+    figure, axes = _figure(2, 2, (12.4, 6.0))
+    for column, window in enumerate((WHOLE, ZOOM)):
         rows = (course.time >= window[0]) & (course.time <= window[1])
-        _lines(ax, course, rows, DEGREE)
-        ax.set(xlabel='time, s', ylabel='speed, deg/s')
+        _lines(axes[0, column], course, rows, DEGREE)
+        _errors(axes[1, column], course, rows, DEGREE)
+        axes[0, column].set(ylabel='speed, deg/s')
+        axes[1, column].set(xlabel='time, s', ylabel='twin minus rig, deg/s')
     axes[0, 0].set_title('10 deg/s at 1 Hz')
     axes[0, 1].set_title('in detail')
-    axes[0, 0].legend(fontsize=8)
+    axes[0, 1].legend(fontsize=8, loc='upper left')
     figure.savefig(path)
 
 
@@ -63,13 +66,16 @@ def torque(courses: Mapping[str, Course], path: Path) -> None:
 
 
 def reversals(courses: Sequence[Course], path: Path) -> None:
-    """Draw the angle about the turn-round of a ramp, one picture a load (figure 14)."""
-    figure, axes = _figure(1, len(courses), (5.0 * len(courses), 4.2))
-    for ax, course in zip(axes[0], courses, strict=True):
-        _lines(ax, course, slice(None), DEGREE)
+    """Draw angle and error about the turn-round of a ramp, one column a load (figure 14)."""
+    figure, axes = _figure(2, len(courses), (4.6 * len(courses), 6.0))
+    for column, course in enumerate(courses):
+        rows = slice(None)
+        _lines(axes[0, column], course, rows, DEGREE)
+        _errors(axes[1, column], course, rows, 60.0 * DEGREE)
         load = course.title.rpartition('_')[2]
-        ax.set(xlabel='time, s', ylabel='angle of the load, deg', title=f'{load} N m')
-    axes[0, 0].legend(fontsize=8)
+        axes[0, column].set(ylabel='angle of the load, deg', title=f'{load} N m')
+        axes[1, column].set(xlabel='time, s', ylabel='twin minus rig, arcmin')
+    axes[0, 0].legend(fontsize=8, loc='lower center')
     figure.savefig(path)
 
 
@@ -90,6 +96,13 @@ def _lines(ax, course: Course, rows, scale: float) -> None:
     ax.plot(course.time[rows], scale * course.measured[rows], lw=2.0, **_look('measured'))
     for model, values in course.predicted.items():
         ax.plot(course.time[rows], scale * values[rows], lw=1.0, **_look(model))
+
+
+def _errors(ax, course: Course, rows, scale: float) -> None:
+    ax.axhline(0.0, color='0.6', lw=0.8)
+    for model, values in course.predicted.items():
+        ax.plot(course.time[rows], scale * (values - course.measured)[rows], lw=1.0,
+                **_look(model))
 
 
 def _look(model: str, label: str | None = None) -> dict[str, str]:

@@ -1,0 +1,35 @@
+"""The learners of friction on one table, and their picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ..friction.balance import friction_of
+from ..friction.comparison import best_of, compared, markdown, plain
+from ..friction.dataset import dataset_of
+from ..friction.learners import names
+from ..friction.pictures import friction_speed
+from .models import data_sheet
+from .recordings import plan, recorded
+
+
+def learners(work: Path, pictured: Path, seconds: float,
+             told: Callable[[str, float], None]) -> dict:
+    """Train each learner on the friction experiment and the open-loop training runs."""
+    parts = [part for part in plan() if part.name in ('friction', 'open_loop_training')]
+    recordings = recorded(work / 'bench', lambda name, ready, all_: told(
+        f'recording {name}', 0.1 * ready / all_), parts)
+    data = dataset_of(friction_of(data_sheet(), [
+        r for group in recordings.values() for r in group]))
+    known = names()
+    done = {name: 0.1 + 0.9 * k / len(known) for k, name in enumerate(known)}
+
+    def heard(name: str, epoch: int, loss: float, held: float) -> None:
+        told(f'{name}, epoch {epoch}, validation {held:.4g}', done[name])
+
+    rows, models = compared(data, known, seconds=seconds, told=heard)
+    friction_speed(data, models, pictured / 'results_friction_speed.png')
+    return {'table': markdown(rows), 'rows': plain(rows), 'best': best_of(rows).name,
+            'samples': {part: len(getattr(data, part)) for part in (
+                'train', 'validation', 'test', 'beyond')}}
