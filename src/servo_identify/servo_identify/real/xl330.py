@@ -5,7 +5,7 @@ Trained on some recordings and judged on one-second windows of others: of combin
 trajectory that were not trained on, of a gain of the controller that was not, and of both. The
 scale of torque comes from the pendulum, whose weight is known.
 
-  python -m servo_identify.real.xl330 DATA     prints the table, DATA as for `servo-identify results`
+  python -m servo_identify.real.xl330 DATA   prints the table; DATA as for `servo-identify results`
 """
 
 from __future__ import annotations
