@@ -13,6 +13,8 @@ import numpy as np
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
@@ -143,8 +145,16 @@ class Graph:
 
     def result(self, handle):
         asked = handle.get_result_async()
-        self.wait(asked.done, 240.0)
+        self.wait(asked.done, 400.0)
         return asked.result().status, asked.result().result
+
+    def set_parameter(self, node, name, value):
+        """Set a parameter of a node while it runs."""
+        client = AsyncParameterClient(self.node, node)
+        assert client.wait_for_services(60.0)
+        asked = client.set_parameters([Parameter(name, value=value)])
+        self.wait(asked.done)
+        assert asked.result().results[0].successful, asked.result().results[0].reason
 
     def call(self, service):
         client = self.node.create_client(Trigger, service)

@@ -1,5 +1,6 @@
 """The identify node beside the emulated rig on its bus, all of them processes: it ..."""
 
+from dataclasses import dataclass
 import json
 import signal
 
@@ -12,13 +13,32 @@ from servo_twin_msgs.action import Diagnose
 pytestmark = pytest.mark.ros
 
 
+@dataclass(frozen=True)
+class Tracked:
+    """One quantity of an estimate."""
+
+    value: float
+    std: float
+    bounded: bool
+
+
+def estimate_of(message, name):
+    """Return what the online estimator published of a quantity."""
+    k = list(message.name).index(name)
+    return Tracked(message.value[k], message.std[k], message.bounded[k])
+
+
 def test_it_names_diagnoses_and_closes_a_gap_that_opens_while_the_rig_runs(tmp_path):
-    rig = Graph('watch.learn:=12.0', 'buffer:=24.0', 'trial:=8.0', servo='rv_plain')
+    rig = Graph('watch.learn:=12.0', 'buffer:=24.0', 'trial:=8.0',
+                'online.time_constant:=10.0', servo='rv_plain')
     try:
         assert not rig.call('identify/load_augmented').success
         emulator, file = rig.bring_up(tmp_path, 'rv_plain', 'slow_reversals', '--duration', '900',
                                       '--setting', 'amplitude=0.8')
         rig.wait(rig.says('identify: changes', 'no balance changed'))
+
+        level = estimate_of(rig.estimates[-1], 'effects.load_coulomb.level')
+        assert abs(level.value - 18.0) < max(3.0 * level.std, 0.5) and not level.bounded
 
         text = file.read_text()
         file.write_text(f'{text}\nwithheld:\n  load_drag: 8.0\n')
@@ -30,8 +50,12 @@ def test_it_names_diagnoses_and_closes_a_gap_that_opens_while_the_rig_runs(tmp_p
         assert 0 < seen - switched < 10_000
 
         rig.wait(lambda: rig.at > switched + 26_000)
+        level = estimate_of(rig.estimates[-1], 'effects.load_coulomb.level')
+        assert level.bounded and level.value == pytest.approx(19.8) and 0.0 < level.std < 10.0
+        rig.set_parameter('identify', 'online.on', False)
         status, result = rig.result(rig.send('diagnose', Diagnose.Goal(
             output=str(tmp_path / 'report'))))
+        told, off = len(rig.estimates), rig.at
         assert status == GoalStatus.STATUS_SUCCEEDED, result.message
         report = json.loads(result.report)
         assert report['verdict']['effects'] == ['parameter:load_coulomb.level']
@@ -50,6 +74,7 @@ def test_it_names_diagnoses_and_closes_a_gap_that_opens_while_the_rig_runs(tmp_p
         print(f'load balance {before:.1f} -> {after:.1f} noise floors; alarm after '
               f'{(seen - switched) * 1e-3:.2f} s')
         assert after < 0.2 * before
+        assert rig.at > off + 5_000 and len(rig.estimates) == told
         rig.wait(rig.says('identify: models', 'the new servo file stays'))
         assert rig.missed() == 0
     finally:
