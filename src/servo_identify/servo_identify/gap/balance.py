@@ -26,6 +26,7 @@ UNITS = {'drive': 'A', 'motor': 'N m', 'transmission': 'rad', 'load': 'N m', 'to
          'controller': 'V'}
 WIND_UP, WIND_UP_RATE = MOTION.index('wind_up'), MOTION.index('wind_up_rate')
 FINE = ('drive', 'controller')
+ZERO_STEP = 0.002  # share of the range of the wind-up by which its zero is tried
 SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
 
 
@@ -115,6 +116,23 @@ class Balance:
         bump, reach = self.seen.mesh, self.seen.mesh.reach
         at = np.clip(bump.centres(len(self.seen.recording)) - reach, 0, len(bent) - 1)
         return np.abs(np.nan_to_num(self._under(bent, bump) - bent[at])) / stiffness
+
+    def slope_of_zero(self) -> np.ndarray:
+        """
+        Return at the centres what the transmission's residual gains by one rad of its zero.
+
+        One for a linear mesh. Inside a gap nothing is wound up, wherever the zero is.
+        """
+        stiffness = self.servo.values.get('mechanism.stiffness')
+        if not stiffness or not self._has_gap():
+            return np.ones(len(self.times('transmission')))
+        rows, theta = self._meshed.rows.copy(), self.servo.theta
+        shift = ZERO_STEP * float(np.ptp(rows[:, WIND_UP]))
+        rows[:, WIND_UP] += shift
+        pull = self._follow(theta, self._off, rows)[:, 4]
+        rows[:, WIND_UP] -= 2.0 * shift
+        pull -= self._follow(theta, self._off, rows)[:, 4]
+        return self._under(pull, self.seen.mesh) / (2.0 * shift * stiffness)
 
     def _has_gap(self) -> bool:
         return any(p.effect.port in ('clearance', 'mesh') for p in self.servo.effects[:self.given])

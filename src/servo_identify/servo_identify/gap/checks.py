@@ -57,12 +57,6 @@ def _check_one(one: Recording, servo: Servo, warnings: list[str]) -> None:
     if not np.isfinite(smallest) or moved < 20.0 * smallest:
         raise CannotDiagnose(f'{one.name}: nothing moves ({moved:.3g} rad in {one.duration:.0f} '
                              's); without excitation there is no verdict')
-    limit = servo.values.get('controller.limit')
-    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
-    if limit and len(command) and np.mean(command >= 0.999 * limit) > SATURATED:
-        share = 100.0 * np.mean(command >= 0.999 * limit)
-        raise CannotDiagnose(f'{one.name}: the command is at its limit of {limit:g} V in '
-                             f'{share:.0f} % of the samples; record with a smaller reference')
     warnings += [f'{one.name}: {w}' for w in one.warnings]
 
 
@@ -72,3 +66,24 @@ def _same_channels(recordings: list[Recording], warnings: list[str]) -> None:
         if having and len(having) < len(recordings):
             lacking = [r.name for r in recordings if not r.has(channel)]
             warnings.append(f'{channel} is missing in {", ".join(lacking)}')
+
+
+def unsaturated(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], list[str]]:
+    """
+    Return the recordings whose command is not at its limit throughout, and why others are not.
+
+    Raises CannotDiagnose when none is left.
+    """
+    limit = servo.values.get('controller.limit') or np.inf
+    kept, said = [], []
+    for one in recordings:
+        command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
+        share = float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
+        if share <= SATURATED:
+            kept.append(one)
+            continue
+        said.append(f'{one.name}: the command is at its limit of {limit:g} V in '
+                    f'{100 * share:.0f} % of the samples; record with a smaller reference')
+    if said and not kept:
+        raise CannotDiagnose(said[0])
+    return kept, [f'left out: {reason}' for reason in said]

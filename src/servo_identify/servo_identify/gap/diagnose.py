@@ -16,7 +16,7 @@ from .acceptance import accept, leftover, run_over, Trial, tried
 from .answer import GapReport
 from .balance import Balance, BALANCES
 from .candidates import candidates_of, extend, Extended
-from .checks import CannotDiagnose, check
+from .checks import CannotDiagnose, check, unsaturated
 from .completeness import Remainder, remainder, repeatable
 from .experiment_choice import next_experiment
 from .explanation import as_given, augmented, fit
@@ -75,9 +75,14 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         clock[stage] = round(time.perf_counter() - began - sum(clock.values()), 3)
 
     tick('noise', 0.0)
-    parts = split(list(recordings), list(accepting), list(reporting))
+    warnings, given = [], []
+    for some in (recordings, accepting, reporting):
+        kept, left_out = unsaturated(list(some), servo)
+        given.append(kept)
+        warnings += left_out
+    parts = split(*given)
     everything = [*parts.screen, *parts.accept, *parts.report]
-    warnings = [*check(everything, servo), *parts.warnings]
+    warnings += [*check([one for some in given for one in some], servo), *parts.warnings]
     seen = observe(everything, servo)
     channels = tuple(sorted({n for o in seen for n in o.noise if o.recording.has(n)}))
     torque = all(o.has('torque') for o in seen)

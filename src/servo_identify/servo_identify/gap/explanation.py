@@ -97,7 +97,10 @@ def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
             unknowns.append(Unknown(path, element, low, high))
             start.append(theta[slot])
         for path, value in cause.shapes:
-            if extended.declaration(path).grid and not path.endswith('.order'):
+            if screening.is_place(path):
+                unknowns.append(Unknown(path, 0, *screening.around(path, value)))
+                start.append(value)
+            elif extended.declaration(path).grid and not path.endswith('.order'):
                 low, high = extended.declaration(path).bounds
                 unknowns.append(Unknown(path, 0, max(low, 0.3 * value), min(high, 3.0 * value),
                                         True))
@@ -133,7 +136,10 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
     x = np.clip(x / scale, low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
     found = least_squares(left, x, bounds=(low, high), diff_step=1e-3, max_nfev=6, ftol=1e-4)
     best = found.x if np.sum(left(found.x)**2) <= np.sum(left(x)**2) else x
+    inside = np.minimum(best - low, high - best) > 1e-3 * np.maximum(np.abs(best), 1e-9)
     std = _spread(found.jac, found.fun, screening.blocks) * scale
+    # what its bound holds does not spread, and what trades with it no more
+    std[inside] = _spread(found.jac[:, inside], found.fun, screening.blocks) * scale[inside]
     values = best * scale
     for i, unknown in enumerate(unknowns):
         if unknown.logarithmic:

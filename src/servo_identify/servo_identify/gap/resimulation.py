@@ -146,12 +146,14 @@ class Gap:
     Gaps by channel over several recordings, from sums of squares by block.
 
     ``squares`` maps a channel to (blocks, 2): sum of squared errors and number of samples;
-    ``floor`` to its noise, ``signal`` to how much it moves, in its unit.
+    ``floor`` to its noise, ``signal`` to how much it moves, in its unit. ``recording`` numbers
+    the recordings of the blocks.
     """
 
     squares: dict[str, np.ndarray]
     floor: dict[str, float]
     signal: dict[str, float]
+    recording: np.ndarray
 
     def rms(self, channel: str, blocks: np.ndarray | None = None) -> float:
         """Root mean square error of a channel, over some blocks."""
@@ -172,8 +174,6 @@ class Gap:
         """
         parts = []
         for channel in self.squares:
-            if channel == 'wind_up' and len(self.squares) > 1 and 'torque' in self.squares:
-                continue  # it is what the two encoders say already
             if reference.excess(channel) > 0.3 * self.floor[channel]:
                 size = self.excess(channel, blocks) if excess else self.rms(channel, blocks)
                 parts.append(size / self.signal[channel])
@@ -200,7 +200,8 @@ def gap_of(runs: list[Run], balances: list[Balance]) -> Gap:
             squares[channel] = np.concatenate(parts)
             floor[channel] = float(np.sqrt(np.mean(np.square(noises))))
             signal[channel] = float(np.sqrt(np.mean(np.square(moved)))) or 1.0
-    return Gap(squares, floor, signal)
+    blocks = [int(run.blocks.max()) + 1 for run in runs]
+    return Gap(squares, floor, signal, np.repeat(np.arange(len(runs)), blocks))
 
 
 def _noise(one: Balance, channel: str) -> float:
@@ -236,11 +237,18 @@ def shrink(before: Gap, after: Gap, blocks: np.ndarray | None = None) -> float:
 
 
 def bootstrap(before: Gap, after: Gap, seed: int = 0, draws: int = 400) -> tuple[float, float]:
-    """Return the 90 % interval of the shrink by drawing blocks anew."""
+    """
+    Return the 90 % interval of the shrink by drawing recordings anew, and blocks within each.
+
+    Another recording differs from these by more than its noise: its family and its settings.
+    """
     chance = np.random.default_rng(seed)
     size = min(len(part) for part in before.squares.values())
-    values = np.array([shrink(before, after, chance.integers(0, size, size))
-                       for _ in range(draws)])
+    members = [np.flatnonzero(before.recording[:size] == n) for n in
+               np.unique(before.recording[:size])]
+    values = np.array([shrink(before, after, np.concatenate([
+        chance.choice(members[n], len(members[n]))
+        for n in chance.integers(0, len(members), len(members))])) for _ in range(draws)])
     # a ratio of sums over few blocks is skewed: the draws are centred on what was seen
     values += shrink(before, after) - np.median(values)
     low, high = np.percentile(values, (5, 95))

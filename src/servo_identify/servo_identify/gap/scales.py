@@ -14,11 +14,12 @@ SHARES = {
     'rad/s': (0.02, 0.07, 0.2),
     'N m': (0.15, 0.5, 1.5),
     'A': (0.2, 0.5, 1.0),
-    'V': (0.4, 0.6, 0.75, 0.9),
+    'V': (0.05, 0.1, 0.2, 0.4, 0.6, 0.75, 0.9),
     's': (0.1, 0.3),
 }
 """Shares of what a machine reached that are tried for a shape in that unit."""
 TRAVELS = {'mesh': (0.15, 0.5, 1.5), 'shaft': (0.002, 0.01, 0.05)}
+PLACES = (0.0, 0.5, 1.0)  # within the travel of a shaft
 FREQUENCIES = tuple(float(f) for f in np.geomspace(0.01, 0.4, 10))  # of the bump's own pass band
 LARGEST_ORDER = 200
 
@@ -39,6 +40,11 @@ class Scales:
         """Return the size of the wind-up, rad."""
         return self.reached('wind_up')
 
+    def travelled(self) -> tuple[float, float]:
+        """Return the lowest and highest angle of the load shaft, rad."""
+        angles = [one.motion('load_angle') for one in self.balances]
+        return float(min(a.min() for a in angles)), float(max(a.max() for a in angles))
+
     def stroke(self, site: str) -> float:
         """Return the travel between reversals of a shaft, rad."""
         name = 'motor_angle' if site == 'motor' else 'load_angle'
@@ -58,6 +64,9 @@ class Scales:
 
     def _values(self, parameter, effect, site) -> tuple[float, ...]:
         unit = parameter.unit
+        if unit == 'rad' and parameter.bounds[0] < 0.0:  # not how far, but where
+            low, high = self.travelled()
+            return tuple(low + s * (high - low) for s in PLACES)
         if unit == 'rad':
             kind = 'mesh' if effect.port in ('mesh', 'clearance') else 'shaft'
             size = self.wind_up() if kind == 'mesh' else self.stroke(site)

@@ -14,9 +14,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, norm
 
+from .balance import BALANCES
 from .candidates import Candidate
 from .library import Library
 from .regression import Folds
+from .scales import Scales
 from .stack import Stack
 
 FOLDS = 8
@@ -25,6 +27,8 @@ WORTH = 0.05  # share of a balance's remaining square that a cause must take awa
 FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
 LATER = 0.015  # share of a balance's first square that a later cause must take away
 MOST = 6  # causes in one diagnosis
+MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
+BEYOND = 0.3  # share of the travel by which a place may lie outside it
 FAR = 4.0  # times by which a parameter beyond its tolerance may be off
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
@@ -39,6 +43,7 @@ class Choice:
     candidate: Candidate
     gain: float  # cross-validated drop of the sum of squares
     significance: float  # standard deviations of the drop over blocks
+    balances: tuple[str, ...] = ()  # those in which it takes most away
     ambiguous: tuple[Candidate, ...] = ()
 
 
@@ -106,14 +111,11 @@ class Screening:
             for i, (path, value) in enumerate(version.shapes):
                 if not self._searched(path):
                     continue
-
-                low, high = self.stack.extended.declaration(path).bounds
-                middle = float(np.log(value))
-                around = (max(middle - 1.2, np.log(max(low, 1e-12))),
-                          min(middle + 1.2, np.log(high)))
-                line = _Line(self, chosen, version, i, size)
+                line = _Line(self, chosen, version, i, size, not self.is_place(path))
+                around = self.around(path, value)
                 found = minimize_scalar(line.loss, bounds=around, method='bounded',
-                                        options={'maxiter': 14 if closely else 6, 'xatol': 0.02})
+                                        options={'maxiter': 14 if closely else 6,
+                                                 'xatol': 0.01 * (around[1] - around[0])})
                 if found.fun < least:
                     least = line.loss(found.x)
                     version, table = line.version, line.table
@@ -123,6 +125,20 @@ class Screening:
         if least >= start:
             return one
         return self.add(version, table, size)
+
+    def is_place(self, path: str) -> bool:
+        """Tell whether a shape says where and not how much: then it may be negative."""
+        return self.stack.extended.declaration(path).bounds[0] < 0.0
+
+    def around(self, path: str, value: float) -> tuple[float, float]:
+        """Bounds of the line on which a shape is searched: of its logarithm, unless a place."""
+        if self.is_place(path):
+            low, high = Scales(self.stack.balances).travelled()
+            beyond = BEYOND * (high - low)
+            return low - beyond, high + beyond
+        low, high = self.stack.extended.declaration(path).bounds
+        middle = float(np.log(value))
+        return max(middle - 1.2, np.log(max(low, 1e-12))), min(middle + 1.2, np.log(high))
 
     def _searched(self, path: str) -> bool:
         parameter = self.stack.extended.declaration(path)
@@ -302,8 +318,9 @@ class Screening:
         # among what leaves as little in every balance, the simplest
         most = max(gains, key=gains.get)
         least = self._squares([*chosen, most])
-        near = [c for c in gains if gains[c] >= SAME * gains[most] or self._as_good(
-            self._squares([*chosen, c]), least, 1.2, 0.15)]
+        left = {c: self._squares([*chosen, c]) for c in gains}
+        near = [c for c in gains if self._as_good(left[c], least, 1.2, 0.15)
+                or (gains[c] >= SAME * gains[most] and self._as_good(left[c], least, 1.6, 0.5))]
         best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
         return self.refined(best, chosen, closely=True)
 
@@ -341,6 +358,14 @@ class Screening:
         left, balance = self.residual(chosen), self.stack.balance
         return {int(b): float(np.mean(left[balance == b]**2)) for b in np.unique(balance)}
 
+    def _taken(self, rest: list[int], chosen: list[int]) -> tuple[str, ...]:
+        """Balances in which a cause takes away a good part of what it takes away in all."""
+        drop = self.residual(rest)**2 - self.residual(chosen)**2
+        taken = {int(b): float(drop[self.stack.balance == b].sum())
+                 for b in np.unique(self.stack.balance)}
+        return tuple(BALANCES[b] for b, part in taken.items()
+                     if part > 0.0 and part >= MAINLY * max(taken.values()))
+
     def explain(self, chosen: list[int]) -> list[Choice]:
         """Say of each choice what it gains and what could take its place."""
         answers = []
@@ -362,26 +387,29 @@ class Screening:
                     alike[other.key] = (share, other)
             ranked = sorted(alike.values(), key=lambda pair: -pair[0])
             answers.append(Choice(self.library.candidates[one], gain, significance,
+                                  self._taken(rest, chosen),
                                   tuple(other for _, other in ranked)))
         return answers
 
 
 @dataclass
 class _Line:
-    """One shape of a candidate, moved on a logarithmic line; remembers what it tried last."""
+    """One shape of a candidate, moved on a line; remembers what it tried last."""
 
     screening: Screening
     chosen: list[int]
     start: Candidate
     shape: int
     size: np.ndarray
+    logarithmic: bool
     version: Candidate | None = None
     table: np.ndarray | None = None
 
-    def loss(self, logarithm: float) -> float:
-        """Return the cross-validated sum of squares with the shape at exp(logarithm)."""
+    def loss(self, at: float) -> float:
+        """Return the cross-validated sum of squares with the shape there."""
         shapes = list(self.start.shapes)
-        shapes[self.shape] = (shapes[self.shape][0], float(np.exp(logarithm)))
+        value = float(np.exp(at) if self.logarithmic else at)
+        shapes[self.shape] = (shapes[self.shape][0], value)
         self.version = replace(self.start, shapes=tuple(shapes))
         self.table = self.screening.stack.columns(self.version, self.size)
         return self.screening._loss_with(self.chosen, self.version, self.table)

@@ -124,9 +124,10 @@ class Stack:
             columns.append(column)
             low.append(bound[0])
             high.append(bound[1])
-        for number in range(len(self.balances)):
-            column = ((self.recording == number)
-                      & (self.balance == BALANCES.index('transmission'))).astype(float)
+        for number, one in enumerate(self.balances):
+            if 'transmission' not in one.names:
+                continue
+            column = self._flat({number: {'transmission': one.slope_of_zero()}})
             if column.any():
                 labels.append(f'zero:{number}')
                 columns.append(column)

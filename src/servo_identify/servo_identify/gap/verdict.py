@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .acceptance import leftover
 from .answer import Cause, GapReport, Located
 from .balance import BALANCES, UNITS
 from .candidates import Candidate
@@ -14,9 +15,11 @@ from .spring import NAME as SPRING_NAME
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
-OPEN = 0.15  # predictable share of a gap above which it is not explained
+OPEN = 0.1  # predictable share of a gap above which it is not explained
 WRONG = 0.35  # and above which what was found is not the cause
+WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
 TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
+HOLDS = 0.5  # of the square of the balances there; if less is left, it stands all the same
 ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
     'stiffness_error': 'parameter:stiffness',
@@ -36,9 +39,8 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     gaps = {b for b, square in squares.items() if square > NOTICED}
     where = _where(evidence, gaps)
     which = _which(evidence)
-    status, open_share, worst = _status(evidence, squares, gaps, where)
+    status, named, open_share, worst = _status(evidence, squares, gaps)
     balance = max(gaps, key=lambda name: squares[name]) if gaps else ''
-    named = [c.effect for c in which] if status in ('explained', 'partly_explained') else []
     gap = _gap(evidence)
     verdict = {'status': status, 'effects': named, 'balance': balance,
                'sentence': _sentence(status, _spoken(evidence, named), balance, gap, open_share,
@@ -50,9 +52,10 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     if status == 'no_gap' and gaps:
         warnings = [*warnings, 'more than the noise of the sensors, but following no law: '
                     + ', '.join(sorted(gaps))]
-    if status == 'unknown' and which:
+    unnamed = [c.effect for c in which if c.effect not in named]
+    if unnamed:
         warnings = [*warnings, 'causes that were accepted explain a part only and are not named: '
-                    + ', '.join(c.effect for c in which)]
+                    + ', '.join(unnamed)]
     parts = evidence.split
     return GapReport(
         servo=evidence.servo.name,
@@ -71,7 +74,6 @@ def _squares(stack, residual) -> dict[str, float]:
 
 def _where(evidence, gaps: set[str]) -> list[Located]:
     stack = evidence.stacks['report']
-    from .acceptance import leftover
     residual = leftover(stack, evidence.base.explanation)
     excess = {b: max(0.0, s - 1.0) for b, s in _squares(stack, residual).items()}
     total = sum(excess.values()) or 1.0
@@ -153,28 +155,52 @@ def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
     return found
 
 
-def _status(evidence, squares, gaps, where) -> tuple[str, float, Remainder | None]:
-    """Return (status, share of the gap that is predictable and unexplained, what it is)."""
+def _status(evidence, squares, gaps) -> tuple[str, list[str], float, Remainder | None]:
+    """
+    Return (status, causes that are named, share that follows an unknown law, what it is).
+
+    A cause is named when its own balances are explained with it; another balance may be open.
+    """
     lawful = {r.balance for r in evidence.remainders
               if r.predictable > LAWFUL and r.predictable > OPEN * (squares[r.balance] - 1.0)}
     if not evidence.choices and not gaps & lawful:
-        return 'no_gap', 0.0, None
-    share, worst = 0.0, None
+        return 'no_gap', [], 0.0, None
     total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
+    still, worst = {}, None
     for left in evidence.remainders:
         excess = max(0.0, squares[left.balance] - 1.0)
         if left.balance not in gaps or excess < 0.05 * total or left.square < NOTICED:
             continue
-        still = left.predictable / excess
-        if still > share or worst is None:
-            share, worst = still, left
+        still[left.balance] = left.predictable / excess
+        if still[left.balance] >= max(still.values()):
+            worst = left
+    share = max(still.values(), default=0.0)
+    named = [choice.candidate.name for choice in evidence.choices
+             if max((still.get(b, 0.0) for b in choice.balances), default=0.0)
+             <= (WRONG_VALUE if choice.candidate.switch is None else WRONG)]
     if not evidence.choices:
-        strongest = max((r for r in evidence.remainders if r.balance in gaps),
-                        key=lambda r: r.predictable, default=None)
-        return 'unknown', share, strongest
-    if share > WRONG or _shrunk(evidence) < -TOLD:
-        return 'unknown', share, worst
-    return ('partly_explained' if share > OPEN else 'explained'), share, worst
+        worst = max((r for r in evidence.remainders if r.balance in gaps),
+                    key=lambda r: r.predictable, default=None)
+    if not named or _refuted(evidence, gaps):
+        return 'unknown', [], share, worst
+    whole = share <= OPEN and len(named) == len(evidence.choices)
+    return ('explained' if whole else 'partly_explained'), named, share, worst
+
+
+def _refuted(evidence, gaps: set[str]) -> bool:
+    """
+    Tell whether the report recordings speak against what was accepted.
+
+    In the transmission they speak by its balance, which resolves what no channel does.
+    """
+    if _shrunk(evidence) >= -TOLD:
+        return False
+    if gaps != {'transmission'}:
+        return True
+    stack = evidence.stacks['report']
+    rows = np.isin(stack.balance, [BALANCES.index(b) for b in gaps])
+    before = np.mean(leftover(stack, evidence.base.explanation)[rows]**2)
+    return float(np.mean(evidence.reported['left'][rows]**2)) > HOLDS * float(before)
 
 
 def _shrunk(evidence) -> float:
@@ -186,7 +212,7 @@ def _gap(evidence) -> dict:
     low, high = bootstrap(before, after)
     given = evidence.reported['given']
     floor = float(np.sqrt(np.mean([(before.floor[c] / before.signal[c])**2
-                                   for c in before.squares if c != 'wind_up'])))
+                                   for c in before.squares])))
     return {'before': before.total(before, excess=False), 'floor': floor,
             'after': after.total(before, excess=False), 'shrink': shrink(before, after),
             'interval': (low, high), 'as_given': given.total(before, excess=False),
