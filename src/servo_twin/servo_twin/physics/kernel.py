@@ -125,7 +125,8 @@ def _imported(name: str, text: str) -> ModuleType:
 def _source(servo: Servo) -> tuple[str, int]:
     """Return the text of the kernel's module and the size of its state."""
     slots = servo.slots()
-    parts = [_HEADER, f'VALUES = {len(servo.theta)}  # numbers in theta\n']
+    folds_text, size = _folds(servo, slots)
+    parts = [_HEADER, f'THETA_SIZE, STATE_SIZE = {len(servo.theta)}, {size}\n']
     for kind, part in (('drive', servo.drive), ('mechanism', servo.mechanism),
                        ('controller', servo.controller), ('observer', Correction)):
         parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")
@@ -138,7 +139,6 @@ def _source(servo: Servo) -> tuple[str, int]:
     parts.append('mechanism_pull = compiled(_mechanism.pull)')
     parts.append(f"control_law = compiled(servo.CONTROLLERS["
                  f"{_key_of('CONTROLLERS', servo.controller)!r}].law)\n")
-    folds_text, size = _folds(servo, slots)
     parts.append(folds_text)
     for name, thing in _borrowed(servo).items():
         take = f'_mechanism.step.__globals__[{name!r}]'

@@ -31,8 +31,8 @@ def run(theta, on, x, u, y, substeps, h, mode):
     Row k of `y` is what stands at the instant of sample k, before its command acts; the state is
     left at the instant of the sample after the last. Each sample lasts `substeps` steps of `h`.
     """
-    on, x, u, y = borrowed(on), borrowed(x), borrowed(u), borrowed(y)
-    theta = own(theta, VALUES)
+    on, given, u, y = borrowed(on), borrowed(x), borrowed(u), borrowed(y)
+    theta, x = own(theta, THETA_SIZE), own(x, STATE_SIZE)
     drive = drive_of(theta)
     mechanism = mechanism_of(theta)
     controller = controller_of(theta)
@@ -88,3 +88,5 @@ def run(theta, on, x, u, y, substeps, h, mode):
                 x[CURRENT] = current_path(theta, on, x, signal, h)
             torque = drive.torque_constant * x[CURRENT]
             advance(mechanism, theta, on, x, torque, external, temperature, h)
+    for i in range(STATE_SIZE):
+        given[i] = x[i]
