@@ -104,6 +104,14 @@ def test_the_table_has_equal_angles_and_both_directions(ladder):
     assert (table.speed > 0.0).all()
 
 
+def test_a_turn_there_and_back_is_split_in_each_direction(ladder):
+    data = dataset_of(friction_of(BENCH, ladder))
+    for part in (data.train, data.validation, data.test):
+        forward = (data.features[part, 0] > 0.0).mean()
+        assert 0.4 < forward < 0.6
+    assert not set(data.train) & set(data.validation) | set(data.validation) & set(data.test)
+
+
 def test_the_network_learns_a_surface():
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0.0, 6.28, 600), rng.uniform(0.1, 1.0, 600)

@@ -10,6 +10,7 @@ from .balance import FrictionSamples
 
 SEQUENCE = 20  # samples a window, paper 003 table 1
 FEATURES = ('speed', 'acceleration', 'current')
+FEW = 3  # reversals of a run up to which each direction is split by itself
 FAST = 0.8  # samples above this share of the top speed are kept to test extrapolation
 
 
@@ -44,8 +45,11 @@ def dataset_of(samples: FrictionSamples, period: float = 0.01, most: int = 30_00
     """
     Thin samples to ``period`` s and split each run: 60 % train, 20 % validation, 20 % test.
 
-    Chronological, so that no window of one part holds a sample of another's target. ``most``
-    limits the number of training windows. Raises ValueError when too little is left.
+    Chronological, so that no window of one part holds a sample of another's target. A run of few
+    reversals, such as a turn there and back, is split in each direction by itself, or the test
+    would see one direction only and the training hardly that one. ``most`` limits the number of
+    training windows.
+    Raises ValueError when too little is left.
     """
     every = max(1, round(period / samples.period))
     thin = samples[::every]
@@ -53,17 +57,10 @@ def dataset_of(samples: FrictionSamples, period: float = 0.01, most: int = 30_00
     fast = np.abs(thin.speed) > FAST * np.abs(thin.speed).max()
     parts: list[list[np.ndarray]] = [[], [], [], []]
     for run in np.unique(thin.run):
-        rows = np.flatnonzero(thin.run == run)[SEQUENCE - 1:]
-        if not len(rows):
-            continue
-        if fast[rows].mean() > 0.3:
-            parts[3].append(rows[fast[rows]])
-            continue
-        cuts = np.split(rows, [int(0.6 * len(rows)), int(0.8 * len(rows))])
-        for i, cut in enumerate(cuts):
-            ready = cut if i == 0 else cut[SEQUENCE - 1:]
-            parts[3].append(ready[fast[ready]])
-            parts[i].append(ready[~fast[ready]])
+        everything = np.flatnonzero(thin.run == run)
+        stretches = [s[SEQUENCE - 1:] for s in _by_direction(everything, thin.speed[everything])]
+        for rows in filter(len, stretches):
+            _split(rows, fast, parts)
     train, validation, test, beyond = (
         np.concatenate(p) if p else np.array([], dtype=int) for p in parts)
     if min(len(train), len(validation), len(test)) < 50:
@@ -72,3 +69,22 @@ def dataset_of(samples: FrictionSamples, period: float = 0.01, most: int = 30_00
     train = train[::max(1, len(train) // most)]
     return Dataset(features, thin.torque, thin.angle, thin.run, every * samples.period, train,
                    validation, test, beyond)
+
+
+def _split(rows: np.ndarray, fast: np.ndarray, parts: list[list[np.ndarray]]) -> None:
+    """Add the samples of one stretch to train, validation, test and beyond."""
+    if fast[rows].mean() > 0.3:
+        parts[3].append(rows[fast[rows]])
+        return
+    cuts = np.split(rows, [int(0.6 * len(rows)), int(0.8 * len(rows))])
+    for i, cut in enumerate(cuts):
+        ready = cut if i == 0 else cut[SEQUENCE - 1:]
+        parts[3].append(ready[fast[ready]])
+        parts[i].append(ready[~fast[ready]])
+
+
+def _by_direction(rows: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
+    """Cut a run where it turns round, if it does so up to FEW times; else leave it whole."""
+    going = np.flatnonzero(np.abs(speed) > 0.1 * np.abs(speed).max())
+    turns = going[1:][np.diff(np.sign(speed[going])) != 0.0]
+    return np.split(rows, turns) if len(turns) <= FEW else [rows]
