@@ -44,6 +44,16 @@ def test_it_states_errors_that_are_not_wildly_cautious(estimates):
     assert np.median([e.std[p] / TRUTH[p] for e in estimates for p in TRUTH]) < 1e-3
 
 
+def test_it_knows_a_scale_that_all_torques_share_no_better_than_the_torque_sensor_does():
+    free = ['drive.gain', 'drive.torque_constant', 'mechanism.rotor_inertia', *TRUTH]
+    recording = sampled(RIG, swings())
+    estimate = fit(BENCH, [recording], free)
+    torque = recording['torque']
+    least = BENCH.noise('torque') / np.sqrt(np.sum(torque**2))
+    for path in ('effects.coulomb.level', 'effects.viscous.slope', 'mechanism.load_inertia'):
+        assert estimate.std[path] > 0.5 * least * estimate.values[path]
+
+
 def test_it_leaves_no_more_than_the_noise_where_no_start_is_caught_in_a_kink(estimates):
     for channel in ('motor_position', 'load_position', 'current'):
         left = [e.rms[channel] / e.noise[channel] for e in estimates]

@@ -22,7 +22,7 @@ from servo_twin.recording import Recording
 from .estimate import bag_name, Estimate, servo_with
 from .freedom import Freedom, freedom_of
 from .information import cautious, foreseen, spread, UNSURE
-from .problem import COARSE, FINE, Problem
+from .problem import COARSE, FINE, FINEST, Problem
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
 from .solve import SHARES, solved
@@ -192,6 +192,8 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
             if problem.step == COARSE:
                 covariance = spread(normal, problem.owner, held, settled=False)
         covariance = cautious(spread(normal, problem.owner, held), covariance)
+    problem.step = FINEST
+    covariance = cautious(spread(problem.linearised(unknowns), problem.owner, held), covariance)
 
     count = len(freedom)
     std = np.sqrt(np.diag(covariance)[:count])

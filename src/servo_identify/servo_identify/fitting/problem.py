@@ -17,12 +17,14 @@ from .segments import CHANNELS
 from .shooting import moved, Shooting, Unknowns
 from .starts import start_deviations
 
-COARSE, FINE = 3e-2, 3e-4
+COARSE, FINE, FINEST = 3e-2, 3e-4, 3e-5
 """
 Steps of the differences, as shares of a parameter's scale.
 
 A shaft that sticks and teeth that strike make the cost rough: derivatives over a small step tell
-of the roughness, those over a large one of the slope beneath it.
+of the roughness, those over a large one of the slope beneath it. The finest is for standard errors
+alone: over a longer one the trajectories bend, and a scale that all torques share, which only the
+torque sensor knows, then seems to be known from the angles.
 """
 
 MODEST = 1e-3
