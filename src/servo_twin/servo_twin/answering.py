@@ -26,11 +26,10 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
     Samples that were lost are stepped over as the live twin steps over them, and answered with
     NaN. Raises ServoError when the recording holds nothing that the twin could run on.
     """
-    samples = samples_of(recording.columns)
     line = Lockstep(servo, recording.period, settings)
     present = _present(recording, settings.mode)
-    y = np.empty((len(PREDICTED), len(samples)))
-    gap = np.empty((len(COMPARED) + len(BALANCES), len(samples)))
+    y = np.empty((len(PREDICTED), len(recording)))
+    gap = np.empty((len(COMPARED) + len(BALANCES), len(recording)))
     y[:, ~present] = gap[:, ~present] = np.nan
 
     def fill(parts: list[Answer]) -> None:
@@ -38,7 +37,8 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
             gap[:, part.sequence:part.sequence + len(part.values)] = part.values.T
 
     for begin, end in _stretches(present):
-        prediction, due = line.step(begin, 0, samples[begin:end])
+        block = {name: column[begin:end] for name, column in recording.columns.items()}
+        prediction, due = line.step(begin, 0, samples_of(block))
         y[:, begin:end] = prediction.values.T
         fill(due)
     fill(line.finish())
