@@ -198,7 +198,7 @@ def _draw(seen: Sequence[Seen], path: Path) -> None:
               color=[colours[one.balance] for one in known])
     for row, one in enumerate(known):
         axis.text(one.seconds, row, f' {one.balance}', va='center', fontsize=8)
-    axis.set_xlabel('from the switch to the alarm, s; beside it the balance that was named first')
+    axis.set_xlabel('s from the switch to the alarm; the balance named first')
     axis.margins(x=0.2)
     figure.tight_layout()
     figure.savefig(path, dpi=110)
