@@ -12,6 +12,7 @@ from .completeness import Remainder
 from .explanation import is_spring, spring_of
 from .resimulation import bootstrap, Gap, shrink
 from .spring import NAME as SPRING_NAME
+from .stack import signal_of
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
@@ -44,7 +45,7 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     gap = _gap(evidence)
     verdict = {'status': status, 'effects': named, 'balance': balance,
                'sentence': _sentence(status, _spoken(evidence, named), balance, gap, open_share,
-                                     worst)}
+                                     worst, _left(evidence, balance))}
     explanation = evidence.best.explanation
     if explanation.at_bound:
         warnings = [*warnings, 'at the edge of its bounds, so not identified: '
@@ -118,10 +119,18 @@ def _which(evidence) -> list[Cause]:
         alike = [other.name for other in choice.ambiguous]
         if candidate.name in ALIASES and not is_spring(candidate):
             alike.append(ALIASES[candidate.name])
+        if candidate.name == 'payload_resonance' and _may_hide_a_spring(evidence):
+            alike.append(SPRING_NAME)
         causes.append(Cause(candidate.name, candidate.site or _site(candidate),
                             _parameters(evidence, candidate), share['accept'], share['report'],
                             (low + shift, high + shift), tuple(dict.fromkeys(alike))))
     return causes
+
+
+def _may_hide_a_spring(evidence) -> bool:
+    """Tell whether a spring of a rigid twin would show as a payload only: one encoder."""
+    seen = {name for one in evidence.stacks['screen'].balances for name in one.names}
+    return not evidence.servo.mechanism.compliant and 'transmission' not in seen
 
 
 def _site(candidate: Candidate) -> str:
@@ -266,12 +275,24 @@ def _unknown(left: Remainder | None) -> dict:
             'balance': left.balance, 'unit': UNITS[left.balance]}
 
 
+def _left(evidence, balance: str) -> float:
+    """Root mean square of what is left in a balance, as a share of its largest term."""
+    stack = evidence.stacks['screen']
+    rows = stack.balance == (BALANCES.index(balance) if balance else -1)
+    if not rows.any():
+        return 0.0
+    signal = [signal_of(one, balance, stack.extended.theta) for one in stack.balances
+              if balance in one.names]
+    size = np.sqrt(np.mean((evidence.left[rows] * stack.scale[rows])**2))
+    return float(size / (np.sqrt(np.mean(np.square(signal))) or 1.0))
+
+
 def _spoken(evidence, named: list[str]) -> list[str]:
     bends = any(is_spring(choice.candidate) for choice in evidence.choices)
     return [RIGID if bends and name == SPRING_NAME else name for name in named]
 
 
-def _sentence(status, named, balance, gap, open_share, worst) -> str:
+def _sentence(status, named, balance, gap, open_share, worst, left) -> str:
     where = PEOPLE.get(balance, balance)
     if status == 'no_gap':
         return ('No gap: within its tolerances the twin does what the rig does, down to the noise '
@@ -281,8 +302,8 @@ def _sentence(status, named, balance, gap, open_share, worst) -> str:
         if worst is not None and worst.depends_on:
             shape = f' It depends on {" and ".join(worst.depends_on[:2])}'
             shape += f' and is {worst.parity} in the direction of motion.'
-        return (f'The twin departs from the rig at {where}, and no effect known here explains '
-                f'it.{shape}')
+        return (f'The twin departs from the rig at {where}, by {100 * left:.2g} % of what acts '
+                f'there, and no effect known here explains it.{shape}')
     causes = ', '.join(n.replace('_', ' ') for n in named)
     text = (f'The twin departs from the rig at {where}: it lacks {causes}; with '
             f'{"it" if len(named) == 1 else "them"} the gap shrinks by '
