@@ -150,7 +150,9 @@ def test_refining_makes_free_runs_fit():
     rig = BENCH.with_values({'effects.viscous.slope': 45.0, 'effects.coulomb.level': 18.0})
     runs = [sampled(rig, SWAY)]
     free = ('effects.viscous.slope', 'effects.coulomb.level')
-    servo, mean = refined(BENCH, runs, free)
+    narrow = replace(BENCH, tolerance={free[0]: (20.0, 40.0)})
+    servo, mean = refined(narrow, runs, free)
+    assert not servo.tolerance and servo_file.loads(servo_file.dumps(servo)) == servo
     assert mean > 0.995 and mean == pytest.approx(free_runs(servo, runs)[0].speed_fit)
     assert [servo.values[p] for p in free] == pytest.approx([45.0, 18.0], rel=0.03)
 

@@ -104,3 +104,18 @@ def test_a_twin_that_learned_the_teeth_is_judged_better_though_it_runs_elsewhere
     judgement = judge(crude, with_error(crude, learned_error(BENCH, speeds)), speeds[1])
     before, after = judgement.balances['transmission']
     assert after < 0.5 * before and judgement.new < judgement.old
+
+
+def test_what_differs_by_direction_is_told_once_gap_or_harmonics(speeds):
+    loads = [turns(1.0, external, seed=7, servo=RIG) for external in (-40.0, 0.0, 40.0)]
+    gap, error = learned_backlash(BENCH, loads), learned_error(BENCH, speeds)
+    low = RIG.with_values({'effects.teeth.order': 2.0})
+    for servo in (with_backlash(low, gap), with_error(with_backlash(BENCH, gap), error)):
+        for placed in servo.effects:
+            if placed.effect.name == 'transmission_error':
+                path = f'effects.{placed.name}'
+                low_orders = int(8 / servo.values[f'{path}.order'])
+                assert not any(servo.values[f'{path}.cosine_change'][:low_orders])
+    folded = with_backlash(low, gap).values['effects.teeth.cosine']
+    assert folded == pytest.approx((6.5e-5, 2e-5))
+    assert with_error(BENCH, error).values['effects.teeth_error.cosine_change'][0] != 0.0

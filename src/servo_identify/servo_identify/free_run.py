@@ -21,6 +21,7 @@ from servo_twin.physics.kernel import kernel_of
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording import Recording
+from servo_twin.twin import changed
 
 from .fitting.freedom import freedom_of
 from .fitting.segments import smoothed
@@ -101,16 +102,17 @@ def refined(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
 
     Bounded least squares on the errors of speed, each run in units of its own speed, which is
     what eq. 13 judges. ``free`` and ``bounds`` as of :func:`fitting.fit`, within the declared
-    bounds. ``told`` is given the mean R at each evaluation.
+    bounds; a value that leaves its tolerance has none any more. ``told`` is given the mean R at
+    each evaluation.
     """
     freedom = freedom_of(servo, free, bounds, tolerance=False)
     begun = servo.theta
     start = np.clip(begun[freedom.index], freedom.low, freedom.high)
 
     def theta(x: np.ndarray) -> np.ndarray:
-        changed = begun.copy()
-        changed[freedom.index] = np.clip(x * freedom.scale, freedom.low, freedom.high)
-        return changed
+        moved = begun.copy()
+        moved[freedom.index] = np.clip(x * freedom.scale, freedom.low, freedom.high)
+        return moved
 
     def residual(x: np.ndarray) -> np.ndarray:
         runs = free_runs(servo, recordings, theta(x))
@@ -135,5 +137,5 @@ def refined(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
             values[path] = tuple(rows[path])
         else:
             values[path] = float(best[index])
-    tuned = servo.with_values(values, 'free runs over the training recordings, eq. 13')
+    tuned = changed(servo, values, 'free runs over the training recordings, eq. 13')
     return tuned, float(np.mean([r.speed_fit for r in free_runs(tuned, recordings)]))

@@ -65,7 +65,7 @@ friction that grows with load, presliding. Training runs are 1.45, 1.65 and 1.9 
 
 {_table(['run', *(f'R speed, {m}' for m in models), *(f'R angle, {m}' for m in models)], rows)}
 Means over sine and square (speed): traditional {shapes['sine'][0]:.3f} and
-{shapes['square'][0]:.3f}, hybrid {shapes['sine'][1]:.3f} and {shapes['square'][1]:.3f}. The
+{shapes['square'][0]:.3f}, hybrid {shapes['sine'][1]:.3f} and {shapes['square'][1]:.3f}; the
 paper's rig gave 0.853 and 0.887 against 0.921 and 0.956.
 
 ![R of each run](pictures/results_fits.png)
@@ -86,8 +86,9 @@ def _ladder(found: Mapping) -> str:
   Fitted to the measured current alone: {1e6 * droop:.2f} uA s2/rad, {1e3 * electrical:.3f} ms,
   {1e3 * closed:.3f} ms; it leaves {1e3 * loop['rms']:.2f} mA of the current (sensor: 5 mA), where
   the gain alone leaves {1e3 * loop['rms_without']:.1f} mA.
-- **Friction that grows with load**: {_share(share)} from turns under five loads that resist either
-  way. A friction network of angle and speed cannot know it: its steady turns carry no load.
+- **Friction that grows with load**: {_share(share)}
+  from turns under five loads that resist either way. A friction network of angle and speed
+  cannot know it: its steady turns carry no load.
 - **Presliding**: bristles carry {bristle['level']:.3g} N m of the learned level and slip after
   {1e6 * bristle['breakaway']:.3g} urad; found on the open-loop training runs, whose mean R it
   takes from {bristle['before']:.4f} to {bristle['after']:.4f}.
@@ -113,7 +114,8 @@ def _closed(found: Mapping, models: list[str]) -> str:
 
 Root mean square error of the twin under the rig's own controller and references (R of eq. 13 in
 brackets). The traditional model's friction was fitted to fast open-loop motion; what it lacks over
-the turn and at low speed shows here.
+the turn and at low speed shows here. About a reversal the angles of rig and twin are set equal in
+forward motion, since where in its gap a mesh begins a run is not known.
 
 {_table(['signal', 'unit', *models], rows)}
 ![Speed in the velocity loop](pictures/results_velocity_loop.png)

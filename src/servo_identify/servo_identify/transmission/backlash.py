@@ -21,13 +21,12 @@ from servo_twin.recording import Recording
 from ..fitting.estimate import bag_name
 from ..friction.network import Network, trained
 from ..friction.scores import Scores, scores_of
-from .error import ARCMIN
+from .error import ARCMIN, gap_takes_low_orders, LOW
 from .passes import angles, passes_of
 from .spectrum import amplitudes, dominant, rebuilt
 
 ALIKE = 0.1  # two torques are the same load within this share
 ITERATIONS = 300  # of the network, at most
-LOW = 8  # highest order that can be backlash and not tooth meshing
 
 
 @dataclass(frozen=True)
@@ -110,6 +109,7 @@ def with_backlash(servo: Servo, learned: LearnedBacklash, name: str = 'backlash'
              for k, v in values.items()}
     said = {p: Provenance('bidirectional transmission error, paper 000 section 3.2', None,
                           learned.bags) for p in paths}
-    return replace(servo, effects=(*stays, Placed(name, find('network_backlash'), 'mesh')),
-                   values={**kept(servo.values), **paths},
-                   provenance={**kept(servo.provenance), **said}, tolerance=kept(servo.tolerance))
+    return gap_takes_low_orders(replace(
+        servo, effects=(*stays, Placed(name, find('network_backlash'), 'mesh')),
+        values={**kept(servo.values), **paths}, provenance={**kept(servo.provenance), **said},
+        tolerance=kept(servo.tolerance)))

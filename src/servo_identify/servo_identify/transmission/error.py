@@ -18,6 +18,7 @@ from .passes import Pass, passes_of
 from .spectrum import amplitudes, dominant, invariance, rebuilt
 
 ARCMIN = np.pi / 180.0 / 60.0
+LOW = 8  # highest order that can be backlash and not tooth meshing
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,8 @@ def with_error(servo: Servo, learned: LearnedError) -> Servo:
     Return the servo with its transmission errors replaced by the learned harmonics.
 
     Orders that are multiples of a common base above 1 go into one effect, the others into
-    another of base order 1; a row holds every multiple up to the last.
+    another of base order 1; a row holds every multiple up to the last. Where the servo has a
+    learned gap, see :func:`gap_takes_low_orders`.
     """
     high = [o for o in learned.orders if o > 8]
     base = reduce(gcd, high) if high else 0
@@ -125,5 +127,33 @@ def with_error(servo: Servo, learned: LearnedError) -> Servo:
         for part, row in zip(parts, rows, strict=True):
             values[f'effects.{label}.{part}'] = tuple(float(v) for v in row)
             provenance[f'effects.{label}.{part}'] = source
-    return replace(servo, effects=(*stays, *placed), values=values, provenance=provenance,
-                   tolerance=kept(servo.tolerance))
+    return gap_takes_low_orders(replace(
+        servo, effects=(*stays, *placed), values=values, provenance=provenance,
+        tolerance=kept(servo.tolerance)))
+
+
+def gap_takes_low_orders(servo: Servo) -> Servo:
+    """
+    Return the servo whose transmission error is the same both ways in orders that a gap has.
+
+    Forward less reverse is measured once but could be told twice: by the gap, which varies over
+    the turn, and by harmonics that change with the direction. Where there is a learned gap its
+    low orders carry the difference, and the harmonics keep the mean (paper 000 section 3.2 on
+    spectral duplication).
+    """
+    if 'network_backlash' not in {p.effect.name for p in servo.effects}:
+        return servo
+    values = dict(servo.values)
+    for placed in servo.effects:
+        if placed.effect.name != 'transmission_error':
+            continue
+        path = f'effects.{placed.name}'
+        low = int(LOW / values[f'{path}.order'])
+        for part in ('cosine', 'sine'):
+            row = np.array(values[f'{path}.{part}'])
+            change = np.array(values[f'{path}.{part}_change'])
+            row[:low] += 0.5 * change[:low]
+            change[:low] = 0.0
+            values[f'{path}.{part}'] = tuple(row.tolist())
+            values[f'{path}.{part}_change'] = tuple(change.tolist())
+    return replace(servo, values=values)
