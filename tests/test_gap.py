@@ -11,7 +11,7 @@ from scipy.optimize import lsq_linear
 from synthetic import PERIOD, sampled
 
 from servo_identify.gap.balance import Balance
-from servo_identify.gap.checks import CannotDiagnose
+from servo_identify.gap.checks import CannotDiagnose, unsaturated
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.observation import observe
 from servo_identify.gap.regression import bounded
@@ -144,6 +144,17 @@ def test_what_cannot_be_judged_is_said():
     blind = {n: np.full(5000, np.nan) for n in ('motor_position', 'load_position')}
     with pytest.raises(CannotDiagnose, match='neither motor_position nor load_position'):
         diagnose([Recording('blind', 1e-3, {**blind, 'voltage': np.ones(5000)})], SERVO)
+
+
+def test_a_recording_at_its_limit_throughout_is_left_out_or_refused_alone():
+    good, limit = recorded(SERVO, 1), SERVO.values['controller.limit']
+    pinned = replace(good, name='pinned', columns={
+        **good.columns, 'voltage': np.full(len(good), limit)})
+    kept, said = unsaturated([good, pinned], SERVO)
+    assert kept == [good]
+    assert 'pinned' in said[0] and f'{limit:g} V' in said[0]
+    with pytest.raises(CannotDiagnose, match='pinned: the command is at its limit'):
+        unsaturated([pinned], SERVO)
 
 
 def test_recordings_are_split_by_recording():

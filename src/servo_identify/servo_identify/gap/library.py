@@ -10,6 +10,7 @@ from os import cpu_count
 import numpy as np
 
 from .candidates import Candidate
+from .signature_cache import SignatureCache
 from .stack import Stack
 
 
@@ -27,8 +28,18 @@ def build_library(stack: Stack, candidates: list[Candidate],
     """Compute what each candidate would move; candidates that move nothing are left out."""
     kept, tables, amplitudes = [], [], []
     size = np.sqrt(np.mean(stack.base**2)) if len(stack.base) else 0.0
+    size = max(float(size), 0.3)
+    cache = SignatureCache(stack) if candidates else None
+
+    def signature(candidate):
+        known = cache.get(candidate, size)
+        if known is None:
+            known = _scaled(stack, candidate, size)
+            cache.put(candidate, size, *known)
+        return known
+
     with ThreadPoolExecutor(cpu_count()) as pool:
-        scaled = pool.map(lambda c: _scaled(stack, c, max(size, 0.3)), candidates)
+        scaled = pool.map(signature, candidates)
         pairs = zip(candidates, scaled, strict=True)
         for number, (candidate, (table, amplitude)) in enumerate(pairs):
             moving = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitude) > 1e-6
