@@ -31,5 +31,6 @@ def learners(work: Path, pictured: Path, seconds: float,
     rows, models = compared(data, known, seconds=seconds, told=heard)
     friction_speed(data, models, pictured / 'results_friction_speed.png')
     return {'table': markdown(rows), 'rows': plain(rows), 'best': best_of(rows).name,
+            'limit': seconds,
             'samples': {part: len(getattr(data, part)) for part in (
                 'train', 'validation', 'test', 'beyond')}}

@@ -176,7 +176,8 @@ def _learners(found: Mapping) -> str:
 Features of paper 003 (speed, acceleration, current; windows of 20 samples) on the friction
 experiment and the open-loop training runs: {count['train']} windows to train,
 {count['validation']} to stop by, {count['test']} to test (the last fifth of each run),
-{count['beyond']} faster than any trained on. Evaluation is one call of the exported, compiled
+{count['beyond']} faster than any trained on. Training ends when the validation error has
+stopped falling, or after {found['limit']:.0f} s. Evaluation is one call of the exported, compiled
 model. Least test error: {found['best']}.
 
 {found['table']}
