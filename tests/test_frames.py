@@ -61,7 +61,7 @@ def test_sync_counts_from_1_to_240_and_starts_over():
 @given(data=st.data())
 def test_every_frame_returns_what_it_was_given(frame, data):
     raw = [data.draw(st.integers(field.low, field.high)) for field in frame.fields]
-    values = [n * (field.factor or 1) for n, field in zip(raw, frame.fields)]
+    values = [n * (field.factor or 1) for n, field in zip(raw, frame.fields, strict=True)]
     assert frame.unpack(frame.pack(values)) == values
 
 

@@ -20,7 +20,7 @@ def shared_files(folder):
 setup(
     name=NAME,
     version='0.1.0',
-    description='Identification of servo models from recordings and diagnosis of the sim-to-real gap.',
+    description='Identification of servo models, and diagnosis of the sim-to-real gap.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.invalid',

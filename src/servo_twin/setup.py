@@ -20,7 +20,7 @@ def shared_files(folder):
 setup(
     name=NAME,
     version='0.1.0',
-    description='The servo twin: physics of effects, a lockstep model, the twin node and the bags.',
+    description='The servo twin: physics of effects, lockstep model, twin node and bags.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.invalid',

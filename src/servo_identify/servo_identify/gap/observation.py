@@ -42,8 +42,9 @@ class Observation:
     A recording with its bumps, its noise and its masks.
 
     ``bump`` weighs the balances of the shafts, ``mesh`` that of the transmission, ``fine`` the
-    electrical ones, which need no derivative. ``noise`` is the standard deviation of one reading by channel, ``counts`` the
-    count of an encoder (0: not in counts), ``block`` the seconds of a block.
+    electrical ones, which need no derivative. ``noise`` is the standard deviation of one reading
+    by channel, ``counts`` the count of an encoder (0: not in counts), ``block`` the seconds of a
+    block.
     """
 
     recording: Recording
