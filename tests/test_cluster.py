@@ -3,14 +3,15 @@
 import json
 import os
 from pathlib import Path
-import signal
 import socket
 
+from cluster_tasks import listening, told
 import numpy as np
-import psutil
 import pytest
 from synthetic import sampled
 
+from servo_identify.blind import running
+from servo_identify.blind.cases import of_plan
 from servo_identify.cli import main
 from servo_identify.cluster import scattered
 from servo_identify.fitting.jobs import read_jobs
@@ -20,18 +21,6 @@ from servo_twin.bag import write_recording
 SERVO = Path(__file__).parent.parent / 'config/servos/rv_bench.yaml'
 BENCH = servo_file.load(SERVO)
 FREE = ['mechanism.load_inertia', 'effects.coulomb.level']
-
-
-def told(number: int, folder: Path) -> int:
-    """Do as a task of these tests is told by its number."""
-    mark = folder / f'{number}.tried'
-    once = mark.exists()
-    mark.touch()
-    if number == 3 or (number == 4 and not once):
-        os.kill(os.getpid(), signal.SIGKILL)
-    if number == 5:
-        raise ValueError('five is refused')
-    return number**2
 
 
 @pytest.fixture(scope='module')
@@ -57,12 +46,6 @@ def test_it_runs_a_task_again_that_lost_its_worker(answers):
 
 def test_it_reports_a_task_that_fails_by_its_own_words(answers):
     assert answers['task 5'].problem == 'five is refused'
-
-
-def listening(*_) -> list[str]:
-    """Return the addresses on which a process and all above it within this test listen."""
-    return [c.laddr.ip for c in psutil.Process().net_connections('inet')
-            if c.status == psutil.CONN_LISTEN]
 
 
 def test_it_listens_on_localhost_only():
@@ -96,6 +79,18 @@ def test_it_uses_the_cluster_at_an_address(tmp_path):
     assert found == {'task 1': 1, 'task 2': 4}
 
 
+def test_the_blind_check_goes_on_without_a_case_that_is_lost(tmp_path, monkeypatch):
+    def fails_once(one, folder, wanted):
+        if one is cases[0]:
+            raise RuntimeError('out of memory')
+
+    cases, ended = of_plan('reduced')[:3], []
+    monkeypatch.setattr(running, 'run_case', fails_once)
+    lost = running.run_all(cases, tmp_path, workers=1, done=lambda one, _: ended.append(one))
+    assert lost == {cases[0].name: 'RuntimeError: out of memory'}
+    assert ended == cases
+
+
 @pytest.fixture(scope='module')
 def bags(tmp_path_factory):
     """A folder with bags of two rigs that differ in their friction."""
@@ -124,7 +119,8 @@ def test_a_fit_that_fails_costs_itself_only(bags, tmp_path, capsys):
         f'fits:\n'
         f'  good: {{servo: {SERVO}, bags: "{bags}/fir*"}}\n'
         f'  bad: {{servo: {SERVO}, bags: ["{bags}/second"], free: [mechanism.mass]}}\n')
-    status = main(['fit', '--jobs', str(tmp_path / 'rigs.yaml'), '-o', str(tmp_path / 'found')])
+    status = main(['fit', '--jobs', str(tmp_path / 'rigs.yaml'), '-o', str(tmp_path / 'found'),
+                   '--workers', '1'])
     assert status == 1
     assert sorted(p.name for p in (tmp_path / 'found').iterdir()) == ['good.json', 'good.yaml']
     said = capsys.readouterr().out
