@@ -1,7 +1,6 @@
 """The parts of the hybrid twin, on machines made of the twin's own laws, whose truth is known."""
 
 from dataclasses import replace
-import json
 from pathlib import Path
 
 import numpy as np
@@ -173,16 +172,3 @@ def test_learning_says_what_was_found_and_how_far_it_is(swaying):
     servo = with_friction(BENCH, flat(20.0))
     _, said = learn('presliding', servo, [swaying], lambda share, loss: shares.append(share))
     assert 'bristles carry' in said[0] and max(shares) <= 1.0
-
-
-def test_the_results_page_is_made_of_the_figures_that_are_known(tmp_path, capsys):
-    work = tmp_path / 'work'
-    work.mkdir()
-    (work / 'two_mass.json').write_text(json.dumps(
-        {'fitted': [50.0, 70.0], 'measured': [50.5, 70.0], 'seconds': 1.0}))
-    assert main(['results', '--work', str(work), '-o', str(tmp_path / 'results.md'),
-                 '--parts', 'emps']) == 2
-    assert 'needs the folder DATA' in capsys.readouterr().err
-    from servo_identify.results.page import page
-    text = page({'two_mass': json.loads((work / 'two_mass.json').read_text())})
-    assert '| antiresonance | 50.00 | 50.50 | -0.99 |' in text and 'Open loop' not in text
