@@ -18,6 +18,7 @@ from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import substeps_of
 
+from .motion import both, Motion, motion_of
 from .observation import Channels, Observation
 from .weak_form import Bump
 
@@ -28,16 +29,6 @@ WIND_UP, WIND_UP_RATE = MOTION.index('wind_up'), MOTION.index('wind_up_rate')
 FINE = ('drive', 'controller')
 ZERO_STEP = 0.002  # share of the range of the wind-up by which its zero is tried
 SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """Smooth motion by which the laws are asked, at full rate over the inner samples."""
-
-    rows: np.ndarray  # (inner samples, len(MOTION))
-    weighed: dict[str, np.ndarray]  # derivatives under the bump, at the centres
-    moving: np.ndarray  # at the centres: no standstill under the bump
-    speed: np.ndarray  # of the motor shaft, rad/s, at every sample, by the fine bump
 
 
 @dataclass
@@ -366,7 +357,7 @@ class Balance:
             truth += recorded - readings
         return Channels(*np.where(measured, truth, np.nan).T.copy())
 
-    def _current(self, theta, on, motion: _Motion) -> np.ndarray:
+    def _current(self, theta, on, motion: Motion) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""
         samples = len(self.seen.recording)
         substeps, h = substeps_of(self.servo, self.seen.period)
@@ -382,7 +373,7 @@ class Balance:
         references = np.column_stack((seen.column('reference_position', 0.0),
                                       seen.column('reference_velocity', 0.0)))
         ratio = self.value(theta, 'mechanism.ratio')
-        motor, load = _both(channels, ratio)
+        motor, load = both(channels, ratio)
         command = np.empty(len(motor))
         x = fresh_state(self._kernel)
         theta = theta.copy()
@@ -391,89 +382,14 @@ class Balance:
         self._kernel.govern(theta, on, x, references, motor, load, command, seen.period)
         return command
 
-    def _motions(self, channels: Channels) -> tuple[_Motion, _Motion]:
+    def _motions(self, channels: Channels) -> tuple[Motion, Motion]:
         """Return the motion by which the shafts, and that by which the mesh is asked."""
-        smooth = self._motion(channels, self.seen.bump)
-        if self.seen.mesh == self.seen.bump:
+        seen = self.seen
+        smooth = motion_of(seen, channels, seen.bump, self.servo, self._zero)
+        if seen.mesh == seen.bump:
             return smooth, smooth
-        return smooth, self._motion(channels, self.seen.mesh)
-
-    def _motion(self, channels: Channels, bump: Bump) -> _Motion:
-        seen = self.seen
-        ratio = self.servo.values['mechanism.ratio']
-        motor, load = _both(channels, ratio)
-
-        def smooth(x, order=0):
-            return bump.smooth(_bridged(x), order)
-
-        angles = [smooth(motor), smooth(motor, 1), smooth(load), smooth(load, 1),
-                  bump.weigh(_bridged(load), 2, every=True)]
-        wind_up = motor / ratio - load
-        zero = np.nanmedian(wind_up)
-        stiffness = self.servo.values.get('mechanism.stiffness')
-        if stiffness and np.isfinite(channels.torque).any():
-            zero = np.nanmedian(wind_up - channels.torque / stiffness)
-        wind_up = wind_up - zero - self._zero
-        size = len(angles[0])
-        reach = bump.reach
-        inner = slice(reach, reach + size)
-        torque = smooth(channels.torque) if np.isfinite(channels.torque).any() else np.full(
-            size, np.nan)
-        current = channels.current[inner]
-        if not np.isfinite(current).any():
-            current = np.zeros(size)
-        rows = np.column_stack((*angles, torque, smooth(wind_up), smooth(wind_up, 1),
-                                np.nan_to_num(current), seen.external[inner],
-                                seen.temperature[inner]))
-        weighed = {
-            'motor_2': bump.weigh(motor, 2), 'load_2': bump.weigh(load, 2),
-            'torque': bump.weigh(channels.torque), 'external': bump.weigh(seen.external),
-            'wind_up': bump.weigh(wind_up), 'wind_up_1': bump.weigh(wind_up, 1),
-        }
-        quick = seen.fine.smooth(_bridged(motor), 1)
-        speed = np.pad(quick, seen.fine.reach, mode='edge')
-        return _Motion(rows, weighed, self._still(rows, bump, ratio), speed)
-
-    def _still(self, rows, bump, ratio) -> np.ndarray:
-        """Tell at the centres whether both shafts keep moving under the bump."""
-        seen = self.seen
-        noise = seen.noise
-        slow = 4.0 * bump.gain(1) * (noise['load_position'] if seen.has('load')
-                                     else noise['motor_position'] / ratio)
-        speed = np.abs(rows[:, MOTION.index('load_speed')])
-        if seen.has('motor') and seen.has('load'):
-            of_motor = np.abs(rows[:, MOTION.index('motor_speed')]) / ratio
-            slow = max(slow, 4.0 * bump.gain(1) * noise['motor_position'] / ratio)
-            speed = np.minimum(speed, of_motor)
-        slow = max(slow, 0.003 * float(np.nanmax(speed, initial=0.0)))
-        standing = np.ones(len(seen.recording))
-        way = np.sign(rows[:, MOTION.index('load_speed')])
-        turning = np.zeros(len(speed), dtype=bool)
-        turning[1:] = way[1:] != way[:-1]
-        turning[:-1] |= turning[1:]
-        standing[bump.reach:bump.reach + len(speed)] = (speed <= slow) | turning
-        return bump.weigh(standing) < 0.02
-
+        return smooth, motion_of(seen, channels, seen.mesh, self.servo, self._zero)
 
 def _size(series: np.ndarray) -> float:
     """Root mean square of what is not missing."""
     return float(np.sqrt(np.nanmean(series**2))) if np.isfinite(series).any() else 0.0
-
-
-def _both(channels: Channels, ratio: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angles of both shafts; of one encoder the other shaft follows."""
-    motor, load = channels.motor, channels.load
-    if not np.isfinite(motor).any():
-        motor = load * ratio
-    elif not np.isfinite(load).any():
-        load = motor / ratio
-    return motor, load
-
-
-def _bridged(x: np.ndarray) -> np.ndarray:
-    """Bridge missing samples, so that a law's memory survives them; residuals stay NaN there."""
-    missing = ~np.isfinite(x)
-    if not missing.any() or missing.all():
-        return x
-    at = np.arange(len(x))
-    return np.where(missing, np.interp(at, at[~missing], x[~missing]), x)

@@ -10,9 +10,9 @@ from .balance import BALANCES, UNITS
 from .candidates import Candidate
 from .completeness import Remainder
 from .explanation import is_spring, spring_of
+from .noise import signal_of
 from .resimulation import bootstrap, Gap, shrink
 from .spring import NAME as SPRING_NAME
-from .stack import signal_of
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
