@@ -32,7 +32,7 @@ def test_it_retrains_cancels_and_goes_back_while_the_twin_misses_nothing(graph, 
     good = emulated(tmp_path, 'good', 8, '--seed', '5')
     other = emulated(tmp_path, 'other', 8, '--set', 'friction.level=2.5')
     rig = graph('trial:=3.0', 'buffer:=20.0', 'online.period:=0.2')
-    rig.feed(long, 1.0)
+    rig.feed(long, 0.5)
     rig.wait(lambda: int(rig.fact('identify: models', 'samples kept') or 0) > 1500)
     assert not rig.call('identify/go_back').success
 
@@ -90,7 +90,7 @@ def test_it_learns_friction_backlash_and_transmission_error_while_the_twin_runs(
             'transmission_error': experiment(tmp_path, 'transmission_error', '--speeds', 0.8, 1.2,
                                              '--angle', 7.0, '--max-travel', 9.0)}
     rig = graph('trial:=3.0', 'buffer:=20.0', 'watch.on:=false')
-    rig.feed(emulated(tmp_path, 'long', 120), 1.0)
+    rig.feed(emulated(tmp_path, 'long', 120), 0.5)
     rig.wait(lambda: int(rig.fact('identify: models', 'samples kept') or 0) > 1500)
     status, result = rig.result(rig.send('retrain', Retrain.Goal(
         bags=bags['transmission_error'][:1], learn=['backlash'], load=True)))
