@@ -10,7 +10,7 @@ import pytest
 
 from servo_twin_msgs.action import Diagnose
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(900)]  # jobs give way to all else that runs
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import pytest
 from servo_identify.cli import main
 from servo_twin_msgs.action import Diagnose, Retrain
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(900)]  # jobs give way to all else that runs
 FRICTION = ['effects.coulomb.level', 'effects.viscous.slope']
 
 
