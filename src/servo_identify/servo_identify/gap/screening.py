@@ -343,10 +343,14 @@ class Screening:
         return chosen
 
     def _complexity(self, one: int) -> int:
-        """How many numbers a candidate may choose; an order was read off the residual."""
+        """
+        How many numbers a candidate may choose.
+
+        A shape with a grid is one, an order too: it was read off the residual.
+        """
         shapes = self.library.candidates[one].shapes
         return len(self.members[one]) + sum(
-            self._searched(path) or path.endswith('.order') for path, _ in shapes)
+            bool(self.stack.extended.declaration(path).grid) for path, _ in shapes)
 
     @staticmethod
     def _as_good(left: dict[int, float], least: dict[int, float], times: float,

@@ -43,8 +43,10 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     status, named, open_share, worst = _status(evidence, squares, gaps)
     balance = max(gaps, key=lambda name: squares[name]) if gaps else ''
     gap = _gap(evidence)
+    said_at = next((b for choice in evidence.choices if choice.candidate.name in named
+                    for b in choice.balances), balance)
     verdict = {'status': status, 'effects': named, 'balance': balance,
-               'sentence': _sentence(status, _spoken(evidence, named), balance, gap, open_share,
+               'sentence': _sentence(status, _spoken(evidence, named), said_at, gap, open_share,
                                      worst, _left(evidence, balance))}
     explanation = evidence.best.explanation
     if explanation.at_bound:
