@@ -80,7 +80,8 @@ class Balance:
             theta = self.servo.theta
             theta[slots] = x * scale
             left = measured - self._command(theta, self._off, self.seen.channels)
-            return np.nan_to_num(self.seen.fine.weigh(left))
+            left = self.seen.fine.weigh(left)
+            return np.nan_to_num(left - np.nanmedian(left))  # the integral may have begun anywhere
 
         tries = [least_squares(misfit, start / scale, bounds=(low / scale, high / scale),
                                loss='soft_l1', f_scale=0.01 * np.nanstd(measured) + 1e-9,

@@ -108,6 +108,8 @@ def resimulate(one: Balance, theta: np.ndarray, on: np.ndarray,
     if 'controller' in one.names:
         twin['command'] = one.command(theta, on)
         errors['command'] = seen.recording['voltage'] - twin['command']
+        if servo.values.get('controller.ki'):  # the integral may have begun anywhere
+            errors['command'] = errors['command'] - np.nanmedian(errors['command'])
     return Run(errors, twin, (np.arange(samples) * period / seen.block).astype(int))
 
 

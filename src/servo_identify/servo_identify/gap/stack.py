@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -99,8 +100,8 @@ class Stack:
         Return what may move without anything being missing: (names, columns, low, high).
 
         Parameters within their tolerance (those of the controller for each recording on its own:
-        gains are settings), the zero of the wind-up of each recording, and the instants of
-        sampling within a part of a sample.
+        gains are settings), the zero of the wind-up and the first integral of the controller of
+        each recording, and the instants of sampling within a part of a sample.
         """
         servo = self.extended.servo
         labels, columns, low, high = [], [], [], []
@@ -126,14 +127,13 @@ class Stack:
             low.append(bound[0])
             high.append(bound[1])
         for number, one in enumerate(self.balances):
-            if 'transmission' not in one.names:
-                continue
-            column = self._flat({number: {'transmission': one.slope_of_zero()}})
-            if column.any():
-                labels.append(f'zero:{number}')
-                columns.append(column)
-                low.append(-np.inf)
-                high.append(np.inf)
+            for label, name, values in _offsets(one):
+                column = self._flat({number: {name: values}})
+                if column.any():
+                    labels.append(f'{label}:{number}')
+                    columns.append(column)
+                    low.append(-np.inf)
+                    high.append(np.inf)
         table = np.column_stack(columns) if columns else np.zeros((len(self.base), 0))
         return labels, table, np.array(low), np.array(high)
 
@@ -238,3 +238,11 @@ class Stack:
                 part = self._part[number, name]
                 flat[part] = np.nan_to_num(values[self._keep[number, name]]) / self.scale[part]
         return flat
+
+
+def _offsets(one: Balance) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Yield (label, balance, values at its centres) of what a recording may begin with."""
+    if 'transmission' in one.names:
+        yield 'zero', 'transmission', one.slope_of_zero()
+    if 'controller' in one.names and one.servo.values.get('controller.ki'):
+        yield 'integral', 'controller', np.ones(len(one.times('controller')))
