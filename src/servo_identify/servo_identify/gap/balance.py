@@ -43,18 +43,20 @@ class Balance:
     servo: Servo
     seen: Observation
     given: int  # how many of the servo's effects are its own; those behind are candidates
+    about: np.ndarray | None = None  # values by which the zero of a gap is found
     _slots: dict = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._slots = {p: s.start for p, s in self.servo.slots().items()}
         self._size = len(self.servo.theta)
+        self._about = self.servo.theta if self.about is None else self.about
         self._kernel = kernel_of(self.servo)
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
         self._off = np.arange(len(self.servo.effects)) < self.given
         self._zero, self._settings, self._push = 0.0, {}, 0.0
         self._static, self._meshed = self._motions(self.seen.channels)
-        if self._has_gap() and self.seen.has('torque') and 'transmission' in self.names:
+        if self.has_gap and self.seen.has('torque') and 'transmission' in self.names:
             self._zero = self._centre()
             self._static, self._meshed = self._motions(self.seen.channels)
         if 'controller' in self.names:
@@ -99,9 +101,9 @@ class Balance:
         kink within the bump; there the balance knows no better. Zero for a linear mesh.
         """
         stiffness = self.servo.values.get('mechanism.stiffness')
-        if not stiffness or not self._has_gap():
+        if not stiffness or not self.has_gap:
             return np.zeros(len(self.times('transmission')))
-        rows, theta = self._meshed.rows, self.servo.theta
+        rows, theta = self._meshed.rows, self._about
         damping = self.value(theta, 'mechanism.damping')
         bent = self._follow(theta, self._off, rows)[:, 4] - stiffness * rows[:, WIND_UP]
         bent -= damping * rows[:, WIND_UP_RATE]
@@ -116,9 +118,9 @@ class Balance:
         One for a linear mesh. Inside a gap nothing is wound up, wherever the zero is.
         """
         stiffness = self.servo.values.get('mechanism.stiffness')
-        if not stiffness or not self._has_gap():
+        if not stiffness or not self.has_gap:
             return np.ones(len(self.times('transmission')))
-        rows, theta = self._meshed.rows.copy(), self.servo.theta
+        rows, theta = self._meshed.rows.copy(), self._about
         shift = ZERO_STEP * float(np.ptp(rows[:, WIND_UP]))
         rows[:, WIND_UP] += shift
         pull = self._follow(theta, self._off, rows)[:, 4]
@@ -126,7 +128,9 @@ class Balance:
         pull -= self._follow(theta, self._off, rows)[:, 4]
         return self._under(pull, self.seen.mesh) / (2.0 * shift * stiffness)
 
-    def _has_gap(self) -> bool:
+    @property
+    def has_gap(self) -> bool:
+        """Whether the mesh of the servo itself has play or a bent spring."""
         return any(p.effect.port in ('clearance', 'mesh') for p in self.servo.effects[:self.given])
 
     def _centre(self) -> float:
@@ -135,7 +139,7 @@ class Balance:
 
         A gap or a bent spring is not the same from another zero; a straight one does not care.
         """
-        theta = self.servo.theta
+        theta = self._about
         span = float(np.ptp(np.percentile(self.motion('wind_up'), (2, 98))))
         rows = self._meshed.rows[:: max(1, len(self._meshed.rows) // 4000)].copy()
         torque, wound = rows[:, MOTION.index('torque')], rows[:, WIND_UP].copy()

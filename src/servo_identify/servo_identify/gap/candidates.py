@@ -58,13 +58,24 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Extended:
-    """A servo with every candidate effect placed and switched off."""
+    """
+    A servo with every candidate effect placed and switched off.
+
+    ``theta`` is where the laws are made linear: the values of the file, or those within tolerance
+    that fit best.
+    """
 
     servo: Servo
     given: int  # how many effects are the servo's own
     theta: np.ndarray
     on: np.ndarray
     bends: bool = False  # whether the values of a spring stand behind those of the servo
+
+    @property
+    def nominal(self) -> np.ndarray:
+        """The values as the servo file says them, everything else vanished."""
+        values = self.servo.theta
+        return np.concatenate((values, np.zeros(len(self.theta) - len(values))))
 
     def slot(self, path: str, element: int = 0) -> int:
         """Index of a parameter (or one number of a row) in theta."""

@@ -21,7 +21,7 @@ from .completeness import Remainder, remainder, repeatable
 from .experiment_choice import next_experiment
 from .explanation import as_given, augmented, fit
 from .library import build_library
-from .observation import observe
+from .observation import Observation, observe
 from .resimulation import Diverged
 from .scales import orders, Scales
 from .screening import Choice, Screening
@@ -29,6 +29,7 @@ from .splitting import Split, split
 from .stack import Stack
 from .verdict import NOTICED, report_of
 
+ROUNDS = 3  # of fitting the tolerances of a mesh with a gap, the last one for the columns
 FAR_ABOVE = 2.0  # mean square in units of noise and margin that is no noise any more
 STAGES = ('reading', 'noise', 'signatures', 'screening', 'acceptance', 'completeness', 'shrink')
 
@@ -87,16 +88,10 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     channels = tuple(sorted({n for o in seen for n in o.noise if o.recording.has(n)}))
     torque = all(o.has('torque') for o in seen)
     extended = extend(servo, ('motor', 'load') if torque else ('load',), channels, without)
-    purposes, at = {}, 0
-    for purpose in ('screen', 'accept', 'report'):
-        size = len(getattr(parts, purpose))
-        purposes[purpose] = [Balance(extended.servo, o, extended.given)
-                             for o in seen[at:at + size]]
-        at += size
-    stacks = {purpose: Stack(balances, extended) for purpose, balances in purposes.items()}
+    extended, purposes, stacks = _settled(extended, parts, seen)
     lap('noise')
 
-    bare = Screening(stacks['screen'], build_library(stacks['screen'], [], lambda s: None))
+    bare = _bare(stacks['screen'])
     start = bare.residual([])
     candidates = candidates_of(extended, _shapes(extended, bare, start))
     library = build_library(stacks['screen'], candidates, lambda s: tick('signatures', s))
@@ -146,6 +141,30 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     lap('shrink')
     report = report_of(evidence, following, warnings, clock)
     return Diagnosis(report, better, evidence)
+
+
+def _settled(extended: Extended, parts: Split, seen: list[Observation]):
+    """
+    Return (extended servo, balances, stacks by purpose) at the values within tolerance that fit.
+
+    A law with kinks is not linear in its tolerances, and the zero of a gap hangs on its width:
+    what is linear later is taken where the values fit best.
+    """
+    for following in range(ROUNDS)[::-1]:
+        purposes, at = {}, 0
+        for purpose in ('screen', 'accept', 'report'):
+            size = len(getattr(parts, purpose))
+            purposes[purpose] = [Balance(extended.servo, o, extended.given, extended.theta)
+                                 for o in seen[at:at + size]]
+            at += size
+        stacks = {purpose: Stack(balances, extended) for purpose, balances in purposes.items()}
+        if not following or not any(one.has_gap for one in purposes['screen']):
+            return extended, purposes, stacks
+        extended = replace(extended, theta=fit(_bare(stacks['screen']), []).theta)
+
+
+def _bare(stack: Stack) -> Screening:
+    return Screening(stack, build_library(stack, [], lambda share: None))
 
 
 def _unexplained(left: Remainder, common: dict[str, float]) -> float:

@@ -57,7 +57,7 @@ class Explanation:
 def as_given(stack: Stack) -> Explanation:
     """Return the servo as its file says, with nothing fitted."""
     extended = stack.extended
-    return Explanation((), extended.theta, extended.on, (), np.zeros(0))
+    return Explanation((), extended.nominal, extended.on, (), np.zeros(0))
 
 
 def fit(screening: Screening, chosen: list[int]) -> Explanation:

@@ -108,7 +108,7 @@ class Stack:
         for path, (least, most) in servo.tolerance.items():
             if path.split('.')[0] in ('sensors', 'observer') or most <= least:
                 continue
-            value = servo.values[path]
+            value = self.extended.theta[self.extended.slot(path)]
             column = self.derivative(path, 0, 0.25 * (most - least))
             if np.abs(column).max(initial=0.0) == 0.0:
                 continue

@@ -17,6 +17,7 @@ from .spring import NAME as SPRING_NAME
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
 OPEN = 0.1  # predictable share of a gap above which it is not explained
+STILL = 0.6  # the same in squares of noise and margin, however large the gap was
 WRONG = 0.35  # and above which what was found is not the cause
 WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
 TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
@@ -194,7 +195,8 @@ def _status(evidence, squares, gaps) -> tuple[str, list[str], float, Remainder |
                     key=lambda r: r.predictable, default=None)
     if not named or _refuted(evidence, gaps):
         return 'unknown', [], share, worst
-    whole = share <= OPEN and len(named) == len(evidence.choices)
+    square = max((r.predictable for r in evidence.remainders if r.balance in still), default=0.0)
+    whole = share <= OPEN and square <= STILL and len(named) == len(evidence.choices)
     return ('explained' if whole else 'partly_explained'), named, share, worst
 
 
