@@ -114,6 +114,6 @@ def test_friction_takes_from_a_shaft_and_never_gives(speed, push, budget, inerti
     x = np.array([0.0, speed, 1.0, 0.0])
     free = speed + h * push / inertia
     resisted = slide(x, 0, 2, push, budget, inertia, h)
-    assert abs(x[1]) <= abs(free)
+    assert abs(x[1]) <= abs(free) * (1.0 + 1e-12)  # the order of the products rounds differently
     assert x[1] * free >= 0.0
     assert abs(resisted) <= budget * (1.0 + 1e-9) + 1e-9 * inertia * abs(free) / h
