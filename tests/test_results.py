@@ -1,5 +1,6 @@
 """The page of results: its recordings, figures, pictures and text, on little of each."""
 
+from importlib import import_module
 import json
 
 import numpy as np
@@ -8,8 +9,11 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.experiment.procedures import Run
 from servo_identify.results import figures, models, pictures
+from servo_identify.results.bench import comparison_rows
+from servo_identify.results.comparison import comparison, keep, kept
 from servo_identify.results.page import page
 from servo_identify.results.recordings import LOADS, Part, plan, recorded, SPEEDS
+from servo_identify.results.systems import machines, SYSTEMS
 from servo_twin.physics.controllers import PositionLoop
 from servo_twin.servo_file import dumps, loads
 
@@ -85,3 +89,55 @@ def test_the_page_is_made_of_the_figures_that_are_known(tmp_path, capsys):
     figure = json.loads('{"fitted": [50.0, 70.0], "measured": [50.5, 70.0], "seconds": 1.0}')
     text = page({'two_mass': figure})
     assert '| antiresonance | 50.00 | 50.50 | -0.99 |' in text and 'Open loop' not in text
+
+
+def test_a_system_that_nobody_has_run_is_said_to_be_not_run():
+    lines = [line for line in comparison({}, {}).splitlines() if line.startswith('| 00')]
+    assert len(lines) == len(SYSTEMS)
+    assert all(line.count('not run') >= 2 and line.endswith('|  |') for line in lines)
+
+
+def test_measured_rows_take_the_place_of_their_system_and_others_come_below(tmp_path):
+    name = next(s.name for s in SYSTEMS if s.part == 'geared_dc')
+    row = {'system': name, 'runs': 'all', 'paper': '', 'ours': '0.5 N m', 'command': 'make x'}
+    keep(tmp_path, 'geared_dc', [row, {**row, 'system': 'one more', 'paper': '7', 'command': ''}])
+    text = comparison(kept(tmp_path), {'geared_dc': 'geared_dc.md'})
+    known, extra = (next(line for line in text.splitlines() if said in line)
+                    for said in (name, 'one more'))
+    assert f'[{name}](geared_dc.md) | all | RMSE 0.012' in known and known.endswith('`make x` |')
+    assert '| 7 | 0.5 N m | `servo-identify results --parts geared_dc` |' in extra
+    assert text.index(name) < text.index('one more') < text.index('| 004 |')
+    with pytest.raises(ValueError, match='geared_dc has .* it needs'):
+        keep(tmp_path, 'geared_dc', [{'system': name}])
+
+
+def test_the_bench_gives_a_row_to_each_system_of_its_paper():
+    scores = {'mse': 0.1, 'mae': 0.2, 'mape': 0.3}
+    both = {'hybrid': 1e-3, 'traditional': 2e-3}
+    rows = comparison_rows({
+        'names': ['sine_a', 'square_a'], 'friction': {'forward': scores, 'reverse': scores},
+        'open_loop': {m: {'speed': [0.9, 0.8]} for m in both}, 'backlash': scores,
+        'transmission_error': {'mse': [1e-3, 2e-3]}, 'velocity_loop': {'rms': both},
+        'torque': {'forward': {'rms': both}}, 'reversal': {'ramp_0': {'rms': both}}})
+    assert [r['system'] for r in rows] == [s.name for s in SYSTEMS if s.paper == '000']
+    assert 'hybrid 0.900 (sine) and 0.800 (square)' in rows[0]['ours']
+    assert '1.00 mN m forward (traditional 2.00)' in rows[5]['ours']
+
+
+@pytest.mark.parametrize('part', machines())
+def test_every_machine_with_a_page_can_be_made_told_and_compared(part):
+    module = import_module(f'servo_identify.results.{part}')
+    assert all(callable(getattr(module, name)) for name in ('make', 'page', 'comparison_rows'))
+
+
+def test_pages_are_written_anew_from_the_figures_that_were_kept(tmp_path, capsys):
+    (tmp_path / 'work').mkdir()
+    (tmp_path / 'work/two_mass.json').write_text(
+        '{"fitted": [50.0, 70.0], "measured": [50.5, 70.0], "seconds": 1.0}')
+    rows = [{'system': 'x', 'runs': 'y', 'paper': '', 'ours': 'z', 'command': ''}]
+    keep(tmp_path / 'comparison', 'bench', rows)
+    assert main(['results', '--work', str(tmp_path / 'work'), '-o', str(tmp_path / 'results.md'),
+                 '--parts']) == 0
+    assert 'antiresonance' in (tmp_path / 'results.md').read_text()
+    assert '| 000 | [x](results.md) | y |' in (tmp_path / 'comparison.md').read_text()
+    assert kept(tmp_path / 'comparison') == {'bench': rows}

@@ -16,6 +16,7 @@ from ..transmission.error import ARCMIN
 from . import figures, pictures
 from .models import learned, Models
 from .recordings import recorded
+from .systems import SYSTEMS
 
 PICTURED = ('sine_1.5V_1Hz', 'square_1.8V_0.5Hz')  # those of figure 11
 Told = Callable[[str, float], None]
@@ -100,3 +101,40 @@ def _learned(models: Models, pictured: Path) -> dict:
                         if not isinstance(v, tuple) and k.startswith((
                             'effects.coulomb', 'effects.viscous', 'effects.stribeck',
                             'effects.gap', 'mechanism', 'drive'))}}
+
+
+def comparison_rows(found: Mapping) -> list[dict[str, str]]:
+    """Return the rows of docs/comparison.md from the figures of :func:`bench`."""
+    def mean(shape: str, model: str) -> float:
+        fits = found['open_loop'][model]['speed']
+        return float(np.mean([r for r, n in zip(fits, found['names'], strict=True)
+                              if n.startswith(shape)]))
+
+    fits = [f'{mean("sine", m):.3f} (sine) and {mean("square", m):.3f} (square)'
+            for m in ('hybrid', 'traditional')]
+    friction = [found['friction'][way] for way in ('forward', 'reverse')]
+    speed, error = found['velocity_loop']['rms'], found['transmission_error']['mse']
+    torque = [f'{1e3 * c["rms"]["hybrid"]:.2f} mN m {way} (traditional '
+              f'{1e3 * c["rms"]["traditional"]:.2f})' for way, c in found['torque'].items()]
+    angle = [f'{c["rms"]["hybrid"] / ARCMIN:.3f}' for c in found['reversal'].values()]
+    plain = [f'{c["rms"]["traditional"] / ARCMIN:.3f}' for c in found['reversal'].values()]
+    degree = 180.0 / np.pi
+    ours = (
+        ('sixteen free runs over traditional, residual network and hybrid',
+         f'mean R of the hybrid {fits[0]}, traditional {fits[1]}'),
+        ('2-30-1 networks of angle and speed, both directions',
+         f'MAE {friction[0]["mae"]:.3f} N m forward, {friction[1]["mae"]:.3f} reverse; '
+         f'MAPE {friction[0]["mape"]:.2f} % and {friction[1]["mape"]:.2f} %'),
+        ('2-30-1 network of angle and load',
+         f'MAE {found["backlash"]["mae"]:.2g} arcmin, MAPE {found["backlash"]["mape"]:.2g} %'),
+        ('order spectrum and its harmonics, both directions',
+         f'MSE {error[0]:.5f} arcmin2 forward, {error[1]:.5f} reverse'),
+        ('rig and twin under the same PI loop',
+         f'RMS error of the hybrid {degree * speed["hybrid"]:.4f} deg/s, traditional '
+         f'{degree * speed["traditional"]:.4f}'),
+        ('rig and twin in the velocity loop', 'RMS error of the hybrid ' + ', '.join(torque)),
+        ('rig and twin in the position loop', f'RMS error of the hybrid {", ".join(angle)} '
+         f'arcmin, traditional {", ".join(plain)}'))
+    names = [system.name for system in SYSTEMS if system.part == 'bench']
+    return [{'system': name, 'runs': runs, 'paper': '', 'ours': text, 'command': ''}
+            for name, (runs, text) in zip(names, ours, strict=True)]

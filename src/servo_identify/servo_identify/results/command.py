@@ -1,24 +1,31 @@
 """
-The result: models on the emulated bench as in paper 000, learners, and real machines.
+The result: models on the emulated bench as in paper 000, learners, real machines, other machines.
 
-Writes a page and its pictures. Recordings of the bench are made once and kept in the folder WORK,
-with the figures of each part: a part that is left out keeps those of the last time. DATA holds
-the folders emps, xl330 and two_mass as their authors published them.
+Writes a page for the bench, learners and real machines, one for each machine of the other papers
+(PART.md beside it), and comparison.md, the table of all systems. Recordings are made once and kept
+in the folder WORK, with the figures of each part: a part that is left out keeps those of the last
+time. DATA holds the folders emps, xl330 and two_mass as their authors published them.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 import json
 from pathlib import Path
 import time
 
+from .comparison import comparison, keep, kept
 from .page import page
+from .systems import machines
 
-MACHINES = ('emps', 'xl330', 'two_mass')
-PARTS = ('bench', 'learners', *MACHINES)
+REAL = ('emps', 'xl330', 'two_mass')
+RESULTS = ('bench', 'learners', *REAL)
+"""The parts of the page of results; the other parts have pages of their own."""
+
+COMPARED = ('bench', *machines())
+PARTS = (*RESULTS, *machines())
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,25 +33,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('data', type=Path, nargs='?', metavar='DATA',
                         help='folder of the published recordings; left out, these are left out')
     parser.add_argument('-o', '--output', type=Path, default=Path('docs/results.md'),
-                        metavar='PAGE.md', help='default %(default)s; pictures go to pictures/ '
-                        'beside it')
+                        metavar='PAGE.md', help='default %(default)s; pictures go to pictures/, '
+                        'pages of machines and comparison.md beside it')
     parser.add_argument('--work', type=Path, default=Path('results'),
                         help='folder of recordings and figures (default %(default)s)')
-    parser.add_argument('--parts', nargs='+', choices=PARTS, help='default: all that can be made')
+    parser.add_argument('--parts', nargs='*', choices=PARTS, metavar='PART', help=(
+                        f'of {", ".join(PARTS)}; default: all that can be made; with none, '
+                        'the pages alone are written anew from the figures in WORK'))
     parser.add_argument('--seconds', type=float, default=60.0,
                         help='at most, for each learner (default %(default)g)')
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Make the parts and write the page."""
-    wanted = tuple(arguments.parts or PARTS)
-    machines = [part for part in wanted if part in MACHINES]
+    wanted = PARTS if arguments.parts is None else tuple(arguments.parts)
+    real = [part for part in wanted if part in REAL]
     if arguments.data is None:
-        if arguments.parts and machines:
-            raise ValueError(f'{machines[0]} needs the folder DATA of the published recordings')
-        wanted = tuple(part for part in wanted if part not in MACHINES)
+        if arguments.parts and real:
+            raise ValueError(f'{real[0]} needs the folder DATA of the published recordings')
+        wanted = tuple(part for part in wanted if part not in REAL)
     else:
-        for machine in machines:
+        for machine in real:
             if not (arguments.data / machine).is_dir():
                 raise ValueError(f'{arguments.data / machine}: there is no such folder of '
                                  'recordings')
@@ -62,9 +71,25 @@ def main(arguments: argparse.Namespace) -> int:
         print(f'{part}: {found["seconds"]:.0f} s', flush=True)
     known = {part: json.loads(_kept(arguments.work, part).read_text())
              for part in PARTS if _kept(arguments.work, part).exists()}
-    arguments.output.write_text(page(known))
-    print(f'written to {arguments.output}')
+    _write(arguments.output, known)
     return 0
+
+
+def _write(output: Path, known: Mapping[str, dict]) -> None:
+    """Write the pages of the parts that are known, and the comparison of all."""
+    texts = {output: page(known)} if set(known) & set(RESULTS) else {}
+    rows = output.parent / 'comparison'
+    for part in COMPARED:
+        if part in known:
+            module = import_module(f'.{part}', __package__)
+            keep(rows, part, module.comparison_rows(known[part]))
+            if part not in RESULTS:
+                texts[output.with_name(f'{part}.md')] = module.page(known[part])
+    pages = {part: output.name if part in RESULTS else f'{part}.md' for part in COMPARED}
+    texts[output.with_name('comparison.md')] = comparison(kept(rows), pages)
+    for path, text in texts.items():
+        path.write_text(text)
+        print(f'written to {path}')
 
 
 def _made(part: str, arguments: argparse.Namespace, pictured: Path,
@@ -75,6 +100,8 @@ def _made(part: str, arguments: argparse.Namespace, pictured: Path,
     if part == 'learners':
         from .learners import learners
         return learners(arguments.work, pictured, arguments.seconds, told)
+    if part in machines():
+        return import_module(f'.{part}', __package__).make(arguments.work, pictured, told)
     told(part, 0.0)
     return import_module(f'..real.{part}', __package__).figures(arguments.data)
 

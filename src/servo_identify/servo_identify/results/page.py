@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from ..transmission.error import ARCMIN
+from .markdown import table
 
 _HEAD = """# Results
 
@@ -24,11 +25,6 @@ def page(parts: Mapping[str, Mapping]) -> str:
     return '\n'.join(sections)
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ['---'] * len(head), *rows]
-    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines) + '\n'
-
-
 def _bench(found: Mapping) -> str:
     models = list(found['open_loop'])
     return '\n'.join([
@@ -36,15 +32,15 @@ def _bench(found: Mapping) -> str:
 
 
 def _open_loop(found: Mapping, models: list[str]) -> str:
-    table = found['open_loop']
-    rows = [[name.replace('_', ' ')] + [f'{table[m][what][k]:.3f}' for what in ('speed', 'angle')
+    fits = found['open_loop']
+    rows = [[name.replace('_', ' ')] + [f'{fits[m][what][k]:.3f}' for what in ('speed', 'angle')
                                         for m in models]
             for k, name in enumerate(found['names'])]
     for title, pick in (('**mean**', lambda v: sum(v) / len(v)), ('**least**', min)):
-        rows.append([title] + [f'**{pick(table[m][what]):.3f}**' for what in ('speed', 'angle')
+        rows.append([title] + [f'**{pick(fits[m][what]):.3f}**' for what in ('speed', 'angle')
                                for m in models])
     shapes = {shape: [sum(v) / len(v) for m in ('traditional', 'hybrid') for v in [[
-        r for n, r in zip(found['names'], table[m]['speed'], strict=True)
+        r for n, r in zip(found['names'], fits[m]['speed'], strict=True)
         if n.startswith(shape)]]] for shape in ('sine', 'square')}
     return f"""## Open loop, as table 4 of paper 000
 
@@ -63,7 +59,7 @@ learned: friction networks at load and motor, backlash network, transmission err
 friction that grows with load, presliding. Training runs are 1.45, 1.65 and 1.9 V at 0.7 and
 1.3 Hz; none of the sixteen was trained on.
 
-{_table(['run', *(f'R speed, {m}' for m in models), *(f'R angle, {m}' for m in models)], rows)}
+{table(['run', *(f'R speed, {m}' for m in models), *(f'R angle, {m}' for m in models)], rows)}
 Means over sine and square (speed): traditional {shapes['sine'][0]:.3f} and
 {shapes['square'][0]:.3f}, hybrid {shapes['sine'][1]:.3f} and {shapes['square'][1]:.3f}; the
 paper's rig gave 0.853 and 0.887 against 0.921 and 0.956.
@@ -81,7 +77,7 @@ def _ladder(found: Mapping) -> str:
         'droop', 'electrical', 'closed'))
     return f"""### What each part of the hybrid brings
 
-{_table(['model', 'mean R speed', 'least', 'mean R angle'], rows)}
+{table(['model', 'mean R speed', 'least', 'mean R angle'], rows)}
 - **Current loop**: the back EMF of an accelerating motor pulls the current away from its command.
   Fitted to the measured current alone: {1e6 * droop:.2f} uA s2/rad, {1e3 * electrical:.3f} ms,
   {1e3 * closed:.3f} ms; it leaves {1e3 * loop['rms']:.2f} mA of the current (sensor: 5 mA), where
@@ -117,7 +113,7 @@ brackets). The traditional model's friction was fitted to fast open-loop motion;
 the turn and at low speed shows here. About a reversal the angles of rig and twin are set equal in
 forward motion, since where in its gap a mesh begins a run is not known.
 
-{_table(['signal', 'unit', *models], rows)}
+{table(['signal', 'unit', *models], rows)}
 ![Speed in the velocity loop](pictures/results_velocity_loop.png)
 ![Motor torque over the turn](pictures/results_torque.png)
 ![Angle about a reversal under load](pictures/results_reversal.png)
@@ -135,17 +131,17 @@ def _factors(found: Mapping) -> str:
             for n in ('friction', 'motor_friction')]
     back, error = found['backlash'], found['transmission_error']
     tables = [
-        _table(['friction networks (table 1)', 'forward', 'reverse', 'paper'], [
+        table(['friction networks (table 1)', 'forward', 'reverse', 'paper'], [
             ['load: MSE, N2 m2', *load[0], '0.02673, 0.01206'],
             ['load: MAE, N m', *load[1], '0.12266, 0.08257'],
             ['load: MAPE, %', *mape[0], '0.32293, 0.18159'],
             ['motor: MSE, mN2 m2', *motor[0], ''], ['motor: MAE, mN m', *motor[1], ''],
             ['motor: MAPE, %', *mape[1], '']]),
-        _table(['backlash network (table 2)', 'here', 'paper'], [
+        table(['backlash network (table 2)', 'here', 'paper'], [
             ['MSE, arcmin2', f'{back["mse"]:.3g}', '0.00003'],
             ['MAE, arcmin', f'{back["mae"]:.3g}', '0.00387'],
             ['MAPE, %', f'{back["mape"]:.3g}', '0.26261']]),
-        _table(['order of the turn', 'forward, arcmin', 'reverse, arcmin', 'invariance'], [
+        table(['order of the turn', 'forward, arcmin', 'reverse, arcmin', 'invariance'], [
             [str(o), f'{a:.4f}', f'{b:.4f}', f'{i:.4f}'] for o, a, b, i in zip(
                 error['orders'], error['forward'], error['reverse'], error['invariance'],
                 strict=True)])]
@@ -191,7 +187,7 @@ def _emps(found: Mapping) -> str:
              'position_percent': 'simulated in closed loop: position',
              'force_percent': 'simulated in closed loop: force'}
     rows = [[said, f'{found[k]:.4g}', f'{found["published"][k]:g}'] for k, said in names.items()]
-    return '## EMPS\n\nRelative errors in %, beside those of the literature.\n\n' + _table(
+    return '## EMPS\n\nRelative errors in %, beside those of the literature.\n\n' + table(
         ['error', 'here', 'published'], rows)
 
 
@@ -203,7 +199,7 @@ def _xl330(found: Mapping) -> str:
 
 Simulated position error, rad, on one-second windows of gains and trajectories not trained on.
 
-""" + _table(['friction', 'here', 'by recording', 'a quick fit elsewhere'], rows)
+""" + table(['friction', 'here', 'by recording', 'a quick fit elsewhere'], rows)
 
 
 def _two_mass(found: Mapping) -> str:
@@ -214,7 +210,7 @@ def _two_mass(found: Mapping) -> str:
 
 Hz, of the fit by output error and of the measured frequency response.
 
-""" + _table(['', 'fit', 'measured', 'difference, %'], rows)
+""" + table(['', 'fit', 'measured', 'difference, %'], rows)
 
 
 _SECTIONS: dict[str, Callable[[Mapping], str]] = {
