@@ -44,7 +44,7 @@ DIMENSIONS = {
 MOTION_UNITS = {
     'angle': 'rad', 'motor_angle': 'rad', 'load_angle': 'rad', 'travel': 'rad', 'speed': 'rad/s',
     'rate': 'rad/s', 'torque': 'N m', 'current': 'A', 'temperature': 'degC', 'time': 's',
-    'direction': '',
+    'direction': '', 'reference': 'rad',
 }
 ANSWER_UNITS = {
     'friction': 'N m', 'torque': 'N m', 'mesh': 'N m', 'mesh_error': 'rad', 'clearance': 'rad',
@@ -92,7 +92,7 @@ def motions(effect: type[Effect], seed: int, samples: int = 40) -> list[dict[str
         'rate': speed, 'torque': torque, 'travel': np.abs(angle - angle[0]),
         'current': torque / 10.0, 'value': torque / 10.0, 'time': np.arange(samples) * 1e-2,
         'temperature': 20.0 + np.cumsum(noise.normal(0.0, 1.0, samples)),
-        'direction': np.where(speed > 0.0, 1.0, -1.0),
+        'direction': np.where(speed > 0.0, 1.0, -1.0), 'reference': 1.01 * angle,
     }
     if effect.port == 'mesh':
         walk['angle'] = angle * 1e-3

@@ -18,6 +18,8 @@ sensor          :math:`\omega_m/N - \omega_l - \dot T/K`, the last term with a t
 torque_balance  :math:`N K_m i - N J_m\dot\omega_m - J_l\dot\omega_l`; without torque sensor
 =============== ==================================================================================
 
+A drive with loops of its own has no drive balance: its current follows from its own memory. Of a
+screw, coupling and screw turn with the rotor, and N in the torque balance has its efficiency in.
 Where the current is not measured, motor and torque balance take what the drive makes of the
 command at once. Source: section 'Where' of the method of the diagnosis; paper 000 eq. 1, 2.
 """
@@ -43,7 +45,9 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
     v, parts = servo.values, {sensor.channel for sensor in servo.sensors}
     both = {'motor_position', 'load_position'} <= parts
     ratio = v['mechanism.ratio']
-    rotor, load = v.get('mechanism.rotor_inertia'), v.get('mechanism.load_inertia')
+    rotor = sum(v.get(f'mechanism.{part}_inertia', 0.0) for part in ('rotor', 'coupling', 'screw'))
+    load = v.get('mechanism.load_inertia')
+    given_on = ratio * v.get('mechanism.efficiency', 1.0)
     stiffness = v.get('mechanism.stiffness', np.inf)
     constant = v['drive.torque_constant']
     smooth, here, speed, speed_up, held, earlier, given = _windows(servo, period, half)
@@ -68,7 +72,7 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
             named[balance][VOLTAGE] = scale * v['drive.gain'] / v['drive.resistance'] * given
             back = scale * v['drive.back_emf'] / v['drive.resistance'] * speed
             shaft(balance, -back, 0.0 * back)
-        else:
+        elif 'drive.gain' in v:
             named[balance][VOLTAGE] = scale * v['drive.gain'] * given
 
     if 'current' in parts:
@@ -78,7 +82,7 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
             named['drive'][VOLTAGE] = v['drive.gain'] * earlier
             if parts & {'motor_position', 'load_position'}:
                 shaft('drive', -v['drive.back_emf'] * speed, 0.0 * speed)
-        else:
+        elif 'drive.gain' in v:
             named['drive'][CURRENT] = here
             named['drive'][VOLTAGE] = -v['drive.gain'] * earlier
     if 'torque' in parts:
@@ -90,8 +94,8 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
             named['load'][TORQUE] = smooth
             shaft('load', 0.0 * speed_up, -load * speed_up)
     elif parts & {'motor_position', 'load_position'}:
-        current('torque_balance', ratio * constant)
-        shaft('torque_balance', -ratio * rotor * speed_up, -load * speed_up)
+        current('torque_balance', given_on * constant)
+        shaft('torque_balance', -given_on * rotor * speed_up, -load * speed_up)
     if both:
         named['transmission'][MOTOR] = here / ratio
         named['transmission'][LOAD] = -here

@@ -86,22 +86,23 @@ def fit_of(recording: Recording, answer: Predictions, servo: Servo) -> Fit:
     Channels that the rig does not measure, and balances that need them, are left out. The speeds
     of both shafts, which paper 000 compares, are differences of the angles on both sides alike.
     """
-    linear = servo.linear
     units = _BALANCE_UNITS | ({'drive': 'V'} if servo.drive is VoltageDrive else {})
     rig = {name: recording[name][:len(answer)] for name in COMPARED}
     twin = {name: answer.prediction[name] for name in COMPARED}
     noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
-    channels = [_channel(name, COLUMNS[name], rig[name], twin[name], noise[name], linear)
+    channels = [_channel(name, COLUMNS[name], rig[name], twin[name], noise[name],
+                         servo.straight(name))
                 for name in COMPARED]
     for shaft in ('motor', 'load'):
         pair = [speed_of(side[f'{shaft}_position'], recording.period) for side in (rig, twin)]
-        channels.append(_channel(f'{shaft}_speed', 'rad/s', *pair, float('nan'), linear))
+        name = f'{shaft}_speed'
+        channels.append(_channel(name, 'rad/s', *pair, float('nan'), servo.straight(name)))
     balances = []
     for name, floor in zip(BALANCES, answer.balance_noise, strict=True):
         residual = answer.residual[name]
         known = residual[np.isfinite(residual)]
         if len(known):
-            balances.append(BalanceFit(name, shown_unit(units[name], linear),
+            balances.append(BalanceFit(name, shown_unit(units[name], servo.straight(name)),
                                        float(floor), float(np.sqrt(np.mean(known**2)))))
     return Fit(tuple(c for c in channels if c is not None), tuple(balances))
 

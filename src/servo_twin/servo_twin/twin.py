@@ -9,7 +9,7 @@ from math import isfinite, nan
 import numpy as np
 
 from .physics import state
-from .physics.kernel import kernel_of
+from .physics.kernel import kernel_of, starts
 from .physics.servo import Servo, ServoError, Value
 from .physics.simulate import initial_state, substeps_of
 from .physics.state import INPUTS, OUTPUTS
@@ -174,7 +174,7 @@ class Twin:
         self._x = np.zeros(kernel.state_size)
         self._x[:state.CONTROLLER] = x[:state.CONTROLLER]
         if before.controller is servo.controller:
-            self._x[state.CONTROLLER:state.EFFECTS] = x[state.CONTROLLER:state.EFFECTS]
+            self._x[state.CONTROLLER:state.PARTS] = x[state.CONTROLLER:state.PARTS]
         else:
             self._looped = False
         memories = _memories(before)
@@ -252,7 +252,7 @@ class Twin:
 
     def _close(self, before: np.ndarray) -> None:
         """Close the loop without a bump: the integral takes the command of the sample before."""
-        memory = self._x[state.CONTROLLER:state.EFFECTS]
+        memory = self._x[state.CONTROLLER:state.PARTS]
         memory[:] = 0.0
         if self.servo.values.get('controller.ki', 0.0) > 0.0:
             memory[-1] = before[state.VOLTAGE]
@@ -262,8 +262,10 @@ class Twin:
 
 
 def _memories(servo: Servo) -> dict[tuple, slice]:
-    """Where the memory of each effect stands in the state, by name, effect and site."""
-    slots, start = {}, state.EFFECTS
+    """Where the memory of drive, mechanism and each effect stands, by name, kind and site."""
+    drive, mechanism, start = starts(servo)
+    slots = {('drive', servo.drive, ''): slice(drive, mechanism),
+             ('mechanism', servo.mechanism, ''): slice(mechanism, start)}
     for placed in servo.effects:
         slots[placed.name, placed.effect, placed.site] = slice(start, start + placed.effect.memory)
         start += placed.effect.memory

@@ -93,8 +93,9 @@ def conduct(theta, on, x, voltage, motor_speed, current, substeps, h):
         for i in range(substeps):
             speed = motor_speed[k] + (i + 0.5) * change
             arrived = command_path(theta, on, x, Signal(voltage[k], speed, x[TIME]), h)
-            x[CURRENT] = drive_law(drive, x[CURRENT], arrived, speed, h)
+            x[CURRENT] = drive_law(drive, x, arrived, speed, h)
             x[CURRENT] = current_path(theta, on, x, Signal(x[CURRENT], speed, x[TIME]), h)
+            x[MOTOR_ANGLE] += h * speed
             x[TIME] += h
 
 
@@ -104,10 +105,14 @@ def sense(theta, on, x, truth, readings, period):
     for k in range(truth.shape[0]):
         time = k * period
         motor, load = truth[k, 0], truth[k, 1]
-        readings[k, 0] = read_motor_position(theta, on, x, Reading(motor, motor, time), period)
-        readings[k, 1] = read_load_position(theta, on, x, Reading(load, load, time), period)
-        readings[k, 2] = read_torque(theta, on, x, Reading(truth[k, 2], load, time), period)
-        readings[k, 3] = read_current(theta, on, x, Reading(truth[k, 3], motor, time), period)
+        reading = Reading(motor, motor, time, 0.0)
+        readings[k, 0] = read_motor_position(theta, on, x, reading, period)
+        reading = Reading(load, load, time, 0.0)
+        readings[k, 1] = read_load_position(theta, on, x, reading, period)
+        reading = Reading(truth[k, 2], load, time, 0.0)
+        readings[k, 2] = read_torque(theta, on, x, reading, period)
+        reading = Reading(truth[k, 3], motor, time, 0.0)
+        readings[k, 3] = read_current(theta, on, x, reading, period)
 
 
 def govern(theta, on, x, references, motor, load, command, period):

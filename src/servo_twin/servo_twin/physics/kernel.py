@@ -26,7 +26,7 @@ import numpy as np
 
 from . import following, ports, rollout, state
 from .folds import FOLDS
-from .part import Correction
+from .part import Correction, DigitalDrive
 from .servo import Placed, Servo
 
 _HEADER = '''"""Generated from the structure of a servo; do not edit."""
@@ -126,14 +126,20 @@ def _source(servo: Servo) -> tuple[str, int]:
     """Return the text of the kernel's module and the size of its state."""
     slots = servo.slots()
     folds_text, size = _folds(servo, slots)
-    parts = [_HEADER, f'THETA_SIZE, STATE_SIZE = {len(servo.theta)}, {size}\n']
+    drive, mechanism, _ = starts(servo)
+    parts = [_HEADER, f'THETA_SIZE, STATE_SIZE = {len(servo.theta)}, {size}\n'
+             f'MECHANISM = {mechanism}\n']
     for kind, part in (('drive', servo.drive), ('mechanism', servo.mechanism),
                        ('controller', servo.controller), ('observer', Correction)):
         parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")
         values = _values(kind, part.parameters, slots, servo)
         body = f'    return {kind.title()}({values})' if values else f'    return {kind.title()}()'
         parts.append(f'@compiled\ndef {kind}_of(theta):\n{body}\n')
-    parts.append(f"drive_law = compiled(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
+    parts.append(f"drives_own = compiled(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
+    seen = (f'x[{drive}:{mechanism}], command, x[MOTOR_ANGLE]'
+            if issubclass(servo.drive, DigitalDrive) else 'x[CURRENT], command')
+    parts.append('@compiled\ndef drive_law(p, x, command, speed, h):\n'
+                 f'    return drives_own(p, {seen}, speed, h)\n')
     parts.append(f"_mechanism = servo.MECHANISMS[{_key_of('MECHANISMS', servo.mechanism)!r}]")
     parts.append('mechanism_rest = compiled(_mechanism.rest)')
     parts.append('mechanism_pull = compiled(_mechanism.pull)')
@@ -152,6 +158,12 @@ def _source(servo: Servo) -> tuple[str, int]:
     return '\n'.join(parts), size
 
 
+def starts(servo: Servo) -> tuple[int, int, int]:
+    """Return where in the state the memories of drive, mechanism and effects begin."""
+    mechanism = state.PARTS + servo.drive.memory
+    return state.PARTS, mechanism, mechanism + servo.mechanism.memory
+
+
 def _key_of(registry: str, part: type) -> str:
     from . import servo as module
     return next(k for k, v in getattr(module, registry).items() if v is part)
@@ -164,7 +176,8 @@ def _plain(function: FunctionType) -> str:
 def _borrowed(servo: Servo) -> dict:
     """Return what the mechanism's step uses from its own file, besides folds and the header's."""
     step = servo.mechanism.step
-    known = {f.__name__ for f in FOLDS.values()} | set(vars(state)) | set(vars(ports))
+    known = ({f.__name__ for f in FOLDS.values()} | set(vars(state)) | set(vars(ports))
+             | {'mechanism_pull'})
     return {n: step.__globals__[n] for n in step.__code__.co_names
             if n in step.__globals__ and n not in known}
 
@@ -180,7 +193,7 @@ def _values(path: str, parameters, slots: dict[str, slice], servo: Servo) -> str
 
 def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
     """Write the sum or the chain of effects of each port at each site."""
-    texts, memory = [], state.EFFECTS
+    texts, memory = [], starts(servo)[2]
     members: dict[tuple[str, str], list[str]] = {key: [] for key in FOLDS}
     for index, placed in enumerate(servo.effects):
         effect = placed.effect

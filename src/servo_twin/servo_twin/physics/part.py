@@ -11,6 +11,8 @@ class Part(Declared):
     """A part of a servo that is chosen by its name in the servo file."""
 
     source: ClassVar[str] = ''
+    memory: ClassVar[int] = 0
+    """How many numbers a drive or a mechanism remembers beside the state that all servos have."""
 
 
 class MotorDrive(Part):
@@ -18,7 +20,17 @@ class MotorDrive(Part):
     What makes torque of a command.
 
     ``law(p, current, command, speed, h)`` returns the current h later, A; the torque on the motor
-    shaft is ``p.torque_constant`` times the current.
+    shaft is ``p.torque_constant`` times the current. No memory but the current.
+    """
+
+
+class DigitalDrive(MotorDrive):
+    """
+    A drive with loops of its own that run at their own cycles, between two samples.
+
+    ``law(p, s, command, angle, speed, h)`` advances the drive by h at the motor's angle (rad) and
+    speed (rad/s), of the beginning of h, and returns the current h later, A, as a MotorDrive's
+    law does. ``s`` is its memory, shape (memory,), zero at the start, updated in place.
     """
 
 
@@ -29,10 +41,13 @@ class Mechanism(Part):
     ``step(p, theta, on, x, current_torque, external, temperature, h)`` advances the state in
     place; it is copied into the kernel and may use the names of :mod:`.folds`.
     ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest,
-    ``pull(p, wind_up, rate)`` the torque of the linear mesh.
+    ``pull(p, wind_up, rate)`` the torque of the linear mesh. What it remembers, zero at the start,
+    begins at ``x[MECHANISM]``. ``slides`` says that the load of a turning motor moves straight:
+    what stands in rad, N m and kg m2 at the load is in m, N and kg there.
     """
 
     compliant: ClassVar[bool]
+    slides: ClassVar[bool] = False
 
 
 class Controller(Part):

@@ -58,6 +58,7 @@ class Reading(NamedTuple):
     value: float  # what the sensor would read so far, in the unit of its channel
     angle: float  # rad, true angle of the shaft the sensor sits on
     time: float  # s, since the start of the run
+    reference: float  # rad at the load, that the position loop is told; 0 where there is none
 
 
 class Drive(Effect):

@@ -41,13 +41,17 @@ def run(theta, on, x, u, y, substeps, h, mode):
     samples = u.shape[0]
     for k in range(samples):
         # what the sensors read
-        time = x[TIME]
+        time, wanted = x[TIME], u[k, REFERENCE_POSITION]
         motor_at, load_at = x[MOTOR_ANGLE], x[LOAD_ANGLE]
-        motor = read_motor_position(theta, on, x, Reading(motor_at, motor_at, time), period)
-        load = read_load_position(theta, on, x, Reading(load_at, load_at, time), period)
+        reading = Reading(motor_at, motor_at, time, wanted)
+        motor = read_motor_position(theta, on, x, reading, period)
+        reading = Reading(load_at, load_at, time, wanted)
+        load = read_load_position(theta, on, x, reading, period)
         y[k, 0], y[k, 1] = motor, load
-        y[k, 2] = read_torque(theta, on, x, Reading(x[TORQUE], load_at, time), period)
-        y[k, 3] = read_current(theta, on, x, Reading(x[CURRENT], motor_at, time), period)
+        reading = Reading(x[TORQUE], load_at, time, wanted)
+        y[k, 2] = read_torque(theta, on, x, reading, period)
+        reading = Reading(x[CURRENT], motor_at, time, wanted)
+        y[k, 3] = read_current(theta, on, x, reading, period)
 
         # the measurements pull the state
         if mode == OBSERVER:
@@ -83,7 +87,7 @@ def run(theta, on, x, u, y, substeps, h, mode):
             else:
                 signal = Signal(command, x[MOTOR_SPEED], x[TIME])
                 arrived = command_path(theta, on, x, signal, h)
-                current = drive_law(drive, x[CURRENT], arrived, x[MOTOR_SPEED], h)
+                current = drive_law(drive, x, arrived, x[MOTOR_SPEED], h)
                 signal = Signal(current, x[MOTOR_SPEED], x[TIME])
                 x[CURRENT] = current_path(theta, on, x, signal, h)
             torque = drive.torque_constant * x[CURRENT]

@@ -10,13 +10,19 @@ import numpy as np
 from .controllers import Open, PositionLoop, VelocityPi
 from .drives import CurrentDrive, VoltageDrive
 from .effect import Declared, Effect, Parameter
+from .mechanisms.ball_screw import BallScrew
 from .mechanisms.rigid import Rigid
 from .mechanisms.two_inertia import TwoInertia
 from .part import Controller, Correction, Mechanism, MotorDrive, SensorPart
+from .pmsm_drive import PmsmDrive
 from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
 
-DRIVES: dict[str, type[MotorDrive]] = {'current': CurrentDrive, 'voltage': VoltageDrive}
-MECHANISMS: dict[str, type[Mechanism]] = {'two_inertia': TwoInertia, 'rigid': Rigid}
+DRIVES: dict[str, type[MotorDrive]] = {
+    'current': CurrentDrive, 'voltage': VoltageDrive, 'pmsm': PmsmDrive,
+}
+MECHANISMS: dict[str, type[Mechanism]] = {
+    'two_inertia': TwoInertia, 'rigid': Rigid, 'ball_screw': BallScrew,
+}
 CONTROLLERS: dict[str, type[Controller]] = {
     'none': Open, 'velocity_pi': VelocityPi, 'position_loop': PositionLoop,
 }
@@ -192,13 +198,27 @@ class Servo:
         return replace(self, effects=self.effects + more, values={**self.values, **(values or {})})
 
     def unit(self, path: str) -> str:
-        """Unit of a parameter, of a linear axis in metres and newtons."""
+        """Unit of a parameter, of what moves straight in metres and newtons."""
         unit = dict(self.declarations())[path].unit
-        if not self.linear:
+        if not self.straight(path):
             return unit
         for rotary, straight in (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm')):
             unit = unit.replace(rotary, straight)
         return unit
+
+    def straight(self, thing: str) -> bool:
+        """
+        Tell whether a parameter (by its path) or a channel is of something that moves straight.
+
+        All of a linear axis does, but the motor of one that drives it by a screw.
+        """
+        if not self.linear or not self.mechanism.slides:
+            return self.linear
+        sites = {f'effects.{placed.name}': placed.site for placed in self.effects}
+        turning = ('motor', 'motor_position', 'current', 'command')
+        place = sites.get(thing.rpartition('.')[0])
+        return place not in turning and not thing.startswith(
+            ('drive.', 'mechanism.', 'sensors.motor_encoder.', 'motor_'))
 
     def noise(self, channel: str) -> float:
         """Noise floor of a channel in its unit; NaN where the machine has no such sensor."""

@@ -1,4 +1,4 @@
-"""The flat state of a servo: what the first numbers of it mean; effects' memories follow."""
+"""The flat state of a servo: what the first numbers of it mean; memories follow."""
 
 MOTOR_ANGLE, MOTOR_SPEED, LOAD_ANGLE, LOAD_SPEED = 0, 1, 2, 3  # rad, rad/s
 CURRENT, TORQUE, TIME = 4, 5, 6  # A, N m on the load, s
@@ -7,7 +7,7 @@ LOAD_DIRECTION, LOAD_REVERSAL = 9, 10
 ZERO = 11  # rad at the load shaft: motor angle / ratio - load angle where the wind-up is zero
 CONTROLLER = 12  # first of the controller's numbers
 CONTROLLER_SIZE = 4
-EFFECTS = CONTROLLER + CONTROLLER_SIZE  # first of the effects' memories
+PARTS = CONTROLLER + CONTROLLER_SIZE  # first of the memories of the drive, then the mechanism's
 
 STATE = (
     'motor_angle', 'motor_speed', 'load_angle', 'load_speed', 'current', 'torque', 'time',

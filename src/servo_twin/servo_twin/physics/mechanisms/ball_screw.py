@@ -1,0 +1,173 @@
+"""Motor, screw and table: a ball screw that twists, stretches and has play in its nut."""
+
+from numba import njit
+
+from ..effect import Parameter
+from ..folds import (
+    load_friction,
+    load_torque,
+    mesh_clearance,
+    mesh_error,
+    mesh_torque,
+    motor_friction,
+    motor_torque,
+)
+from ..part import Mechanism
+from ..ports import Shaft, Teeth, WindUp
+from ..state import (
+    CURRENT,
+    LOAD_ANGLE,
+    LOAD_DIRECTION,
+    LOAD_REVERSAL,
+    LOAD_SPEED,
+    MOTOR_ANGLE,
+    MOTOR_DIRECTION,
+    MOTOR_REVERSAL,
+    MOTOR_SPEED,
+    TIME,
+    TORQUE,
+    ZERO,
+)
+from .slide import slide
+
+# ruff: noqa: F821  (MECHANISM is where this mechanism's memory begins)
+
+
+@njit(error_model='numpy')
+def axial_compliance(p, table):
+    """
+    Return 1/K_Z, m/N, with the table at ``table`` (m): screw, nut and bearings (eq. 5 to 7).
+
+    The screw is held at both ends; its nut stays within it, a twentieth of the span from either.
+    """
+    place = min(max(p.nut_place + table, 0.05 * p.span), 0.95 * p.span)
+    screw = place * (p.span - place) / (p.modulus * p.section * p.span)
+    nut = 0.8 * p.nut_stiffness * (p.preload / (0.1 * p.preload_rating)) ** (1.0 / 3.0)
+    return screw + 1.0 / nut + 1.0 / (p.bearing_stiffness + p.far_bearing_stiffness)
+
+
+@njit(error_model='numpy')
+def compliance(p, table):
+    """Return 1/K_L, rad/(N m), seen from the motor (eq. 3): along the screw, and in torsion."""
+    torsional = 1.0 / p.coupling_stiffness + 1.0 / p.screw_stiffness  # eq. 4
+    return p.efficiency * p.ratio * p.ratio * axial_compliance(p, table) + torsional
+
+
+class BallScrew(Mechanism):
+    r"""
+    Motor and screw joined by one spring, screw and table by the flanks of the nut.
+
+    .. math:: T_L = K_L (\theta_m - \theta_s), \quad
+              \frac{1}{K_L} = \eta \left(\frac{2\pi}{p}\right)^2 \frac{1}{K_Z} + \frac{1}{K_T}
+
+    .. math:: J_m\ddot\theta_m = T_e - T_L, \quad
+              (J_c + J_s)\ddot\theta_s = T_L - B_s\dot\theta_s - T_t, \quad
+              M\ddot S = \eta \frac{2\pi}{p} T_t - F_x - F_f
+
+    .. math:: T_t = K_c\,\Delta\theta + d\,\dot{\Delta\theta}, \quad
+              \Delta\theta = \theta_s - \frac{2\pi}{p}(S + S'), \quad
+              S' = F \left(\frac{1}{K_Z} + \left(\frac{p}{2\pi}\right)^2
+              \frac{1}{\eta K_T}\right)
+
+    The load is the table, in m and N: what the play of the nut (an effect of the mesh, b of eq. 9)
+    leaves of the wind-up presses the flanks. S' follows the force at once, so the spring of the
+    flanks is in series with it. The paper lets the screw give way twice, in K_L and in S';
+    ``deformation`` 0 leaves the second out. Efficiency is that of driving either way. The damping
+    of the twist is not the paper's, and zero there. Semi-implicit Euler.
+    """
+
+    source = 'paper 001 eq. 1 to 13'
+    compliant = True
+    slides = True
+    memory = 2  # twist of the screw behind the motor, rad, and its rate, rad/s
+
+    rotor_inertia = Parameter(5.3e-3, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft, J_m.')
+    coupling_inertia = Parameter(5e-4, 'kg m2', (0.0, 1e3), 'Of the coupling, J_c.', off=0.0)
+    screw_inertia = Parameter(2e-3, 'kg m2', (1e-9, 1e3), 'Of the screw, J_s.')
+    load_inertia = Parameter(200.0, 'kg', (1e-6, 1e6), 'Mass of the table, M.')
+    ratio = Parameter(392.699, 'rad/m', (1e-3, 1e6), 'Motor angle for one metre, 2 pi / p.')
+    efficiency = Parameter(0.95, '', (1e-3, 1.0), 'Of the screw, eta.')
+    screw_damping = Parameter(2e-3, 'N m s/rad', (0.0, 1e3), 'Of the screw, B_L.', off=0.0)
+    twist_damping = Parameter(0.0, 'N m s/rad', (0.0, 1e3), 'Between motor and screw.', off=0.0)
+    coupling_stiffness = Parameter(1e4, 'N m/rad', (1e-3, 1e10), 'Of the coupling, K_tc.')
+    screw_stiffness = Parameter(2e4, 'N m/rad', (1e-3, 1e10), 'Of the screw in torsion, K_ts.')
+    modulus = Parameter(2.06e11, 'N/m2', (1e6, 1e13), 'Of elasticity of the screw, E_bs.')
+    section = Parameter(9.6e-4, 'm2', (1e-8, 1.0), 'Area across the screw, A_s.')
+    span = Parameter(0.9, 'm', (1e-3, 100.0), 'Between the bearings, L_sg.')
+    nut_place = Parameter(0.45, 'm', (0.0, 100.0), 'Of the nut from one bearing at S = 0.')
+    bearing_stiffness = Parameter(3e8, 'N/m', (1.0, 1e13), 'Of one bearing along, K_ab1.')
+    far_bearing_stiffness = Parameter(3e8, 'N/m', (0.0, 1e13), 'Of the other one, K_ab2.')
+    nut_stiffness = Parameter(8e8, 'N/m', (1.0, 1e13), 'Of the nut at its rating, K_n0.')
+    preload = Parameter(3000.0, 'N', (1e-3, 1e7), 'Of the nut, F_p.')
+    preload_rating = Parameter(4e4, 'N', (1e-3, 1e8), 'Dynamic load rating of the nut, C_n0.')
+    contact_stiffness = Parameter(2000.0, 'N m/rad', (1e-3, 1e10), 'Of the nut flanks, K_c.')
+    contact_damping = Parameter(0.5, 'N m s/rad', (0.0, 1e5), 'Of the nut flanks, d.', off=0.0)
+    deformation = Parameter(1.0, '', (0.0, 1.0), "Share of S' of eq. 11 that is taken.", off=0.0)
+
+    @staticmethod
+    def rest(p, torque):
+        """Return the wind-up (m) that carries a force on the table (N) at S = 0."""
+        flank = 1.0 / p.contact_stiffness + p.deformation * compliance(p, 0.0)
+        return torque * flank / (p.efficiency * p.ratio * p.ratio)
+
+    @staticmethod
+    def pull(p, wind_up, rate):
+        """Return the force on the table (N) at a wind-up (m) and its rate (m/s), at S = 0."""
+        pressed = p.ratio * (p.contact_stiffness * wind_up + p.contact_damping * rate)
+        series = 1.0 + p.deformation * p.contact_stiffness * compliance(p, 0.0)
+        return p.efficiency * p.ratio * pressed / series
+
+    @staticmethod
+    def step(p, theta, on, x, current_torque, external, temperature, h):
+        turns, drive = 1.0 / p.ratio, p.efficiency * p.ratio
+        motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
+        motor_speed, load_speed = x[MOTOR_SPEED], x[LOAD_SPEED]
+        twist, twist_rate = x[MECHANISM], x[MECHANISM + 1]
+        screw_speed = motor_speed - twist_rate
+
+        # the screw, as long as it is between bearing and nut
+        soft = compliance(p, load)
+        series = 1.0 + p.deformation * p.contact_stiffness * soft
+        both = 1.0 / (soft * series)
+        carried = twist * series * both + p.twist_damping * twist_rate
+
+        # the flanks of the nut
+        teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
+        wind_up = (motor - twist) * turns - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
+        wind_up -= min(max(wind_up, -half), half)
+        touching = half == 0.0 or wind_up != 0.0
+        rate = (screw_speed * turns - load_speed) if touching else 0.0
+        pressed = p.ratio * (p.contact_stiffness * wind_up + p.contact_damping * rate)
+        pressed *= soft * both
+        pressed += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h) / drive
+        force = drive * pressed
+        x[TORQUE] = force
+
+        # the screw's inertia
+        resisted = carried - p.screw_damping * screw_speed - pressed
+        screw_speed += h / (p.coupling_inertia + p.screw_inertia) * resisted
+
+        # the motor shaft
+        travel = abs(motor - x[MOTOR_REVERSAL])
+        shaft = Shaft(motor, motor_speed, x[MOTOR_DIRECTION], carried, travel, x[CURRENT],
+                      temperature, time)
+        push = current_torque - carried + motor_torque(theta, on, x, shaft, h)
+        way = 1.0 if motor_speed + h / p.rotor_inertia * push > 0.0 else -1.0
+        shaft = Shaft(motor, motor_speed, way, carried, travel, x[CURRENT], temperature, time)
+        budget = max(0.0, motor_friction(theta, on, x, shaft, h))
+        slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, p.rotor_inertia, h)
+        x[MECHANISM + 1] = x[MOTOR_SPEED] - screw_speed
+        x[MECHANISM] = twist + h * x[MECHANISM + 1]
+
+        # the table
+        travel = abs(load - x[LOAD_REVERSAL])
+        shaft = Shaft(load, load_speed, x[LOAD_DIRECTION], force, travel, x[CURRENT],
+                      temperature, time)
+        push = force - external + load_torque(theta, on, x, shaft, h)
+        way = 1.0 if load_speed + h / p.load_inertia * push > 0.0 else -1.0
+        shaft = Shaft(load, load_speed, way, force, travel, x[CURRENT], temperature, time)
+        budget = max(0.0, load_friction(theta, on, x, shaft, h))
+        slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, p.load_inertia, h)
+
+        x[TIME] = time + h
