@@ -9,6 +9,7 @@ import sys
 COMMANDS = {
     'run': ('.run', 'rig, driver, twin and recorder side by side, with a live view and a page'),
     'replay': ('.replay', 'answer a bag as fast as the machine goes, or play it into ROS'),
+    'linearise': ('.linearise', 'transfer function, state space, Bode and step plots of a servo'),
     'parameters': ('.parameter_table', 'list what a servo file may say: value, unit, bounds'),
 }
 """Subcommand: its module, which has `add_arguments(parser)` and `main(arguments)`; a summary."""

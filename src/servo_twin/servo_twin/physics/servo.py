@@ -16,6 +16,7 @@ from .mechanisms.two_inertia import TwoInertia
 from .part import Controller, Correction, Mechanism, MotorDrive, SensorPart
 from .pmsm_drive import PmsmDrive
 from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
+from .state import EFFECTS
 
 DRIVES: dict[str, type[MotorDrive]] = {
     'current': CurrentDrive, 'voltage': VoltageDrive, 'pmsm': PmsmDrive,
@@ -173,6 +174,14 @@ class Servo:
     def switches(self) -> np.ndarray:
         """One switch an effect, all on, bool."""
         return np.ones(len(self.effects), dtype=np.bool_)
+
+    def memories(self) -> dict[str, slice]:
+        """Where the memory of each effect stands in the state, by path."""
+        slots, start = {}, EFFECTS
+        for placed in self.effects:
+            slots[f'effects.{placed.name}'] = slice(start, start + placed.effect.memory)
+            start += placed.effect.memory
+        return slots
 
     def with_theta(self, theta: np.ndarray) -> Servo:
         """Return this servo with the values of a flat vector; raises ServoError."""

@@ -1,0 +1,1 @@
+"""Linear forms of a servo: state space, transfer functions, and responses that were measured."""
