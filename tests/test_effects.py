@@ -34,10 +34,11 @@ load_encoder_eccentricity sensor_delay torque_sensor_gain torque_sensor_offset p
 """.split()
 """The effects among the table of signatures of GAP_METHOD.md; the rest of it are parameters."""
 
-BASE = ('torque', 'angle', 'time', 'current', 'voltage', 'temperature')
+BASE = ('torque', 'angle', 'time', 'current', 'voltage', 'temperature', 'length')
 DIMENSIONS = {
     '': {}, 'N m': {'torque': 1}, 'rad': {'angle': 1}, 'rad2': {'angle': 2}, 'rad3': {'angle': 3},
-    's': {'time': 1}, 's2': {'time': 2}, 'A': {'current': 1}, 'V': {'voltage': 1},
+    's': {'time': 1}, 'm': {'length': 1}, 's2': {'time': 2},
+    'A': {'current': 1}, 'V': {'voltage': 1},
     'Hz': {'time': -1}, 'degC': {'temperature': 1}, '1': {},
     'kg m2': {'torque': 1, 'time': 2, 'angle': -1},
 }

@@ -46,6 +46,7 @@ class Bench:
         self.period = period
         self.parameters = rig.parameters()
         self.state = fresh_state(rig.values['thermal.start'])
+        self.state['brake_phase'] = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi)
         self.out = np.zeros(sampling.ANSWERS)
         self._command = np.zeros(3)
         self._random = np.random.default_rng(seed)

@@ -13,7 +13,7 @@ Mises' density; lubricant that thins as Eyring's fluid,
 :math:`c\,\omega_e \mathrm{asinh}(\omega/\omega_e)`.
 """
 
-from math import asinh, cos, exp, log1p, sqrt
+from math import asinh, cos, exp, log1p, pi, sqrt
 
 import numba as nb
 
@@ -82,11 +82,27 @@ def load_budget(P, S):
 
 
 @nb.njit
+def brake(P, S):
+    """
+    Return what the disc brake holds with, N m at the motor.
+
+    The mean is what was asked; the disc wobbles, the control of its force oscillates and is
+    begun anew, somewhere in its period, each time the rig is switched on.
+    """
+    if P.brake_torque == 0.0:
+        return 0.0
+    level = 1.0 + 0.03 * P.brake_runout * cos(S.motor_angle + 0.8)
+    level += 0.04 * P.brake_swing * cos(2.0 * pi * P.brake_frequency * S.time + S.brake_phase)
+    level += 0.05 * P.brake_grip / (1.0 + abs(S.motor_speed) / P.brake_fade_speed)
+    return P.brake_torque * max(0.0, level)
+
+
+@nb.njit
 def motor_budget(P, S):
     """Return what the motor's bearings and seals can resist with, N m at the motor."""
     warm = exp(-0.004 * P.friction_temperature * (S.temperature - 25.0))
     return (P.friction_motor_coulomb * P.friction_motor_level * P.friction_level * warm
-            + P.withheld_motor_drag)
+            + P.withheld_motor_drag + brake(P, S))
 
 
 @nb.njit

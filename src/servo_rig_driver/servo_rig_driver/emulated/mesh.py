@@ -4,11 +4,12 @@ The mesh: tooth pairs that come to bear one by one, each flank with an error of 
 Pair j bears on the forward flank once :math:`x_j = w - e_f(\theta_l) - b - s_j > 0` with
 :math:`w = \theta_m/N - \theta_l`, and on the reverse flank likewise with :math:`e_r`. The torque
 is the sum of their springs; where few pairs bear, the mesh is soft. The play 2b is larger under
-load and varies over the turn. The flanks' errors change the ratio at once, so the torque on the
-load is :math:`T(1 + e')` and the mesh neither makes nor loses energy by them.
+load, varies over the turn and opens with the slide that carries the encoder. The flanks' errors
+change the ratio at once, so the torque on the load is :math:`T(1 + e')` and the mesh neither makes
+nor loses energy by them.
 """
 
-from math import cos, sin, sqrt
+from math import acos, cos, sin, sqrt, tan
 
 import numba as nb
 
@@ -47,12 +48,41 @@ def flank_errors(P, angle):
 
 
 @nb.njit
+def involute(angle):
+    """Return tan(angle) - angle, rad."""
+    return tan(angle) - angle
+
+
+@nb.njit
+def carrier_play(P):
+    r"""
+    Return the play that the slide of the encoder opens, rad at the load.
+
+    Two equal involute gears whose shafts are :math:`a' = a + x` apart bear at the pressure angle
+    :math:`\cos\alpha' = (a / a') \cos\alpha` and have the play
+    :math:`2 a' (\mathrm{inv}\,\alpha' - \mathrm{inv}\,\alpha)` on circles of radius a'/2.
+    Flanks that are arcs leave them at root and tip, so the play is larger at both ends.
+    """
+    x = P.carrier_setting - P.carrier_zero
+    if x <= 0.0:
+        return 0.0
+    apart = P.carrier_base + x
+    alpha = P.carrier_pressure_angle
+    bearing = acos(P.carrier_base / apart * cos(alpha))
+    play = 4.0 * (involute(bearing) - involute(alpha))
+    depth = x / P.carrier_depth
+    printed = 0.00025 * P.carrier_arc * (2.0 * depth - 1.0) ** 4 * min(1.0, 8.0 * depth)
+    printed += 0.00003 * P.carrier_waviness * sin(9.0 * depth)
+    return max(0.0, play + printed / P.carrier_radius)
+
+
+@nb.njit
 def half_play(P, S):
     """Return half the free play at the load, rad."""
     if P.mesh_backlash == 0.0:
         return 0.0
     c = cos(S.load_angle - 0.7)
-    play = 0.5 * P.mesh_gap * P.mesh_backlash
+    play = 0.5 * (P.mesh_gap + carrier_play(P)) * P.mesh_backlash
     play *= max(0.0, 1.0 + 0.35 * P.mesh_backlash_position * (0.7 * c + 0.6 * c * c - 0.3))
     wide = S.slow_torque / (S.slow_torque + P.mesh_opening_torque)
     return play * (1.0 + 0.5 * P.mesh_backlash_load * wide)

@@ -60,6 +60,7 @@ PROPERTIES = (
     Property('drive.velocity_filter', 0.0, 's', 0.0, 1.0, 'Low-pass of the measured speed.'),
     Property('drive.position_gain', 20.0, '1/s', 0.0, BIG, 'Speed for one radian of error.'),
     Property('drive.velocity_limit', 2.0, 'rad/s', 1e-3, BIG, 'Of the position loop, load side.'),
+    _scale('drive.load_feedback', 'Where the position loop looks: 0 motor, 1 load encoder.', 0.0),
 
     Property('friction.load_coulomb', 18.0, 'N m', 0.0, BIG, 'Sliding level at the load.'),
     Property('friction.motor_coulomb', 0.03, 'N m', 0.0, BIG, 'Sliding level at the motor.'),
@@ -81,6 +82,24 @@ PROPERTIES = (
     _scale('friction.load', 'Growth with the transmitted torque.'),
     _scale('friction.asymmetry', 'Difference by direction; 1 is 5 % to either side.'),
     _scale('friction.temperature', 'Fall with temperature.'),
+
+    # a disc brake on the motor shaft and a movable carrier of the load encoder, as paper 002 has
+    Property('brake.torque', 0.0, 'N m', 0.0, BIG, 'Asked of the disc brake on the motor shaft.'),
+    _scale('brake.runout', 'Variation over the turn of the disc; 1 is 3 %.'),
+    _scale('brake.swing', 'Oscillation of the force control, begun at random; 1 is 4 %.'),
+    Property('brake.frequency', 3.7, 'Hz', 0.0, 1e3, 'Of that oscillation.'),
+    _scale('brake.grip', 'Excess of a disc that hardly turns; 1 is 5 %.'),
+    Property('brake.fade_speed', 2.0, 'rad/s', 1e-6, BIG, 'Of the disc, at half of it.'),
+
+    Property('carrier.setting', 0.0, 'm', 0.0, 0.1, 'Where the slide of the encoder is.'),
+    Property('carrier.zero', 0.0, 'm', 0.0, 0.1, 'Setting at which both flanks touch.'),
+    Property('carrier.base', 0.09, 'm', 1e-3, 10.0, 'Distance of the shafts at that setting.'),
+    Property('carrier.radius', 0.045, 'm', 1e-3, 10.0, 'Pitch circle of the gear on the encoder.'),
+    Property('carrier.pressure_angle', 0.349, 'rad', 0.1, 0.7, 'Of the teeth.'),
+    Property('carrier.depth', 0.006, 'm', 1e-4, 0.1, 'Way of the slide from flanks that touch to '
+             'teeth that part.'),
+    _scale('carrier.arc', 'Flanks that are arcs and no involutes; 1 is 0.25 mm of play.'),
+    _scale('carrier.waviness', 'Printed flanks: play that swings as it opens; 1 is 0.03 mm.'),
 
     Property('thermal.capacity', 600.0, 'J/K', 1e-3, BIG, 'Of the gearbox.'),
     Property('thermal.cooling', 1.0, 'W/K', 1e-6, BIG, 'To the room.'),

@@ -95,7 +95,8 @@ def _loops(P, S, period, command, out):
     wanted = reference
     if mode == POSITION_MODE:
         top = P.drive_velocity_limit
-        wanted = min(max(P.drive_position_gain * (reference - angle), -top), top)
+        seen = out[LOAD] if P.drive_load_feedback > 0.5 else angle
+        wanted = min(max(P.drive_position_gain * (reference - seen), -top), top)
     error = wanted - S.speed_estimate
     gain = P.drive_velocity_gain * (1.0 + P.withheld_controller_gain)
     more = (P.drive_velocity_integral * (1.0 + P.withheld_controller_integral)) * period * error

@@ -23,6 +23,7 @@ STATE = np.dtype([
     ('motor_force', 'f8'), ('load_force', 'f8'), ('payload_force', 'f8'),  # N m, by position
     ('slow_torque', 'f8'),                                 # N m, magnitude that opens the play
     ('current', 'f8'), ('current_integral', 'f8'),         # A, V
+    ('brake_phase', 'f8'),                                 # rad, of its control at the start
     ('external', 'f8'), ('external_rate', 'f8'), ('external_target', 'f8'),
     ('temperature', 'f8'), ('heat', 'f8'),             # degC, W
     ('torque_reading', 'f8'), ('torque_zero', 'f8'),

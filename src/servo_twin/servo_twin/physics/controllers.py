@@ -83,3 +83,39 @@ class PositionLoop(Controller):
         if abs(command) <= p.limit:
             s[3] += p.ki * period * error
         return min(max(command, -p.limit), p.limit)
+
+
+class Cascade(Controller):
+    r"""
+    A position loop over the encoder of the load around a speed loop over that of the motor.
+
+    .. math:: \omega_w = \mathrm{clip}(k_p (\theta_r - \theta_l), \omega_{max}), \quad
+              u = k_v (\omega_w - \hat\omega_m / N) + k_i \int (\omega_w - \hat\omega_m / N)\,dt
+
+    The play of the transmission lies inside the outer loop. The integral stands still while the
+    output is at its limit.
+    """
+
+    source = 'closed loop of position over an encoder at the output, paper 002 (bench and model)'
+
+    kp = Parameter(8.0, '1/s', (0.0, 1e7), 'Position gain.', off=0.0)
+    kv = Parameter(1.0, 'V s/rad', (0.0, 1e7), 'Gain of the speed loop, load side.', off=0.0)
+    ki = Parameter(0.0, 'V/rad', (0.0, 1e9), 'Integral gain of the speed loop.', off=0.0)
+    filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
+    speed_limit = Parameter(1e3, 'rad/s', (0.0, 1e6), 'Most speed that it asks for, load side.')
+    limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
+
+    @staticmethod
+    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+        angle = motor / ratio
+        if s[0] == 0.0:
+            s[0], s[1] = 1.0, angle
+        keep = exp(-period / p.filter) if p.filter > 0.0 else 0.0
+        s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
+        s[1] = angle
+        wanted = p.kp * (reference_position - load)
+        error = min(max(wanted, -p.speed_limit), p.speed_limit) - s[2]
+        command = p.kv * error + s[3] + p.ki * period * error
+        if abs(command) <= p.limit:
+            s[3] += p.ki * period * error
+        return min(max(command, -p.limit), p.limit)

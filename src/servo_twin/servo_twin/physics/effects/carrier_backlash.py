@@ -1,0 +1,37 @@
+"""A gap that is set by moving one gear away from the other."""
+
+from ..effect import Parameter
+from ..ports import Clearance
+
+
+class CarrierBacklash(Clearance):
+    r"""
+    Play over the setting of a slide, straight between the settings where it is known.
+
+    .. math:: \theta_h = w_k + \frac{s - s_k}{s_{k+1} - s_k}(w_{k+1} - w_k),
+              \quad s_k \le s \le s_{k+1}
+
+    Beyond the outermost settings the nearest line goes on. ``settings`` rise. No candidate of a
+    diagnosis: the setting is read off the slide, and play beside the curve is `backlash`.
+    """
+
+    source = 'paper 002 section 5.1, figure 5.1: play over the setting of the carrier'
+    candidate = False
+
+    setting = Parameter(0.01, 'm', (0.0, 10.0), 'Where the slide stands.')
+    settings = Parameter((0.009, 0.015), 'm', (0.0, 10.0), 'At which the play is known.')
+    widths = Parameter((0.0, 0.08), 'rad', (0.0, 1.0), 'From flank to flank there.', off=0.0)
+
+    @staticmethod
+    def law(p, s, motion, h):
+        last = len(p.settings) - 1
+        if last == 0:
+            return p.widths[0]
+        k = 1
+        while k < last and p.setting > p.settings[k]:
+            k += 1
+        rise = p.settings[k] - p.settings[k - 1]
+        if rise <= 0.0:
+            return p.widths[k]
+        share = (p.setting - p.settings[k - 1]) / rise
+        return p.widths[k - 1] + share * (p.widths[k] - p.widths[k - 1])
