@@ -8,6 +8,7 @@ import numpy as np
 
 from ..physics import state
 from ..physics.kernel import kernel_of
+from ..physics.part import DigitalDrive
 from ..physics.servo import Servo, ServoError
 from ..physics.simulate import initial_state, ROOM_TEMPERATURE
 from ..physics.state import INPUTS
@@ -103,13 +104,14 @@ class Still:
         return kept
 
     def memories(self) -> list[tuple[str, slice]]:
-        """Return the name of each effect and where its memory stands in the state."""
+        """Return drive, mechanism and effects by name, and where their memory stands."""
         return [(path.removeprefix('effects.'), slot)
                 for path, slot in self.servo.memories().items()]
 
     def remembers(self) -> list[bool]:
         """Return whether each of `memories` takes part in the linear form."""
-        off = set(self.left_out) | {p.name for p in self.servo.effects
+        off = {'drive'} if issubclass(self.servo.drive, DigitalDrive) else set()
+        off |= set(self.left_out) | {p.name for p in self.servo.effects
                                     if p.effect.name in _DEAD_TIMES}
         return [owner not in off for owner, _ in self.memories()]
 
@@ -134,6 +136,9 @@ class Still:
     def _find(self) -> None:
         """Find the inputs and the state of steady motion, by Newton's method."""
         point, servo = self.point, self.servo
+        if issubclass(servo.drive, DigitalDrive) and self._given == state.VOLTAGE:
+            raise ServoError(f'{servo.name}: the loops of its drive have cycles of their own and no '
+                             f'continuous linear form; take the input current')
         if point.friction == 'stuck' and not servo.mechanism.compliant:
             raise ServoError(f'{servo.name}: friction stuck: a {servo.mechanism.name} mechanism '
                              f'cannot move while its load sticks; there are sliding and none')

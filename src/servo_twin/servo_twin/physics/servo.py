@@ -16,7 +16,7 @@ from .mechanisms.two_inertia import TwoInertia
 from .part import Controller, Correction, Mechanism, MotorDrive, SensorPart
 from .pmsm_drive import PmsmDrive
 from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
-from .state import EFFECTS
+from .state import PARTS
 
 DRIVES: dict[str, type[MotorDrive]] = {
     'current': CurrentDrive, 'voltage': VoltageDrive, 'pmsm': PmsmDrive,
@@ -177,11 +177,12 @@ class Servo:
         return np.ones(len(self.effects), dtype=np.bool_)
 
     def memories(self) -> dict[str, slice]:
-        """Where the memory of each effect stands in the state, by path."""
-        slots, start = {}, EFFECTS
-        for placed in self.effects:
-            slots[f'effects.{placed.name}'] = slice(start, start + placed.effect.memory)
-            start += placed.effect.memory
+        """Where the memory of drive, mechanism and each effect stands in the state, by path."""
+        slots, start = {}, PARTS
+        for path, owner in (('drive', self.drive), ('mechanism', self.mechanism),
+                            *((f'effects.{p.name}', p.effect) for p in self.effects)):
+            slots[path] = slice(start, start + owner.memory)
+            start += owner.memory
         return slots
 
     def with_theta(self, theta: np.ndarray) -> Servo:
