@@ -38,11 +38,13 @@ class FreeRun:
     """
     One recording and what a servo makes of its command.
 
-    ``y`` (samples, OUTPUTS) of the twin; ``measured`` and ``predicted`` speed of the load, rad/s.
+    ``y`` (samples, OUTPUTS) of the twin; ``angle`` of the load as measured, rad; ``measured`` and
+    ``predicted`` speed of the load, rad/s.
     """
 
     recording: Recording
     y: np.ndarray
+    angle: np.ndarray
     measured: np.ndarray
     predicted: np.ndarray
 
@@ -55,8 +57,8 @@ class FreeRun:
     @property
     def angle_fit(self) -> float:
         """Goodness of fit of the angle from where the run began."""
-        start = self.recording['load_position'][0]
-        return goodness_of_fit(self.recording['load_position'] - start, self.y[:, 1] - start)
+        start = self.angle[0]
+        return goodness_of_fit(self.angle - start, self.y[:, 1] - start)
 
 
 def speed_of(angle: np.ndarray, period: float, cutoff: float = CUTOFF) -> np.ndarray:
@@ -79,11 +81,16 @@ def rolled(servo: Servo, recording: Recording, mode: str = 'measured_input',
 
 
 def free_run(servo: Servo, recording: Recording, theta: np.ndarray | None = None) -> FreeRun:
-    """Return the free run of a servo under the command of a recording."""
+    """
+    Return the free run of a servo under the command of a recording.
+
+    Where no encoder sits on the load, its angle is that of the motor behind the ratio.
+    """
     y = rolled(servo, recording, theta=theta)
-    period = recording.period
-    return FreeRun(recording, y, speed_of(recording['load_position'], period),
-                   speed_of(y[:, 1], period))
+    period, angle = recording.period, recording['load_position']
+    if not recording.has('load_position'):
+        angle = recording['motor_position'] / servo.values['mechanism.ratio']
+    return FreeRun(recording, y, angle, speed_of(angle, period), speed_of(y[:, 1], period))
 
 
 def free_runs(servo: Servo, recordings: Sequence[Recording],

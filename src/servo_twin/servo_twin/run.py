@@ -51,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rig.add_argument('--no-emulator', action='store_true',
                      help='a real drive, on the bus that the driver file names')
     rig.add_argument('--driver', type=Path, metavar='D.yaml',
-                     help='parameter file of the driver (default: the shipped driver.yaml)')
+                     help='parameter file of the driver (default: ../drivers/R.yaml from the rig '
+                     'file, else the shipped driver.yaml)')
     rig.add_argument('--namespace', default='rig', help='of all nodes (default %(default)s)')
     rig.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples a second')
     rig.add_argument('--block', type=int, default=10,
@@ -129,10 +130,16 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
+    rig = None if arguments.no_emulator else arguments.rig or shipped('rigs/rv_bench.yaml')
     return Bench(
         folder=folder, servo=servo_at(arguments.servo or 'rv_bench'),
-        driver=arguments.driver or shipped('driver.yaml'),
-        rig=None if arguments.no_emulator else arguments.rig or shipped('rigs/rv_bench.yaml'),
+        driver=arguments.driver or _driver_of(rig), rig=rig,
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
         settings=tuple(settings), duration=arguments.duration)
+
+
+def _driver_of(rig: Path | None) -> Path:
+    """Return the driver's parameters for a rig file: dictionaries and limits of its machine."""
+    own = None if rig is None else rig.resolve().parent.parent / 'drivers' / rig.name
+    return own if own is not None and own.exists() else shipped('driver.yaml')

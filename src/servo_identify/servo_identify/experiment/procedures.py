@@ -3,7 +3,8 @@ The procedures: what a rig is driven through to learn one thing about it.
 
 Those of paper 000: `friction` (section 3.1), `backlash` (3.2), `transmission_error` (3.3),
 `open_loop_sine` and `open_loop_square` (4.1, table 4), `velocity_loop` (4.2, figure 12),
-`reversal` (figure 13), `position_ramp` (figure 14); the others are what a diagnosis asks for.
+`reversal` (figure 13), `position_ramp` (figure 14). Those of paper 003 (section 3.2):
+`multilevel_steps`, `sinusoids`. The others are what a diagnosis asks for.
 """
 
 from __future__ import annotations
@@ -206,6 +207,20 @@ def _coast_down(c: Choices) -> list:
     return [('coast_down', 'voltage', waves.framed(wave, c.period), 0.0)]
 
 
+def _multilevel_steps(c: Choices) -> list:
+    """Steps of an order of their own for each amplitude; speeds near zero come with the small."""
+    return [(f'multilevel_steps_{u:g}V', 'voltage', waves.framed(
+        u * waves.staircase(_time(18.0, c), 9, 0.5, round(1e3 * u)), c.period), 0.0)
+        for u in c.amplitudes or (1.0, 1.6)]
+
+
+def _sinusoids(c: Choices) -> list:
+    low, high = (c.frequencies + (0.2, 2.0)[len(c.frequencies):])[:2]
+    return [(f'sinusoids_{u:g}V_{low:g}-{high:g}Hz', 'voltage', waves.framed(
+        u * waves.sinusoids(_time(25.0, c), low, high, 5), c.period), 0.0)
+        for u in c.amplitudes or (1.0, 1.6)]
+
+
 PROCEDURES = {p.name: p for p in (
     Procedure('friction', 'a full turn both ways at each of a ladder of speeds', _friction),
     Procedure('backlash', 'a full turn both ways under each of several loads of both signs',
@@ -224,6 +239,9 @@ PROCEDURES = {p.name: p for p in (
     Procedure('load_steps', 'steps of load at a constant speed, both ways', _load_steps),
     Procedure('chirp', 'a sine of voltage from 0.5 to 30 Hz', _swept('chirp')),
     Procedure('multisine', 'sines of voltage from 0.5 to 30 Hz at once', _swept('multisine')),
+    Procedure('multilevel_steps', 'steps of voltage to nine levels in an order of chance',
+              _multilevel_steps),
+    Procedure('sinusoids', 'sines of voltage of several sizes and frequencies', _sinusoids),
     Procedure('slow_reversals', 'a triangle of speed through zero', _slow_reversals),
     Procedure('hold', 'standstill under a swinging load', _hold),
     Procedure('coast_down', 'a push, then none, both ways', _coast_down))}

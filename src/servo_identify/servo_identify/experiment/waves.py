@@ -66,3 +66,29 @@ def multisine(time: np.ndarray, first: float, last: float, lines: int, seed: int
     turns = np.random.default_rng(seed).random(len(tones))
     wave = np.sin(2.0 * np.pi * (np.outer(time, tones) + turns)).sum(axis=1)
     return wave / np.abs(wave).max()
+
+
+def staircase(time: np.ndarray, levels: int, dwell: float, seed: int) -> np.ndarray:
+    """
+    Return steps between -1 and 1, each held for ``dwell`` s.
+
+    The levels are in equal distances, and each comes once before one comes again, in an order
+    that is drawn by ``seed``.
+    """
+    steps, draw = np.linspace(-1.0, 1.0, levels), np.random.default_rng(seed)
+    place = (time // dwell).astype(int)
+    rounds = int(place[-1]) // levels + 1
+    return np.concatenate([draw.permutation(steps) for _ in range(rounds)])[place]
+
+
+def sinusoids(time: np.ndarray, first: float, last: float, count: int) -> np.ndarray:
+    """
+    Return ``count`` sines one after the other, without a jump of phase; the largest is 1.
+
+    Their frequencies, Hz, go from first to last in equal ratios; their sizes rise and fall in
+    turns, so that slow and fast ones are both small and large.
+    """
+    place = np.minimum((time / time[-1] * count).astype(int), count - 1)
+    tone = np.geomspace(first, last, count)[place]
+    size = np.linspace(1.0, 0.3, count)[(place * 2) % count]
+    return size * np.sin(2.0 * np.pi * np.cumsum(tone) * (time[1] - time[0]))

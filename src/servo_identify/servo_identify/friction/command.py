@@ -19,13 +19,18 @@ from servo_twin.bag import read_recording
 
 from .balance import friction_of
 from .comparison import best_of, compared, markdown, plain
-from .dataset import dataset_of
+from .dataset import dataset_of, FEATURES
 from .learners import names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
+    parser.add_argument('--unseen', type=Path, nargs='+', metavar='BAG', default=[],
+                        help='bags that nothing is trained on, to judge every learner by')
+    parser.add_argument('--without', nargs='+', choices=FEATURES, default=[],
+                        help='features that the learners shall not be given; without a torque '
+                        'sensor friction is a sum of current and acceleration')
     parser.add_argument('--servo', type=Path, required=True, help='servo file of the machine')
     parser.add_argument('-o', '--output', type=Path, required=True, help='folder to write to')
     parser.add_argument('--learners', nargs='+', choices=names(), default=names())
@@ -42,8 +47,11 @@ def main(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
     servo = servo_file.load(arguments.servo)
-    recordings = [read_recording(bag, arguments.namespace) for bag in arguments.bags]
-    data = dataset_of(friction_of(servo, recordings, arguments.site))
+    recordings, unseen = ([read_recording(bag, arguments.namespace) for bag in bags]
+                          for bags in (arguments.bags, arguments.unseen))
+    samples = friction_of(servo, [*recordings, *unseen], arguments.site)
+    data = dataset_of(samples, without=arguments.without, unseen=range(
+        len(recordings), len(recordings) + len(unseen)))
     arguments.output.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
     with console.status('learning') as status:

@@ -19,9 +19,9 @@ class Row:
     """
     What one learner reached.
 
-    ``test`` on the last part of each run, ``beyond`` at speeds faster than any it was trained on
-    (None where there are none), both in N m; ``seconds`` of training, ``nanoseconds`` of one
-    evaluation of the exported model.
+    ``test`` on the last part of each run, ``beyond`` at speeds faster than any it was trained on,
+    ``unseen`` on recordings that were kept back whole (None where there are none), all in N m;
+    ``seconds`` of training, ``nanoseconds`` of one evaluation of the exported model.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Row:
     seconds: float
     nanoseconds: float
     sentence: str
+    unseen: Scores | None = None
 
 
 def compared(data: Dataset, names: Sequence[str], *, seed: int = 0, seconds: float = 60.0,
@@ -44,12 +45,15 @@ def compared(data: Dataset, names: Sequence[str], *, seed: int = 0, seconds: flo
         model = learn(data, seed, seconds, _named(name, told))
         spent = time.perf_counter() - begun
         models[name] = model
-        beyond = None
-        if len(data.beyond):
-            beyond = scores_of(data.target[data.beyond], model.predict(data, data.beyond))
-        rows.append(Row(name, scores_of(data.target[data.test], model.predict(data, data.test)),
-                        beyond, model.size, spent, _time_of(model), model.sentence))
+        test, beyond, unseen = (_scored(model, data, part) for part in (
+            data.test, data.beyond, data.unseen))
+        rows.append(Row(name, test, beyond, model.size, spent, _time_of(model), model.sentence,
+                        unseen))
     return rows, models
+
+
+def _scored(model: Model, data: Dataset, part: np.ndarray) -> Scores | None:
+    return scores_of(data.target[part], model.predict(data, part)) if len(part) else None
 
 
 def _named(name: str, told):
@@ -72,23 +76,33 @@ def _time_of(model: Model) -> float:
 
 def markdown(rows: Sequence[Row]) -> str:
     """Return the table as Markdown."""
-    lines = ['| learner | RMSE, N m | MAE, N m | R2 | RMSE beyond trained speeds, N m '
-             '| parameters | training, s | evaluation, us | readable |',
-             '|---|---|---|---|---|---|---|---|---|']
+    kept_back = any(r.unseen for r in rows)
+    head = ['learner', 'RMSE, N m', 'MAE, N m', 'R2']
+    if kept_back:
+        head += [f'{what} unseen' for what in head[1:]]
+    head += ['RMSE beyond trained speeds, N m', 'parameters', 'training, s', 'evaluation, us',
+             'readable']
+    lines = ['| ' + ' | '.join(head) + ' |', '|' + '---|' * len(head)]
     for r in rows:
-        far = f'{r.beyond.rmse:.4g}' if r.beyond else 'not measured'
-        lines.append(f'| {r.name} | {r.test.rmse:.4g} | {r.test.mae:.4g} | {r.test.r2:.5f} '
-                     f'| {far} | {r.size} | {r.seconds:.1f} | {r.nanoseconds / 1e3:.2f} | '
-                     f'{r.sentence.replace("|", chr(92) + "|") or "no"} |')
+        cells = [r.name, *_cells(r.test), *(_cells(r.unseen) if kept_back else []),
+                 f'{r.beyond.rmse:.4g}' if r.beyond else 'not measured', f'{r.size}',
+                 f'{r.seconds:.1f}', f'{r.nanoseconds / 1e3:.2f}',
+                 r.sentence.replace('|', chr(92) + '|') or 'no']
+        lines.append('| ' + ' | '.join(cells) + ' |')
     return '\n'.join(lines) + '\n'
+
+
+def _cells(scores: Scores) -> list[str]:
+    return [f'{scores.rmse:.4g}', f'{scores.mae:.4g}', f'{scores.r2:.5f}']
 
 
 def plain(rows: Sequence[Row]) -> list[dict]:
     """Return the table ready for JSON."""
     return [{**{k: getattr(r, k) for k in ('name', 'size', 'seconds', 'nanoseconds', 'sentence')},
-             'test': vars(r.test), 'beyond': vars(r.beyond) if r.beyond else None} for r in rows]
+             **{part: vars(scores) if scores else None for part, scores in (
+                 ('test', r.test), ('beyond', r.beyond), ('unseen', r.unseen))}} for r in rows]
 
 
 def best_of(rows: Sequence[Row]) -> Row:
-    """Return the row with the smallest test error."""
-    return rows[int(np.argmin([r.test.rmse for r in rows]))]
+    """Return the row with the smallest error on unseen recordings, or else on the test part."""
+    return rows[int(np.argmin([(r.unseen or r.test).rmse for r in rows]))]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +24,7 @@ class Dataset:
     friction, N m, with the sign of the motion it resists; ``run`` (samples,); ``period`` s.
     ``train``, ``validation``, ``test`` and ``beyond`` are the numbers of samples whose window of
     :data:`SEQUENCE` samples ends there and lies within one run; ``beyond`` is faster than any of
-    the others.
+    the others. ``unseen`` are those of runs of which nothing else was taken.
     """
 
     features: np.ndarray
@@ -35,40 +36,58 @@ class Dataset:
     validation: np.ndarray
     test: np.ndarray
     beyond: np.ndarray
+    unseen: np.ndarray = field(default_factory=lambda: np.array([], dtype=int))
 
     def windows(self, rows: np.ndarray) -> np.ndarray:
         """Return (rows, SEQUENCE, 3), the sample itself last."""
         return self.features[rows[:, None] + np.arange(1 - SEQUENCE, 1)]
 
 
-def dataset_of(samples: FrictionSamples, period: float = 0.01, most: int = 30_000) -> Dataset:
+def dataset_of(samples: FrictionSamples, period: float = 0.01, most: int = 30_000,
+               unseen: Collection[int] = (), without: Collection[str] = ()) -> Dataset:
     """
     Thin samples to ``period`` s and split each run: 60 % train, 20 % validation, 20 % test.
 
     Chronological, so that no window of one part holds a sample of another's target. A run of few
     reversals, such as a turn there and back, is split in each direction by itself, or the test
     would see one direction only and the training hardly that one. ``most`` limits the number of
-    training windows.
-    Raises ValueError when too little is left.
+    training windows. ``unseen`` are numbers of runs (as in ``samples.run``) that are kept back
+    whole; ``beyond`` is then what is faster there than anything in the other runs, else what is
+    faster than :data:`FAST` of the top speed, which nothing is trained on. ``without`` names
+    features that are zero everywhere, so that they tell nothing: where there is no torque sensor,
+    friction *is* a sum of current and acceleration (paper 003 eq. 4), and whoever is given both
+    needs to know nothing of friction.
+    Raises ValueError for an unknown feature, and when too little is left.
     """
+    unknown = sorted(set(without) - set(FEATURES))
+    if unknown:
+        raise ValueError(f'there is no feature {unknown[0]!r}; there are {list(FEATURES)}')
     every = max(1, round(period / samples.period))
     thin = samples[::every]
     features = np.column_stack([thin.speed, thin.acceleration, thin.current])
-    fast = np.abs(thin.speed) > FAST * np.abs(thin.speed).max()
-    parts: list[list[np.ndarray]] = [[], [], [], []]
-    for run in np.unique(thin.run):
+    features[:, [FEATURES.index(name) for name in without]] = 0.0
+    speed, new = np.abs(thin.speed), np.isin(thin.run, list(unseen))
+    if new.all():
+        raise ValueError('every recording is to be kept back; there is none to train on')
+    fast = speed > (speed[~new].max() if new.any() else FAST * speed.max())
+    parts: list[list[np.ndarray]] = [[], [], [], [], []]
+    for run in np.unique(thin.run[new]):
+        rows = np.flatnonzero(thin.run == run)[SEQUENCE - 1:]
+        parts[3].append(rows[fast[rows]])
+        parts[4].append(rows[~fast[rows]])
+    for run in np.unique(thin.run[~new]):
         everything = np.flatnonzero(thin.run == run)
         stretches = [s[SEQUENCE - 1:] for s in _by_direction(everything, thin.speed[everything])]
         for rows in filter(len, stretches):
             _split(rows, fast, parts)
-    train, validation, test, beyond = (
+    train, validation, test, beyond, kept_back = (
         np.concatenate(p) if p else np.array([], dtype=int) for p in parts)
     if min(len(train), len(validation), len(test)) < 50:
         raise ValueError(f'{len(train)} windows to train, {len(validation)} to validate and '
                          f'{len(test)} to test are too few (50 each); give longer recordings')
     train = train[::max(1, len(train) // most)]
     return Dataset(features, thin.torque, thin.angle, thin.run, every * samples.period, train,
-                   validation, test, beyond)
+                   validation, test, beyond, kept_back)
 
 
 def _split(rows: np.ndarray, fast: np.ndarray, parts: list[list[np.ndarray]]) -> None:

@@ -19,7 +19,7 @@ WHOLE, ZOOM = (3.0, 5.0), (4.35, 4.62)  # s of the velocity loop; about zero spe
 
 def open_loop(runs: Mapping[str, Sequence[FreeRun]], names: Sequence[str], path: Path) -> None:
     """Draw speed and its error over time for some of the recordings (figure 11)."""
-    figure, axes = _figure(2, len(names), (6.2 * len(names), 6.0))
+    figure, axes = panels(2, len(names), (6.2 * len(names), 6.0))
     order = {run.recording.name: k for k, run in enumerate(next(iter(runs.values())))}
     for column, name in enumerate(names):
         top, low = axes[0, column], axes[1, column]
@@ -42,7 +42,7 @@ def open_loop(runs: Mapping[str, Sequence[FreeRun]], names: Sequence[str], path:
 
 def velocity_loop(course: Course, path: Path) -> None:
     """Draw speed and error in the velocity loop, whole and near zero (figure 12)."""
-    figure, axes = _figure(2, 2, (12.4, 6.0))
+    figure, axes = panels(2, 2, (12.4, 6.0))
     for column, window in enumerate((WHOLE, ZOOM)):
         rows = (course.time >= window[0]) & (course.time <= window[1])
         _lines(axes[0, column], course, rows, DEGREE)
@@ -57,7 +57,7 @@ def velocity_loop(course: Course, path: Path) -> None:
 
 def torque(courses: Mapping[str, Course], path: Path) -> None:
     """Draw the motor torque over the turn, forward and reverse (figure 13)."""
-    figure, axes = _figure(1, len(courses), (6.2 * len(courses), 4.2))
+    figure, axes = panels(1, len(courses), (6.2 * len(courses), 4.2))
     for ax, course in zip(axes[0], courses.values(), strict=True):
         _lines(ax, course, slice(None), 1.0)
         ax.set(xlabel='angle of the load, deg', ylabel='motor torque, N m', title=course.title)
@@ -67,7 +67,7 @@ def torque(courses: Mapping[str, Course], path: Path) -> None:
 
 def reversals(courses: Sequence[Course], path: Path) -> None:
     """Draw angle and error about the turn-round of a ramp, one column a load (figure 14)."""
-    figure, axes = _figure(2, len(courses), (4.6 * len(courses), 6.0))
+    figure, axes = panels(2, len(courses), (4.6 * len(courses), 6.0))
     for column, course in enumerate(courses):
         rows = slice(None)
         _lines(axes[0, column], course, rows, DEGREE)
@@ -81,7 +81,7 @@ def reversals(courses: Sequence[Course], path: Path) -> None:
 
 def fits(table: Mapping[str, Sequence[float]], names: Sequence[str], path: Path) -> None:
     """Draw R of each of the sixteen recordings, one line a model."""
-    figure, axes = _figure(1, 1, (10.0, 4.4))
+    figure, axes = panels(1, 1, (10.0, 4.4))
     ax = axes[0, 0]
     for model, values in table.items():
         ax.plot(range(len(names)), values, 'o-', ms=4, lw=1.0, **_look(model))
@@ -109,7 +109,8 @@ def _look(model: str, label: str | None = None) -> dict[str, str]:
     return {'color': COLOURS.get(model, '0.5'), 'label': label or model}
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float]):
+def panels(rows: int, columns: int, size: tuple[float, float]):
+    """Return a figure of ``size`` inches and its axes, (rows, columns)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -87,21 +87,22 @@ def plan() -> tuple[Part, ...]:
         Part('position_ramp', False, tuple(of('position_ramp', plain)), 800))
 
 
-def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | None = None
-             ) -> Mapping[str, list[Recording]]:
+def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | None = None,
+             servo: str = SERVO, rig: str = RIG) -> Mapping[str, list[Recording]]:
     """
     Return the recordings of each part, making those that ``folder`` does not hold yet.
 
-    A bag is made anew when its set-points, its seed or the rig file have changed since.
+    ``servo`` and ``rig`` name shipped files. A bag is made anew when its set-points, its seed or
+    the rig file have changed since.
     """
     parts = plan() if parts is None else tuple(parts)
-    rig = shipped(RIG)
+    played = shipped(rig)
     jobs = [(part, run, part.seed + k) for part in parts for k, run in enumerate(part.runs)]
     ready = 0
 
     def one(job: tuple[Part, Run, int]) -> Recording:
         part, run, seed = job
-        return _recorded(folder / part.name, run, seed, rig)
+        return _recorded(folder / part.name, run, seed, played, servo)
 
     found: dict[str, list[Recording]] = {part.name: [] for part in parts}
     # the longest first, or one core ends the work alone
@@ -119,14 +120,14 @@ def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | Non
     return found
 
 
-def _recorded(folder: Path, run: Run, seed: int, rig: Path) -> Recording:
+def _recorded(folder: Path, run: Run, seed: int, rig: Path, servo: str) -> Recording:
     bag, note = folder / run.name, folder / f'{run.name}.json'
     mark = _mark(run, seed, rig)
     if not (bag.exists() and note.exists() and json.loads(note.read_text()) == mark):
         shutil.rmtree(bag, ignore_errors=True)
         note.unlink(missing_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
-        make(run, folder, rig, SERVO, servo_at(SERVO).read_text(), seed=seed)
+        make(run, folder, rig, servo, servo_at(servo).read_text(), seed=seed)
         note.write_text(json.dumps(mark))
     return read_recording(bag)
 

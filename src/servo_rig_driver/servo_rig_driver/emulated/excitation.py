@@ -161,11 +161,43 @@ def ramps(t: np.ndarray, slope: float = 0.05, angle: float = 0.2, torque: float 
     return np.where(at < 0.5 * period, slope * at, slope * (period - at)), np.full(len(t), torque)
 
 
+def multilevel_steps(t: np.ndarray, amplitude: float = 1.8, levels: int = 9, dwell: float = 0.5,
+                     order: int = 1) -> Waves:
+    """
+    Give steps to levels in equal distances from -amplitude to amplitude, each held for a time.
+
+    Every level comes once before one comes again; ``order`` chooses in which order.
+    """
+    steps = np.linspace(-amplitude, amplitude, int(levels))
+    place = (t // dwell).astype(int)
+    draw = np.random.default_rng(int(order))
+    rounds = place.max(initial=0) // len(steps) + 1
+    return np.concatenate([draw.permutation(steps) for _ in range(rounds)])[place], _still(t)
+
+
+def sinusoids(t: np.ndarray, amplitude: float = 1.8, first: float = 0.2, last: float = 2.0,
+              steps: int = 5, dwell: float = 5.0) -> Waves:
+    """
+    Give one sine after the other, larger each time up to the amplitude, without a jump of phase.
+
+    Their frequencies, Hz, go from first to last in equal ratios, and back in the next round.
+    """
+    count = int(steps)
+    tones, sizes = np.geomspace(first, last, count), np.linspace(amplitude / count, amplitude,
+                                                                 count)
+    place = (t // dwell).astype(int)
+    at, back = place % count, place // count % 2 == 1
+    tone = np.where(back, tones[::-1][at], tones[at])
+    phase = np.cumsum(tone) * (t[1] - t[0] if len(t) > 1 else 0.0)
+    return sizes[at] * np.sin(2.0 * pi * phase), _still(t)
+
+
 FAMILIES = {law.__name__: Family(law.__name__, law, mode, duration) for law, mode, duration in (
     (speed_ladder, 'velocity', 24.0), (slow_reversals, 'velocity', 16.0),
     (load_steps, 'velocity', 16.0), (chirp, 'voltage', 20.0), (multisine, 'voltage', 20.0),
     (hold, 'velocity', 12.0), (coast_down, 'voltage', 16.0), (sine, 'voltage', 10.0),
-    (square, 'voltage', 10.0), (turns, 'velocity', 44.0), (ramps, 'position', 16.0))}
+    (square, 'voltage', 10.0), (turns, 'velocity', 44.0), (ramps, 'position', 16.0),
+    (multilevel_steps, 'voltage', 18.0), (sinusoids, 'voltage', 25.0))}
 
 
 def family(name: str) -> Family:
