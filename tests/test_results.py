@@ -2,6 +2,7 @@
 
 from importlib import import_module
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from servo_identify.cli import main
 from servo_identify.experiment.procedures import Run
 from servo_identify.results import figures, models, pictures
 from servo_identify.results.bench import comparison_rows
+from servo_identify.results.command import pages_of
 from servo_identify.results.comparison import comparison, keep, kept
 from servo_identify.results.page import page
 from servo_identify.results.recordings import LOADS, Part, plan, recorded, SPEEDS
@@ -141,3 +143,9 @@ def test_pages_are_written_anew_from_the_figures_that_were_kept(tmp_path, capsys
     assert 'antiresonance' in (tmp_path / 'results.md').read_text()
     assert '| 000 | [x](results.md) | y |' in (tmp_path / 'comparison.md').read_text()
     assert kept(tmp_path / 'comparison') == {'bench': rows}
+
+
+def test_the_shipped_comparison_is_made_of_the_rows_that_were_measured():
+    docs = Path(__file__).parents[1] / 'docs'
+    assert (docs / 'comparison.md').read_text() == comparison(
+        kept(docs / 'comparison'), pages_of('results.md')), 'servo-identify results --parts'

@@ -85,11 +85,15 @@ def _write(output: Path, known: Mapping[str, dict]) -> None:
             keep(rows, part, module.comparison_rows(known[part]))
             if part not in RESULTS:
                 texts[output.with_name(f'{part}.md')] = module.page(known[part])
-    pages = {part: output.name if part in RESULTS else f'{part}.md' for part in COMPARED}
-    texts[output.with_name('comparison.md')] = comparison(kept(rows), pages)
+    texts[output.with_name('comparison.md')] = comparison(kept(rows), pages_of(output.name))
     for path, text in texts.items():
         path.write_text(text)
         print(f'written to {path}')
+
+
+def pages_of(results: str) -> dict[str, str]:
+    """Return the file of each part of the comparison; ``results`` is that of the page itself."""
+    return {part: results if part in RESULTS else f'{part}.md' for part in COMPARED}
 
 
 def _made(part: str, arguments: argparse.Namespace, pictured: Path,
