@@ -31,6 +31,7 @@ from .verdict import NOTICED, report_of
 
 ROUNDS = 3  # of fitting the tolerances of a mesh with a gap, the last one for the columns
 FAR_ABOVE = 2.0  # mean square in units of noise and margin that is no noise any more
+ERRATIC = 4.0  # the same where replicates have nothing in common and no cause was found
 STAGES = ('reading', 'noise', 'signatures', 'screening', 'acceptance', 'completeness', 'shrink')
 
 
@@ -125,7 +126,8 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         if np.mean(left[stacks['screen'].balance == i]**2) > NOTICED)
     common = repeatable(stacks['screen'], left, stacks['accept'],
                         leftover(stacks['accept'], best.explanation))
-    remainders = tuple(replace(r, predictable=_unexplained(r, common)) for r in remainders)
+    remainders = tuple(replace(r, predictable=_unexplained(r, common, bool(kept)))
+                       for r in remainders)
     lap('completeness')
     tick('shrink', 0.0)
     reported = {
@@ -167,12 +169,18 @@ def _bare(stack: Stack) -> Screening:
     return Screening(stack, build_library(stack, [], lambda share: None))
 
 
-def _unexplained(left: Remainder, common: dict[str, float]) -> float:
-    """Mean square that some law must explain; without replicates all that is far above noise."""
+def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> float:
+    """
+    Mean square that some law must explain.
+
+    Without replicates all that is far above the noise. With them what they have in common; but
+    where nothing was found, so much that no sensor can have made it is a gap though erratic.
+    """
+    above = left.square - 1.0
     if left.balance in common:
-        return max(left.predictable, common[left.balance])
-    return max(left.predictable, left.square - 1.0) if left.square > FAR_ABOVE else (
-        left.predictable)
+        erratic = above if not found and left.square > ERRATIC else 0.0
+        return max(left.predictable, common[left.balance], erratic)
+    return max(left.predictable, above if left.square > FAR_ABOVE else 0.0)
 
 
 def _runs(screening: Screening, kept: list[int], balances: list[Balance]) -> bool:

@@ -101,7 +101,7 @@ def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
                 unknowns.append(Unknown(path, 0, *screening.around(path, value)))
                 start.append(value)
             elif extended.declaration(path).grid and not path.endswith('.order'):
-                low, high = extended.declaration(path).bounds
+                low, high = screening.within(path)
                 unknowns.append(Unknown(path, 0, max(low, 0.3 * value), min(high, 3.0 * value),
                                         True))
                 start.append(value)

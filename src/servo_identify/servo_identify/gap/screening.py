@@ -26,12 +26,15 @@ CHANCE = 0.01  # that any of all candidates gets in by luck, per step
 WORTH = 0.05  # share of a balance's remaining square that a cause must take away
 FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
 LATER = 0.015  # share of a balance's first square that a later cause must take away
+STILL = 1.3  # square of a balance below which there is nothing left for a later cause
 MOST = 6  # causes in one diagnosis
 MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
 BEYOND = 0.3  # share of the travel by which a place may lie outside it
+LARGER = 2.0  # times the largest shape tried first, up to which it is searched
 FAR = 4.0  # times by which a parameter beyond its tolerance may be off
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
+OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
 
@@ -57,6 +60,7 @@ class Screening:
     low: np.ndarray = field(init=False)
     high: np.ndarray = field(init=False)
     fits: dict = field(init=False, repr=False, default_factory=dict)
+    tried: dict[str, set[float]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.labels, nuisances, low, high = self.stack.nuisances()
@@ -72,6 +76,10 @@ class Screening:
         self.columns = np.column_stack(tables)
         self.low, self.high = np.concatenate(lows), np.concatenate(highs)
         self.nuisance = np.arange(nuisances.shape[1])
+        self.tried = {}
+        for candidate in self.library.candidates:
+            for path, value in candidate.shapes:
+                self.tried.setdefault(path, set()).add(value)
         self.members = starts
         self.folds = Folds(self.stack.base, self.columns, self.stack.block, FOLDS)
         self._known = (), np.zeros((0, 0))
@@ -136,9 +144,17 @@ class Screening:
             low, high = Scales(self.stack.balances).travelled()
             beyond = BEYOND * (high - low)
             return low - beyond, high + beyond
+        low, high = self.within(path)
+        middle = float(np.clip(np.log(value), np.log(low), np.log(high)))
+        return max(middle - 1.2, np.log(low)), min(middle + 1.2, np.log(high))
+
+    def within(self, path: str) -> tuple[float, float]:
+        """Bounds of a shape: not far beyond what the recordings reach, where it would not show."""
         low, high = self.stack.extended.declaration(path).bounds
-        middle = float(np.log(value))
-        return max(middle - 1.2, np.log(max(low, 1e-12))), min(middle + 1.2, np.log(high))
+        tried = self.tried.get(path, ())
+        if tried:
+            high = min(high, LARGER * max(tried))
+        return max(low, 1e-12), high
 
     def _searched(self, path: str) -> bool:
         parameter = self.stack.extended.declaration(path)
@@ -289,12 +305,16 @@ class Screening:
         return chosen
 
     def _share(self, start: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
-        """Largest share of a balance's first gap that a step takes away."""
+        """
+        Largest share of a balance's first gap that a step takes away.
+
+        A later cause needs a gap that still shows; the first may be as faint as the noise allows.
+        """
         shares = []
         for index in np.unique(self.stack.balance):
             rows = self.stack.balance == index
             gap = float(np.sum(start[rows] ** 2))
-            if float(np.mean(before[rows] ** 2)) <= 1.0:
+            if float(np.mean(before[rows] ** 2)) <= (1.0 if before is start else STILL):
                 continue
             shares.append(float(np.sum(before[rows] ** 2 - after[rows] ** 2)) / max(gap, 1e-12))
         return max(shares, default=0.0)
@@ -307,10 +327,10 @@ class Screening:
                 gain = start - self.loss([*chosen, c])
                 if gain > by_key.get(candidate.key, (0.0, 0))[0]:
                     by_key[candidate.key] = (gain, c)
-        ranked = sorted(by_key.values(), reverse=True)
-        if not ranked:
+        close = self._foremost(sorted(by_key.values(), reverse=True), self._squares(chosen),
+                               chosen)
+        if not close:
             return None
-        close = [c for gain, c in ranked if gain >= CLOSE * ranked[0][0]][:REFINED]
         gains = {}
         for c in close:
             better = self.refined(c, chosen)
@@ -324,11 +344,34 @@ class Screening:
         best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
         return self.refined(best, chosen, closely=True)
 
+    def _foremost(self, ranked: list[tuple[float, int]], before: dict[int, float],
+                  chosen: list[int]) -> list[int]:
+        """
+        Return the candidates that gain about as much as the best of them.
+
+        One that opens a gap where there was none is no cause, though another might close it.
+        """
+        close: list[int] = []
+        most = 0.0
+        for gain, c in ranked:
+            if len(close) == REFINED or gain < CLOSE * most:
+                break
+            after = self._squares([*chosen, c])
+            if all(after[b] <= OPENS * max(1.0, square) for b, square in before.items()):
+                most = max(most, gain)
+                close.append(c)
+        return close
+
     def _tidied(self, chosen: list[int], limit: float) -> list[int]:
         """Drop what later choices made needless; swap what another now does better."""
         for one in list(chosen):
             rest = [c for c in chosen if c != one]
             if not rest or one not in chosen:
+                continue
+            alone = self._again(rest)
+            before, after = self.residual(alone), self.residual([*alone, one])
+            if self.significance(one, alone) < limit or self.worth(before, after) < WORTH:
+                chosen = alone
                 continue
             before, after = self.residual(rest), self.residual(chosen)
             if self.significance(one, rest) < limit or self.worth(before, after) < WORTH:
@@ -340,6 +383,13 @@ class Screening:
                 other = self.loss(rest) - self.loss([*rest, better])
                 if other > 1.02 * gain:
                     chosen = [*rest, better]
+        return chosen
+
+    def _again(self, chosen: list[int]) -> list[int]:
+        """Return the same causes at the sizes and shapes that fit best without any other."""
+        for one in chosen:
+            rest = [c for c in chosen if c != one]
+            chosen = [*rest, self.refined(one, rest, closely=True)]
         return chosen
 
     def _complexity(self, one: int) -> int:

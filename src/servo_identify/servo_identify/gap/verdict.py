@@ -204,12 +204,10 @@ def _refuted(evidence, gaps: set[str]) -> bool:
     """
     Tell whether the report recordings speak against what was accepted.
 
-    In the transmission they speak by its balance, which resolves what no channel does.
+    Their balances resolve what no channel does: a cause that halves them stands.
     """
     if _shrunk(evidence) >= -TOLD:
         return False
-    if gaps != {'transmission'}:
-        return True
     stack = evidence.stacks['report']
     rows = np.isin(stack.balance, [BALANCES.index(b) for b in gaps])
     before = np.mean(leftover(stack, evidence.base.explanation)[rows]**2)
