@@ -159,7 +159,7 @@ def test_the_page_and_the_rows_are_made_of_the_figures(data, recordings, tmp_pat
     assert '| **paper 003, LSTM** |  |  |  | **0.012** | **0.009** | **0.982** |  |' in text
     assert '| training | a b |' in text and 'shrinks by 50 %' in text and '+0.33 i' in text
     rows = comparison_rows({'equation_5': learned, 'motion': learned})
-    assert [r['system'] for r in rows] == [s.name for s in SYSTEMS if s.paper == '003']
+    assert [r['system'] for r in rows] == [s.name for s in SYSTEMS if s.part == 'geared_dc']
 
 
 def test_bags_of_the_motor_go_through_the_command_of_the_learners(tmp_path, capsys):

@@ -9,7 +9,7 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.experiment.procedures import Run
-from servo_identify.results import figures, models, pictures
+from servo_identify.results import figures, learners, models, pictures
 from servo_identify.results.bench import comparison_rows
 from servo_identify.results.command import pages_of
 from servo_identify.results.comparison import comparison, keep, kept
@@ -124,6 +124,14 @@ def test_the_bench_gives_a_row_to_each_system_of_its_paper():
     assert [r['system'] for r in rows] == [s.name for s in SYSTEMS if s.paper == '000']
     assert 'hybrid 0.900 (sine) and 0.800 (square)' in rows[0]['ours']
     assert '1.00 mN m forward (traditional 2.00)' in rows[5]['ours']
+
+
+def test_the_learners_of_the_bench_give_one_row_with_the_best_first():
+    scores = [{'name': n, 'test': {'rmse': e, 'mae': e, 'r2': 1.0 - e}} for n, e in (
+        ('dahl', 0.5), ('lstm', 0.25))]
+    row, = learners.comparison_rows({'rows': scores})
+    assert row['ours'] == ('lstm RMSE 0.250 N m, MAE 0.250 N m, R2 0.7500; R2 of the others '
+                           'dahl 0.500')
 
 
 @pytest.mark.parametrize('part', machines())

@@ -18,13 +18,13 @@ import time
 
 from .comparison import comparison, keep, kept
 from .page import page
-from .systems import machines
+from .systems import BENCH, machines
 
 REAL = ('emps', 'xl330', 'two_mass')
-RESULTS = ('bench', 'learners', *REAL)
+RESULTS = (*BENCH, *REAL)
 """The parts of the page of results; the other parts have pages of their own."""
 
-COMPARED = ('bench', *machines())
+COMPARED = (*BENCH, *machines())
 PARTS = (*RESULTS, *machines())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ..friction.balance import friction_of
@@ -12,6 +12,7 @@ from ..friction.learners import names
 from ..friction.pictures import friction_speed
 from .models import data_sheet
 from .recordings import plan, recorded
+from .systems import SYSTEMS
 
 
 def learners(work: Path, pictured: Path, seconds: float,
@@ -34,3 +35,15 @@ def learners(work: Path, pictured: Path, seconds: float,
             'limit': seconds,
             'samples': {part: len(getattr(data, part)) for part in (
                 'train', 'validation', 'test', 'beyond')}}
+
+
+def comparison_rows(found: Mapping) -> list[dict[str, str]]:
+    """Return the row of docs/comparison.md from the figures of :func:`learners`."""
+    rows = sorted(found['rows'], key=lambda row: row['test']['rmse'])
+    best = rows[0]['test']
+    others = ', '.join(f'{row["name"]} {row["test"]["r2"]:.3f}' for row in rows[1:])
+    name, = (system.name for system in SYSTEMS if system.part == 'learners')
+    return [{'system': name, 'runs': 'on the same rows, last fifth of each recording',
+             'paper': 'names no torque sensor', 'command': '',
+             'ours': f'{rows[0]["name"]} RMSE {best["rmse"]:.3f} N m, MAE {best["mae"]:.3f} N m, '
+             f'R2 {best["r2"]:.4f}; R2 of the others {others}'}]

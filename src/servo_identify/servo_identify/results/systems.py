@@ -10,6 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.util import find_spec
 
+BENCH = ('bench', 'learners')
+"""The parts whose page is that of the bench of paper 000, docs/results.md."""
+
 
 @dataclass(frozen=True)
 class System:
@@ -66,6 +69,8 @@ SYSTEMS = (
            'named, no number'),
     System('003', 'geared_dc', 'geared DC motor, classical friction laws: table 3',
            'accuracy "moderate", no number'),
+    System('003', 'learners', 'all learners on the RV bench, where a torque sensor gives friction',
+           ''),
     System('004', 'pan_tilt', 'pan and tilt, step of 5 V: figures 8 and 9', 'curves, no number'),
     System('004', 'pan_tilt', 'pan and tilt, slow sine of 3 V: figures 10 and 11',
            'curves; the linear model misses the plateau at standstill'),
@@ -92,5 +97,5 @@ def machines() -> tuple[str, ...]:
         comparison_rows(figures) -> list[dict]   rows of docs/comparison.md, see comparison.Row
     """
     parts = dict.fromkeys(system.part for system in SYSTEMS)
-    return tuple(part for part in parts if part != 'bench' and find_spec(
+    return tuple(part for part in parts if part not in BENCH and find_spec(
         f'{__package__}.{part}') is not None)
