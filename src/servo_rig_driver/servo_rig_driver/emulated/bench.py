@@ -13,7 +13,6 @@ import numpy as np
 from ..frames import FrameTable, load_frames
 from . import sampling
 from .settings import RigSettings
-from .state import fresh_state
 
 COLUMNS = ('t', 'voltage', 'current_reference', 'current', 'motor_position', 'load_position',
            'torque', 'external_torque', 'reference_position', 'reference_velocity', 'temperature')
@@ -45,8 +44,8 @@ class Bench:
         self.rig = rig
         self.period = period
         self.parameters = rig.parameters()
-        self.state = fresh_state(rig.values['thermal.start'])
-        self.state['brake_phase'] = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi)
+        self._physics = rig.physics
+        self.state = self._physics.fresh_state(rig.values, seed)
         self.out = np.zeros(sampling.ANSWERS)
         self._command = np.zeros(3)
         self._random = np.random.default_rng(seed)
@@ -73,15 +72,15 @@ class Bench:
         if self._used == len(self._noise):
             self._noise, self._used = self.noise(_BLOCK), 0
         self._command[:] = mode, reference, external
-        sampling.answer(self.parameters, self.state, self.period, self.rig.step, self._command,
-                        self._noise[self._used], self.out)
+        self._physics.answer(self.parameters, self.state, self.period, self.rig.step,
+                             self._command, self._noise[self._used], self.out)
         self._used += 1
         return self.out
 
     def advance(self, duration: float | None = None) -> None:
         """Let one period pass, or ``duration`` seconds, and do the switches that are due."""
-        sampling.advance(self.parameters, self.state,
-                         self.period if duration is None else duration, self.rig.step)
+        self._physics.advance(self.parameters, self.state,
+                              self.period if duration is None else duration, self.rig.step)
         self._switch()
 
     def change(self, values: Mapping[str, float]) -> None:
@@ -100,9 +99,9 @@ class Bench:
                 until = np.ceil((self._switches[0].at - self.time) / self.period - 1e-6)
                 rows = min(rows, max(1, int(until)))
             part = slice(done, done + rows)
-            sampling.record(self.parameters, self.state, self.period, self.rig.step,
-                            np.ascontiguousarray(commands[part], float), self.noise(rows),
-                            out[part])
+            self._physics.record(self.parameters, self.state, self.period, self.rig.step,
+                                 np.ascontiguousarray(commands[part], float), self.noise(rows),
+                                 out[part])
             done += rows
         return out
 

@@ -192,12 +192,21 @@ def sinusoids(t: np.ndarray, amplitude: float = 1.8, first: float = 0.2, last: f
     return sizes[at] * np.sin(2.0 * pi * phase), _still(t)
 
 
+def feed_sine(t: np.ndarray, amplitude: float = 0.1, speed: float = 0.1, ease: float = 0.5
+              ) -> Waves:
+    """Give a sine of place whose largest speed is ``speed``, reached within ``ease`` seconds."""
+    x = np.clip(t / ease, 0.0, 1.0)
+    since = np.where(t < ease, ease * x**3 * (1.0 - 0.5 * x), t - 0.5 * ease)
+    return amplitude * np.sin(speed / amplitude * since), _still(t)
+
+
 FAMILIES = {law.__name__: Family(law.__name__, law, mode, duration) for law, mode, duration in (
     (speed_ladder, 'velocity', 24.0), (slow_reversals, 'velocity', 16.0),
     (load_steps, 'velocity', 16.0), (chirp, 'voltage', 20.0), (multisine, 'voltage', 20.0),
     (hold, 'velocity', 12.0), (coast_down, 'voltage', 16.0), (sine, 'voltage', 10.0),
     (square, 'voltage', 10.0), (turns, 'velocity', 44.0), (ramps, 'position', 16.0),
-    (multilevel_steps, 'voltage', 18.0), (sinusoids, 'voltage', 25.0))}
+    (feed_sine, 'position', 20.0), (multilevel_steps, 'voltage', 18.0),
+    (sinusoids, 'voltage', 25.0))}
 
 
 def family(name: str) -> Family:

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Property(NamedTuple):
     """One number: path in the rig file, default, unit ('' for a scale), bounds and meaning."""
@@ -190,9 +188,3 @@ PROPERTIES = (
 )
 
 BY_PATH = {item.path: item for item in PROPERTIES}
-DTYPE = np.dtype([(item.name, np.float64) for item in PROPERTIES])
-
-
-def defaults() -> dict[str, float]:
-    """Return the values of the bench by path."""
-    return {item.path: item.default for item in PROPERTIES}

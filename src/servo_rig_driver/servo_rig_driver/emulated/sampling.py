@@ -16,6 +16,9 @@ import numba as nb
 
 from . import kernel
 from .electric import delayed
+from .state import fresh_state
+
+__all__ = ['advance', 'answer', 'fresh_state', 'record']
 
 # columns of a command, of the noise (standard normal) and of an answer
 MODE, REFERENCE, EXTERNAL = range(3)

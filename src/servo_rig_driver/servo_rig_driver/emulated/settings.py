@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import yaml
 
-from .properties import BY_PATH, defaults, DTYPE
+from .worlds import World, WORLDS
 
 STEP = 2e-5  # s
-_TOP = ('name', 'dictionaries', 'step', 'switches')
-SECTIONS = tuple(dict.fromkeys(path.partition('.')[0] for path in BY_PATH))
+_TOP = ('name', 'physics', 'dictionaries', 'step', 'switches')
 
 
 class RigFileError(ValueError):
@@ -31,25 +31,33 @@ class Switch:
 
 @dataclass(frozen=True)
 class RigSettings:
-    """One emulated rig: ``values`` by path, ``step`` the largest substep in s."""
+    """One emulated rig: ``values`` by path, ``step`` the largest substep in s, kind of physics."""
 
     name: str
     dictionaries: str
     step: float
     values: Mapping[str, float]
     switches: tuple[Switch, ...] = field(default=())
+    kind: str = 'servo'
+
+    @property
+    def physics(self) -> ModuleType:
+        """The module that moves this rig, see worlds.py."""
+        return WORLDS[self.kind].physics
 
     def parameters(self) -> np.ndarray:
         """Return the values as the record that the compiled simulation reads."""
-        record = np.zeros(1, DTYPE)
+        world = WORLDS[self.kind]
+        record = np.zeros(1, world.dtype)
         for path, value in self.values.items():
-            record[BY_PATH[path].name] = value
+            record[world.by_path[path].name] = value
         return record
 
     def with_values(self, values: Mapping[str, float]) -> RigSettings:
         """Return a rig with other values by path; raises RigFileError as load_rig does."""
-        changed = {**self.values, **{path: _value(path, raw) for path, raw in values.items()}}
-        return RigSettings(self.name, self.dictionaries, self.step, changed, self.switches)
+        world = WORLDS[self.kind]
+        changed = {path: _value(world, path, raw) for path, raw in values.items()}
+        return replace(self, values={**self.values, **changed})
 
 
 def load_rig(path: str | Path, overrides: Sequence[str] = ()) -> RigSettings:
@@ -73,26 +81,30 @@ def rig_settings(content: object, overrides: Sequence[str] = ()) -> RigSettings:
     """Return the settings of a mapping as read from YAML; raises RigFileError as load_rig does."""
     if not isinstance(content, Mapping):
         raise RigFileError('a rig file is a mapping of sections, see config/rigs/rv_bench.yaml')
-    values = defaults()
+    kind = content.get('physics', 'servo')
+    if kind not in WORLDS:
+        raise RigFileError(f'physics = {kind!r} is unknown; it is one of {list(WORLDS)}')
+    world = WORLDS[kind]
+    values = world.defaults()
     for key, section in content.items():
         if key in _TOP:
             continue
-        if key not in SECTIONS:
-            raise RigFileError(f"has no section '{key}'; there are {[*_TOP, *SECTIONS]}")
+        if key not in world.sections:
+            raise RigFileError(f"has no section '{key}'; there are {[*_TOP, *world.sections]}")
         if not isinstance(section, Mapping):
             raise RigFileError(f"section '{key}' must be a mapping, it is {section!r}")
         for name, raw in section.items():
-            values[f'{key}.{name}'] = _value(f'{key}.{name}', raw)
+            values[f'{key}.{name}'] = _value(world, f'{key}.{name}', raw)
     step = _number('step', content.get('step', STEP))
     if not 1e-7 <= step <= 1e-4:
         raise RigFileError(f'step = {step} s is outside [1e-07, 0.0001]')
     rig = RigSettings(str(content.get('name', 'rig')),
                       str(content.get('dictionaries', 'rv_bench')), step, values,
-                      _switches(content.get('switches') or ()))
+                      _switches(world, content.get('switches') or ()), kind)
     return rig.with_values(dict(_override(text) for text in overrides))
 
 
-def _switches(entries: object) -> tuple[Switch, ...]:
+def _switches(world: World, entries: object) -> tuple[Switch, ...]:
     switches = []
     if not isinstance(entries, Sequence) or isinstance(entries, str):
         raise RigFileError(f'switches = {entries!r} must be a list of {{at, set}}')
@@ -101,7 +113,7 @@ def _switches(entries: object) -> tuple[Switch, ...]:
                 or not isinstance(entry['set'], Mapping):
             raise RigFileError(f'switch {entry!r} must have the keys at and set')
         switches.append(Switch(_number('switches.at', entry['at']), {
-            path: _value(path, raw) for path, raw in entry['set'].items()}))
+            path: _value(world, path, raw) for path, raw in entry['set'].items()}))
     return tuple(sorted(switches, key=lambda switch: switch.at))
 
 
@@ -122,11 +134,12 @@ def _number(path: str, raw: object) -> float:
     return value
 
 
-def _value(path: str, raw: object) -> float:
-    known = BY_PATH.get(path)
+def _value(world: World, path: str, raw: object) -> float:
+    known = world.by_path.get(path)
     if known is None:
         section = str(path).partition('.')[0]
-        near = [item for item in BY_PATH if item.startswith(section + '.')] or list(SECTIONS)
+        near = [item for item in world.by_path if item.startswith(section + '.')]
+        near = near or list(world.sections)
         raise RigFileError(f"has no property '{path}'; there are {near}")
     value = _number(path, raw)
     if not known.low <= value <= known.high:

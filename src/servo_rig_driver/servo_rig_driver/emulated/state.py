@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 RING = 1024  # substeps that delays can look back
@@ -33,9 +35,14 @@ STATE = np.dtype([
 ])
 
 
-def fresh_state(temperature: float) -> np.ndarray:
-    """Return an array of one record: at rest at zero, the gearbox at ``temperature`` degC."""
+def fresh_state(values: Mapping[str, float], seed: int = 0) -> np.ndarray:
+    """
+    Return an array of one record: at rest at zero, the gearbox as warm as ``values`` say.
+
+    ``seed`` says how the brake's disc happens to stand.
+    """
     state = np.zeros(1, STATE)
-    state['temperature'] = temperature
+    state['temperature'] = values['thermal.start']
     state['age'] = 50.0
+    state['brake_phase'] = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi)
     return state
