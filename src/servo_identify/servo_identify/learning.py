@@ -16,10 +16,10 @@ def learn(what: str, servo: Servo, recordings: list[Recording], told: Told | Non
     """
     Learn one kind of effect; return the servo that has it and sentences for a person.
 
-    ``what`` is friction, backlash, transmission_error, current_loop, presliding or residual; the
-    loss that is ``told`` is the mean square error on what is kept back, in N2 m2, arcmin2,
-    arcmin2, A2 (of all), 1 - R of free runs, and N2 m2. Raises ValueError where the recordings do
-    not hold the experiment that it takes.
+    ``what`` is friction, backlash, transmission_error, current_loop, presliding, residual or
+    deviation; the loss that is ``told`` is the mean square error on what is kept back, in N2 m2,
+    arcmin2, arcmin2, A2 (of all), 1 - R of free runs, N2 m2, and rad2 (or m2) at the load.
+    Raises ValueError where the recordings do not hold the experiment that it takes.
     """
     return _LEARNERS[what](servo, recordings, told or (lambda share, loss: None))
 
@@ -110,6 +110,16 @@ def _residual(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Se
         f'R2 {s.r2:.4f} on seconds that were kept back']
 
 
+def _deviation(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Servo, list[str]]:
+    from .deviation_network import learned_deviation, with_deviation
+
+    learned = learned_deviation(servo, recordings, told=told)
+    s, unit = learned.scores, 'm' if servo.straight('load_position') else 'rad'
+    return with_deviation(servo, learned), [
+        f'deviation of the load over wanted and analytical position: RMSE {s.rmse:.4g} {unit}, '
+        f'R2 {s.r2:.4f} on seconds that were kept back']
+
+
 _LEARNERS = {'friction': _friction, 'backlash': _backlash,
              'transmission_error': _transmission_error, 'current_loop': _current_loop,
-             'presliding': _presliding, 'residual': _residual}
+             'presliding': _presliding, 'residual': _residual, 'deviation': _deviation}

@@ -92,3 +92,9 @@ def sinusoids(time: np.ndarray, first: float, last: float, count: int) -> np.nda
     tone = np.geomspace(first, last, count)[place]
     size = np.linspace(1.0, 0.3, count)[(place * 2) % count]
     return size * np.sin(2.0 * np.pi * np.cumsum(tone) * (time[1] - time[0]))
+
+
+def set_off(time: np.ndarray, ease: float = LEAD) -> np.ndarray:
+    """Return the seconds of a clock that sets off from rest and is in step after ``ease`` s."""
+    x = np.clip(time / ease, 0.0, 1.0)
+    return np.where(time < ease, ease * x**3 * (1.0 - 0.5 * x), time - 0.5 * ease)

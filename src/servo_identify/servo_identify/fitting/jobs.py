@@ -20,7 +20,7 @@ from .output_error import fit, Progress, WEIGHTS
 from .segments import INPUT_OF
 
 LEARNED = ('physical', 'friction', 'backlash', 'transmission_error', 'current_loop',
-           'presliding', 'residual')
+           'presliding', 'residual', 'deviation')
 
 
 @dataclass(frozen=True)

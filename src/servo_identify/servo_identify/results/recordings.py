@@ -88,12 +88,14 @@ def plan() -> tuple[Part, ...]:
 
 
 def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | None = None,
-             servo: str = SERVO, rig: str = RIG) -> Mapping[str, list[Recording]]:
+             servo: str = SERVO, rig: str = RIG, turned: Sequence[str] = ()
+             ) -> Mapping[str, list[Recording]]:
     """
     Return the recordings of each part, making those that ``folder`` does not hold yet.
 
-    ``servo`` and ``rig`` name shipped files. A bag is made anew when its set-points, its seed or
-    the rig file have changed since.
+    ``servo`` and ``rig`` name shipped files, ``turned`` properties of the rig such as
+    friction.level=1.5. A bag is made anew when its set-points, its seed, the rig file or these
+    have changed since.
     """
     parts = plan() if parts is None else tuple(parts)
     played = shipped(rig)
@@ -102,7 +104,7 @@ def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | Non
 
     def one(job: tuple[Part, Run, int]) -> Recording:
         part, run, seed = job
-        return _recorded(folder / part.name, run, seed, played, servo)
+        return _recorded(folder / part.name, run, seed, played, servo, turned)
 
     found: dict[str, list[Recording]] = {part.name: [] for part in parts}
     # the longest first, or one core ends the work alone
@@ -120,14 +122,17 @@ def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | Non
     return found
 
 
-def _recorded(folder: Path, run: Run, seed: int, rig: Path, servo: str) -> Recording:
+def _recorded(folder: Path, run: Run, seed: int, rig: Path, servo: str,
+              turned: Sequence[str]) -> Recording:
     bag, note = folder / run.name, folder / f'{run.name}.json'
     mark = _mark(run, seed, rig)
+    if turned:
+        mark['turned'] = ' '.join(turned)
     if not (bag.exists() and note.exists() and json.loads(note.read_text()) == mark):
         shutil.rmtree(bag, ignore_errors=True)
         note.unlink(missing_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
-        make(run, folder, rig, servo, servo_at(servo).read_text(), seed=seed)
+        make(run, folder, rig, servo, servo_at(servo).read_text(), turned, seed=seed)
         note.write_text(json.dumps(mark))
     return read_recording(bag)
 
