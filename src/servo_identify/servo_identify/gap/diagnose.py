@@ -24,7 +24,8 @@ from .library import build_library
 from .observation import Observation, observe
 from .resimulation import Diverged
 from .scales import orders, Scales
-from .screening import Choice, Screening
+from .screening import Screening
+from .selection import Choice, Selection
 from .splitting import Split, split
 from .stack import Stack
 from .verdict import NOTICED, report_of
@@ -98,7 +99,8 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     library = build_library(stacks['screen'], candidates, lambda s: tick('signatures', s))
     lap('signatures')
     screening = Screening(stacks['screen'], library)
-    chosen = screening.select(lambda s: tick('screening', s))
+    selection = Selection(screening)
+    chosen = selection.select(lambda s: tick('screening', s))
     lap('screening')
     names = tuple(f'{r.name}@{r.digest[:12]}' if r.digest else r.name for r in parts.screen)
     kept, fallen = accept(screening, chosen, purposes['accept'], stacks['accept'],
@@ -116,7 +118,7 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
                         'report recordings and is not taken')
     best = tried(screening, kept, purposes['accept'])
     better = augmented(servo, stacks['screen'], best.explanation, names)
-    choices = screening.explain(kept)
+    choices = selection.explain(kept)
     lap('acceptance')
     tick('completeness', 0.0)
     left = screening.residual(kept)

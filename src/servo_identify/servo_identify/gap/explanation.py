@@ -97,11 +97,11 @@ def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
             unknowns.append(Unknown(path, element, low, high))
             start.append(theta[slot])
         for path, value in cause.shapes:
-            if screening.is_place(path):
-                unknowns.append(Unknown(path, 0, *screening.around(path, value)))
+            if screening.shapes.is_place(path):
+                unknowns.append(Unknown(path, 0, *screening.shapes.around(path, value)))
                 start.append(value)
             elif extended.declaration(path).grid and not path.endswith('.order'):
-                low, high = screening.within(path)
+                low, high = screening.shapes.within(path)
                 unknowns.append(Unknown(path, 0, max(low, 0.3 * value), min(high, 3.0 * value),
                                         True))
                 start.append(value)

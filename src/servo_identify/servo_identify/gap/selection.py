@@ -1,0 +1,227 @@
+"""
+Which causes the recordings ask for: forward selection, pruned, and what could stand in for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from .balance import BALANCES
+from .candidates import Candidate
+from .screening import Screening
+from .shapes import refined
+
+CHANCE = 0.01  # that any of all candidates gets in by luck, per step
+WORTH = 0.05  # share of a balance's remaining square that a cause must take away
+FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
+LATER = 0.015  # share of a balance's first square that a later cause must take away
+STILL = 1.3  # square of a balance below which there is nothing left for a later cause
+MOST = 6  # causes in one diagnosis
+MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
+CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
+REFINED = 5  # and how many of them
+OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
+SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
+ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A cause that the screening took, with what else would have done."""
+
+    candidate: Candidate
+    gain: float  # cross-validated drop of the sum of squares
+    significance: float  # standard deviations of the drop over blocks
+    balances: tuple[str, ...] = ()  # those in which it takes most away
+    ambiguous: tuple[Candidate, ...] = ()
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The choosing of causes from a screening."""
+
+    screening: Screening
+
+    def select(self, tick: Callable[[float], None]) -> list[int]:
+        """Choose causes one by one until nothing more is worth it, pruning and swapping."""
+        screening = self.screening
+        chosen: list[int] = []
+        causes = len({c.key for c in screening.library.candidates})
+        limit = norm.isf(CHANCE / max(1, causes))
+        start = current = screening.residual(chosen)
+        for step in range(MOST):
+            best = self._best(chosen)
+            if best is None:
+                break
+            after = screening.residual([*chosen, best])
+            if screening.significance(best, chosen) < limit or self._worth(current, after) < WORTH:
+                break
+            if self._share(start, current, after) < LATER:
+                break
+            chosen.append(best)
+            chosen = self._tidied(chosen, limit)
+            current = screening.residual(chosen)
+            tick((step + 1) / MOST)
+        return chosen
+
+    def explain(self, chosen: list[int]) -> list[Choice]:
+        """Say of each choice what it gains and what could take its place."""
+        screening = self.screening
+        answers = []
+        for one in chosen:
+            rest = [c for c in chosen if c != one]
+            start = screening.loss(rest)
+            gain, significance = start - screening.loss(chosen), screening.significance(one, rest)
+            alike = {}
+            taken = {screening.library.candidates[c].key for c in chosen}
+            left = screening.squares(chosen)
+            for c, other in enumerate(list(screening.library.candidates)):
+                if other.key in taken:
+                    continue
+                share = (start - screening.loss([*rest, c])) / max(gain, 1e-12)
+                if share < ALIKE or share <= alike.get(other.key, (0.0, None))[0]:
+                    continue
+                closer = refined(screening, c, rest)
+                if self._as_good(screening.squares([*rest, closer]), left, 1.5, 0.3):
+                    alike[other.key] = (share, other)
+            ranked = sorted(alike.values(), key=lambda pair: -pair[0])
+            answers.append(Choice(screening.library.candidates[one], gain, significance,
+                                  self._taken(rest, chosen),
+                                  tuple(other for _, other in ranked)))
+        return answers
+
+    def _best(self, chosen: list[int]) -> int | None:
+        screening = self.screening
+        taken = {screening.library.candidates[c].key for c in chosen}
+        start, by_key = screening.loss(chosen), {}
+        for c, candidate in enumerate(screening.library.candidates):
+            if candidate.key not in taken:
+                gain = start - screening.loss([*chosen, c])
+                if gain > by_key.get(candidate.key, (0.0, 0))[0]:
+                    by_key[candidate.key] = (gain, c)
+        close = self._foremost(sorted(by_key.values(), reverse=True), screening.squares(chosen),
+                               chosen)
+        if not close:
+            return None
+        gains = {}
+        for c in close:
+            better = refined(screening, c, chosen)
+            gains[better] = start - screening.loss([*chosen, better])
+        # among what leaves as little in every balance, the simplest
+        most = max(gains, key=gains.get)
+        least = screening.squares([*chosen, most])
+        left = {c: screening.squares([*chosen, c]) for c in gains}
+        near = [c for c in gains if self._as_good(left[c], least, 1.2, 0.15)
+                or (gains[c] >= SAME * gains[most] and self._as_good(left[c], least, 1.6, 0.5))]
+        best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
+        return refined(screening, best, chosen, closely=True)
+
+    def _foremost(self, ranked: list[tuple[float, int]], before: dict[int, float],
+                  chosen: list[int]) -> list[int]:
+        """
+        Return the candidates that gain about as much as the best of them.
+
+        One that opens a gap where there was none is no cause, though another might close it.
+        """
+        screening = self.screening
+        close: list[int] = []
+        most = 0.0
+        for gain, c in ranked:
+            if len(close) == REFINED or gain < CLOSE * most:
+                break
+            after = screening.squares([*chosen, c])
+            if all(after[b] <= OPENS * max(1.0, square) for b, square in before.items()):
+                most = max(most, gain)
+                close.append(c)
+        return close
+
+    def _tidied(self, chosen: list[int], limit: float) -> list[int]:
+        """Drop what later choices made needless; swap what another now does better."""
+        screening = self.screening
+        for one in list(chosen):
+            rest = [c for c in chosen if c != one]
+            if not rest or one not in chosen:
+                continue
+            alone = self._again(rest)
+            before, after = screening.residual(alone), screening.residual([*alone, one])
+            if screening.significance(one, alone) < limit or self._worth(before, after) < WORTH:
+                chosen = alone
+                continue
+            before, after = screening.residual(rest), screening.residual(chosen)
+            if screening.significance(one, rest) < limit or self._worth(before, after) < WORTH:
+                chosen = rest
+                continue
+            better = self._best(rest)
+            if better is not None and better != one:
+                gain = screening.loss(rest) - screening.loss(chosen)
+                other = screening.loss(rest) - screening.loss([*rest, better])
+                if other > 1.02 * gain:
+                    chosen = [*rest, better]
+        return chosen
+
+    def _again(self, chosen: list[int]) -> list[int]:
+        """Return the same causes at the sizes and shapes that fit best without any other."""
+        for one in chosen:
+            rest = [c for c in chosen if c != one]
+            chosen = [*rest, refined(self.screening, one, rest, closely=True)]
+        return chosen
+
+    def _worth(self, before: np.ndarray, after: np.ndarray) -> float:
+        """
+        Return the largest share that any balance loses of its remaining square.
+
+        Drops too faint to matter count as nothing.
+        """
+        screening = self.screening
+        drop, most = before**2 - after**2, 0.0
+        for index in np.unique(screening.stack.balance):
+            rows = screening.stack.balance == index
+            taken = float(np.mean(drop[rows]))
+            if taken > FAINT and float(np.mean(before[rows] ** 2)) > 1.0:
+                most = max(most, taken / float(np.mean(before[rows] ** 2)))
+        return most
+
+    def _share(self, start: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
+        """
+        Largest share of a balance's first gap that a step takes away.
+
+        A later cause needs a gap that still shows; the first may be as faint as the noise allows.
+        """
+        screening = self.screening
+        shares = []
+        for index in np.unique(screening.stack.balance):
+            rows = screening.stack.balance == index
+            gap = float(np.sum(start[rows] ** 2))
+            if float(np.mean(before[rows] ** 2)) <= (1.0 if before is start else STILL):
+                continue
+            shares.append(float(np.sum(before[rows] ** 2 - after[rows] ** 2)) / max(gap, 1e-12))
+        return max(shares, default=0.0)
+
+    def _complexity(self, one: int) -> int:
+        """
+        How many numbers a candidate may choose.
+
+        A shape with a grid is one, an order too: it was read off the residual.
+        """
+        screening = self.screening
+        shapes = screening.library.candidates[one].shapes
+        return len(screening.members[one]) + sum(
+            bool(screening.stack.extended.declaration(path).grid) for path, _ in shapes)
+
+    @staticmethod
+    def _as_good(left: dict[int, float], least: dict[int, float], times: float,
+                 more: float) -> bool:
+        return all(square <= times * least[b] + more for b, square in left.items())
+
+    def _taken(self, rest: list[int], chosen: list[int]) -> tuple[str, ...]:
+        """Balances in which a cause takes away a good part of what it takes away in all."""
+        screening = self.screening
+        drop = screening.residual(rest)**2 - screening.residual(chosen)**2
+        taken = {int(b): float(drop[screening.stack.balance == b].sum())
+                 for b in np.unique(screening.stack.balance)}
+        return tuple(BALANCES[b] for b, part in taken.items()
+                     if part > 0.0 and part >= MAINLY * max(taken.values()))

@@ -1,0 +1,116 @@
+"""What the shapes of a candidate (widths, time constants, places) may be, and their search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from .candidates import Candidate
+from .scales import Scales
+from .stack import Stack
+
+if TYPE_CHECKING:
+    from .screening import Screening
+
+BEYOND = 0.3  # share of the travel by which a place may lie outside it
+LARGER = 2.0  # times the largest shape tried first, up to which it is searched
+
+
+class Shapes:
+    """Within what the shapes of candidates may lie."""
+
+    def __init__(self, stack: Stack, candidates: list[Candidate]) -> None:
+        self.stack = stack
+        self.tried: dict[str, set[float]] = {}
+        for candidate in candidates:
+            for path, value in candidate.shapes:
+                self.tried.setdefault(path, set()).add(value)
+
+    def is_place(self, path: str) -> bool:
+        """Tell whether a shape says where and not how much: then it may be negative."""
+        return self.stack.extended.declaration(path).bounds[0] < 0.0
+
+    def around(self, path: str, value: float) -> tuple[float, float]:
+        """Bounds of the line on which a shape is searched: of its logarithm, unless a place."""
+        if self.is_place(path):
+            low, high = Scales(self.stack.balances).travelled()
+            beyond = BEYOND * (high - low)
+            return low - beyond, high + beyond
+        low, high = self.within(path)
+        middle = float(np.clip(np.log(value), np.log(low), np.log(high)))
+        return max(middle - 1.2, np.log(low)), min(middle + 1.2, np.log(high))
+
+    def within(self, path: str) -> tuple[float, float]:
+        """Bounds of a shape: not far beyond what the recordings reach, where it would not show."""
+        low, high = self.stack.extended.declaration(path).bounds
+        tried = self.tried.get(path, ())
+        if tried:
+            high = min(high, LARGER * max(tried))
+        return max(low, 1e-12), high
+
+    def searched(self, path: str) -> bool:
+        """Tell whether a shape is searched on a line; orders are read off the residual."""
+        parameter = self.stack.extended.declaration(path)
+        return bool(parameter.grid) and parameter.name != 'order'
+
+
+def refined(screening: Screening, one: int, chosen: list[int], closely: bool = False) -> int:
+    """
+    Return the number of a version of a candidate at the size and shape that fit best.
+
+    Its columns are taken anew at the fitted amplitudes, so that a law with kinks counts at the
+    size it has; each shape is searched on a line, to a few percent when ``closely``.
+    """
+    library, shapes = screening.library, screening.shapes
+    version, table = library.candidates[one], library.tables[one]
+    size, least = screening.size(one, chosen), screening.loss([*chosen, one])
+    start = least
+    for _ in range(3 if closely else 1):
+        before = least
+        trial = screening.stack.columns(version, size)
+        loss = screening.loss_with(chosen, version, trial)
+        if loss < least:
+            least, table = loss, trial
+        for i, (path, value) in enumerate(version.shapes):
+            if not shapes.searched(path):
+                continue
+            line = _Line(screening, chosen, version, i, size, not shapes.is_place(path))
+            around = shapes.around(path, value)
+            found = minimize_scalar(line.loss, bounds=around, method='bounded',
+                                    options={'maxiter': 14 if closely else 6,
+                                             'xatol': 0.01 * (around[1] - around[0])})
+            if found.fun < least:
+                least = line.loss(found.x)
+                version, table = line.version, line.table
+        if least >= before * (1.0 - 1e-4):
+            break
+        size = screening.fitted(chosen, version, table, size)
+    if least >= start:
+        return one
+    return screening.add(version, table, size)
+
+
+@dataclass
+class _Line:
+    """One shape of a candidate, moved on a line; remembers what it tried last."""
+
+    screening: Screening
+    chosen: list[int]
+    start: Candidate
+    shape: int
+    size: np.ndarray
+    logarithmic: bool
+    version: Candidate | None = None
+    table: np.ndarray | None = None
+
+    def loss(self, at: float) -> float:
+        """Return the cross-validated sum of squares with the shape there."""
+        shapes = list(self.start.shapes)
+        value = float(np.exp(at) if self.logarithmic else at)
+        shapes[self.shape] = (shapes[self.shape][0], value)
+        self.version = replace(self.start, shapes=tuple(shapes))
+        self.table = self.screening.stack.columns(self.version, self.size)
+        return self.screening.loss_with(self.chosen, self.version, self.table)
