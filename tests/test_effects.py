@@ -45,10 +45,11 @@ DIMENSIONS = {
 MOTION_UNITS = {
     'angle': 'rad', 'motor_angle': 'rad', 'load_angle': 'rad', 'travel': 'rad', 'speed': 'rad/s',
     'rate': 'rad/s', 'torque': 'N m', 'current': 'A', 'temperature': 'degC', 'time': 's',
-    'direction': '', 'reference': 'rad',
+    'direction': '', 'reference': 'rad', 'coupled_angle': 'rad',
 }
 ANSWER_UNITS = {
     'friction': 'N m', 'torque': 'N m', 'mesh': 'N m', 'mesh_error': 'rad', 'clearance': 'rad',
+    'inertia': 'kg m2',
 }
 SITE_UNITS = {
     'command': 'V', 'motor_position': 'rad', 'load_position': 'rad', 'torque': 'N m',
@@ -94,6 +95,7 @@ def motions(effect: type[Effect], seed: int, samples: int = 40) -> list[dict[str
         'current': torque / 10.0, 'value': torque / 10.0, 'time': np.arange(samples) * 1e-2,
         'temperature': 20.0 + np.cumsum(noise.normal(0.0, 1.0, samples)),
         'direction': np.where(speed > 0.0, 1.0, -1.0), 'reference': 1.01 * angle,
+        'coupled_angle': angle,
     }
     if effect.port == 'mesh':
         walk['angle'] = angle * 1e-3
@@ -186,7 +188,7 @@ def moving():
     """Inputs that reverse the servo, stop it and wind it up, and the ideal answer to them."""
     t = np.arange(150) * 1e-3
     u = every_effect.inputs(len(t), voltage=4.0 * np.sin(60.0 * t) + 2.0 * np.sin(200.0 * t),
-                            temperature=20.0 + 100.0 * t)
+                            temperature=20.0 + 100.0 * t, coupled_position=5.0 * t)
     return u, run(every_effect.servo(), u, every_effect.only())
 
 
@@ -243,9 +245,10 @@ def closed_cycle(effect: type[Effect], seed: int, **changes):
 
 
 DISSIPATING = [e for e in EFFECTS if e.port == 'friction' or e.name in (
-    'presliding_friction', 'dahl_friction', 'hysteresis', 'wind_up_damping')]
+    'presliding_friction', 'dahl_friction', 'hysteresis', 'wind_up_damping',
+    'dissipative_hysteresis')]
 CONSERVATIVE = [find(name) for name in ('gravity', 'spring_load', 'cogging',
-                                        'nonlinear_stiffness')]
+                                        'nonlinear_stiffness', 'stiffening_spring')]
 
 
 @pytest.mark.parametrize('effect', DISSIPATING, ids=lambda e: e.name)

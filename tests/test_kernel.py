@@ -45,9 +45,10 @@ from servo_twin.physics.kernel import kernel_of
 from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, simulate
+from servo_twin.physics.state import INPUTS
 register(sys.argv[1])
 servo = Servo('s', CurrentDrive, Rigid, Open, (), (Placed('d', find('drag'), 'motor'),))
-u = np.zeros((50, 8))
+u = np.zeros((50, len(INPUTS)))
 u[:, 0] = 1.0
 y = simulate(servo, u, 1e-3, initial_state(servo))
 kernel = kernel_of(servo)

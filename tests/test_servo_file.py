@@ -44,8 +44,9 @@ def changed(before: str, after: str) -> str:
 def servos(draw):
     """Any servo that the parts and effects there are can make."""
     mechanism = draw(st.sampled_from(list(MECHANISMS.values())))
-    fitting = [n for n in names() if mechanism.compliant or find(n).port not in (
-        'mesh', 'clearance')]
+    unfit = () if mechanism.compliant else ('mesh', 'clearance')
+    unfit += () if mechanism.carries else ('inertia',)
+    fitting = [n for n in names() if find(n).port not in unfit]
     effects = tuple(
         Placed(f'e{i}', find(n), draw(st.sampled_from(find(n).sites)))
         for i, n in enumerate(draw(st.lists(st.sampled_from(fitting), max_size=4))))

@@ -8,7 +8,8 @@ differences behind one smoothing window, so that all terms see the same window a
 
 =============== ==================================================================================
 drive           current drive :math:`i - K_a u`; voltage drive
-                :math:`K_v u - R i - L\,di/dt - k_e\,\omega_m`
+                :math:`K_v u - R i - L\,di/dt - k_e\,\omega_m`; current amplifier likewise, its
+                gain in the place of ohms, while neither limit ends it
 motor           :math:`K_m i - J_m\dot\omega_m - T/N`
 transmission    :math:`\theta_m/N - \theta_l - T/K`; without torque sensor
                 :math:`T = J_l\dot\omega_l`, without friction
@@ -31,6 +32,7 @@ from math import exp, hypot
 import numpy as np
 
 from .controller_law import impulse_responses
+from .physics.drives import winding
 from .physics.servo import Servo
 from .physics.state import OUTPUTS
 from .recording import BALANCES
@@ -50,6 +52,7 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
     given_on = ratio * v.get('mechanism.efficiency', 1.0)
     stiffness = v.get('mechanism.stiffness', np.inf)
     constant = v['drive.torque_constant']
+    gain, resistance = winding(v)
     smooth, here, speed, speed_up, held, earlier, given = _windows(servo, period, half)
     taps = np.zeros((len(BALANCES), CONTROL + 1, 2 * half + 1))
     named = dict(zip(BALANCES, taps, strict=True))
@@ -68,23 +71,23 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
         """Take the current times ``scale``, or what the drive makes of the command."""
         if 'current' in parts:
             named[balance][CURRENT] = scale * held
-        elif 'drive.resistance' in v:
-            named[balance][VOLTAGE] = scale * v['drive.gain'] / v['drive.resistance'] * given
-            back = scale * v['drive.back_emf'] / v['drive.resistance'] * speed
+        elif resistance:
+            named[balance][VOLTAGE] = scale * gain / resistance * given
+            back = scale * v['drive.back_emf'] / resistance * speed
             shaft(balance, -back, 0.0 * back)
         elif 'drive.gain' in v:
-            named[balance][VOLTAGE] = scale * v['drive.gain'] * given
+            named[balance][VOLTAGE] = scale * gain * given
 
     if 'current' in parts:
-        if 'drive.resistance' in v:
-            named['drive'][CURRENT] = -v['drive.resistance'] * here
+        if resistance:
+            named['drive'][CURRENT] = -resistance * here
             named['drive'][CURRENT] -= v['drive.inductance'] * speed
-            named['drive'][VOLTAGE] = v['drive.gain'] * earlier
+            named['drive'][VOLTAGE] = gain * earlier
             if parts & {'motor_position', 'load_position'}:
                 shaft('drive', -v['drive.back_emf'] * speed, 0.0 * speed)
         elif 'drive.gain' in v:
             named['drive'][CURRENT] = here
-            named['drive'][VOLTAGE] = -v['drive.gain'] * earlier
+            named['drive'][VOLTAGE] = -gain * earlier
     if 'torque' in parts:
         if 'motor_position' in parts or np.isinf(stiffness):
             current('motor', constant)

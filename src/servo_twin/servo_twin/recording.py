@@ -17,6 +17,7 @@ COLUMNS = {
     'reference_position': 'rad',
     'reference_velocity': 'rad/s',
     'temperature': 'degC',
+    'coupled_position': 'rad',
 }
 """Columns besides the time `t`, with their units; one that was not measured is NaN throughout."""
 
@@ -29,7 +30,8 @@ class Recording:
     ``columns`` maps every name of :data:`COLUMNS` to an array of shape (samples,), float64; sample
     k was taken at ``start + k * period`` and has the running number ``sequence + k``. ``voltage``
     and the references are held from sample k to sample k + 1, all others are measured at sample k.
-    Positions in rad, each on its own shaft.
+    Positions in rad, each on its own shaft; ``coupled_position`` is the load angle of another axis
+    that this one carries, on which its inertia may depend.
     Raises ValueError when a column has another length or the period is not positive.
     """
 

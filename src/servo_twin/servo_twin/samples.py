@@ -21,7 +21,8 @@ MOTOR_POSITION, LOAD_POSITION, TORQUE = (
     CHANNELS.index(name) for name in ('motor_position', 'load_position', 'torque'))
 
 _TAKEN = [CHANNELS.index(name) for name in INPUTS]
-_MISSING = {state.VOLTAGE: 0.0, state.EXTERNAL: 0.0, state.TEMPERATURE: ROOM_TEMPERATURE}
+_MISSING = {state.VOLTAGE: 0.0, state.EXTERNAL: 0.0, state.COUPLED_POSITION: 0.0,
+            state.TEMPERATURE: ROOM_TEMPERATURE}
 
 
 def samples_of(columns: Mapping[str, np.ndarray]) -> np.ndarray:

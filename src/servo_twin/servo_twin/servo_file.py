@@ -3,6 +3,9 @@ The servo file: one machine as YAML. The only place that knows how it is laid ou
 
 A value is a bare number, a row of numbers, or a mapping ``{value, unit, source, std, bags}``; a
 unit that is given must be the declared one, so that a file with other units is never misread.
+
+`harmonic_drive: {model: NAME}` stands for the effects of a model of paper 004; values of its
+effects may follow, by their names. It is a shorthand: what is written again are the effects.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from pathlib import Path
 import yaml
 
 from .physics.catalogue import find, names
+from .physics.harmonic_drives import harmonic_drive, HARMONIC_DRIVES
 from .physics.servo import (
     CONTROLLERS,
     DRIVES,
@@ -27,7 +31,7 @@ from .physics.servo import (
 )
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
-             'effects', 'tolerance')
+             'harmonic_drive', 'effects', 'tolerance')
 _TYPED = {'drive': DRIVES, 'mechanism': MECHANISMS, 'controller': CONTROLLERS}
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
 
@@ -172,6 +176,19 @@ def _servo(tree: dict) -> Servo:
         sensors.append(SENSORS[_choice(name, SENSORS, 'sensors')])
         take(f'sensors.{name}', _mapping(body, f'sensors.{name}'), sensors[-1].parameters)
     effects = []
+    gear = _mapping(tree.get('harmonic_drive'), 'harmonic_drive')
+    if gear:
+        model = harmonic_drive(_choice(gear.get('model'), HARMONIC_DRIVES, 'harmonic_drive.model'))
+        members = {member.name: member for member in model.members}
+        for name, body in gear.items():
+            if name != 'model':
+                member = members[_choice(name, members, f'harmonic_drive of {model.name}')]
+                take(f'effects.{name}', _mapping(body, f'harmonic_drive.{name}'),
+                     member.placed.effect.parameters)
+        for member in model.members:
+            effects.append(member.placed)
+            for name, value in member.values.items():
+                values.setdefault(f'effects.{member.name}.{name}', value)
     for name, body in _mapping(tree.get('effects'), 'effects').items():
         if not str(name).isidentifier() or iskeyword(str(name)):
             raise ServoError(f'effects: {name!r} is not a name (letters, digits, underscore)')

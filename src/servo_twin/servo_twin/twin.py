@@ -208,7 +208,7 @@ class Twin:
                           f'at most {self.bridge} are bridged')
         elif self._x is not None:
             held = np.tile(self._last, (missing, 1))
-            held[:, INPUTS.index('motor_position'):] = nan
+            held[:, [state.MEASURED_MOTOR, state.MEASURED_LOAD]] = nan
             self._run(held, np.empty((missing, len(OUTPUTS))), np.full(missing, self._looped),
                       self._last)
             self.bridged += missing

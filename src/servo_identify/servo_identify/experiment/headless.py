@@ -38,7 +38,7 @@ def make(run: Run, folder: Path, rig: Path, servo: str, servo_text: str,
         if done.returncode:
             raise ValueError(f'{run.name} was not played: {done.stderr.strip()[-500:]}')
         with np.load(table) as columns:
-            kept = {name: columns[name] for name in COLUMNS}
+            kept = {name: columns[name] for name in COLUMNS if name in columns}
     recording = Recording(
         name=run.name, period=run.period, columns=kept, family=run.family,
         replicate=run.replicate, servo=servo, servo_file=servo_text,

@@ -15,7 +15,8 @@ from . import sampling
 from .settings import RigSettings
 
 COLUMNS = ('t', 'voltage', 'current_reference', 'current', 'motor_position', 'load_position',
-           'torque', 'external_torque', 'reference_position', 'reference_velocity', 'temperature')
+           'torque', 'external_torque', 'reference_position', 'reference_velocity', 'temperature',
+           'coupled_position')
 MODES = {'off': sampling.OFF, 'voltage': sampling.VOLTAGE_MODE, 'current': sampling.CURRENT_MODE,
          'velocity': sampling.VELOCITY_MODE, 'position': sampling.POSITION_MODE}
 _BLOCK = 1024
@@ -141,4 +142,6 @@ def run(rig: RigSettings, mode: str, reference: np.ndarray,
     columns['temperature'] = columns['temperature'][held]
     if column:
         columns[column] = reference
+    if rig.values.get('coupling.mass', 0.0) > 0.0:
+        columns['coupled_position'][:] = rig.values['coupling.angle']
     return columns

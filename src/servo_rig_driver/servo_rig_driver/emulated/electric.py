@@ -50,7 +50,8 @@ def advance_current(P, S, h):
         error = wanted - S.current
         volts = corner * inductance * error + S.current_integral
         if abs(volts) < supply:
-            S.current_integral += corner * P.drive_resistance * error * h
+            S.current_integral += (P.drive_current_integral * corner * P.drive_resistance
+                                   * error * h)
             rate = corner + P.drive_resistance / inductance
             goal = (corner * wanted + (S.current_integral - emf) / inductance) / rate
             S.current = goal + (S.current - goal) * exp(-rate * h)

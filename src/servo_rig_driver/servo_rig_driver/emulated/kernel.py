@@ -12,11 +12,13 @@ from math import exp, pi, sin, sqrt
 
 import numba as nb
 
-from . import electric, friction, mesh
+from . import coupling, electric, flexspline, friction, mesh
 from .friction import LOAD_REACHES, LOAD_SHARES, MOTOR_REACHES, MOTOR_SHARES
 from .state import RING
 
 _slide, _load_budget, _motor_budget = friction.slide, friction.load_budget, friction.motor_budget
+_wave_generator = flexspline.wave_generator
+_load_inertia, _turn_other = coupling.load_inertia, coupling.turn_other
 _viscous_slope, _age, _mesh = friction.viscous_slope, friction.age, mesh.mesh
 _advance_current, _motor_torque = electric.advance_current, electric.motor_torque
 
@@ -35,11 +37,14 @@ def forces(P, S, load_move, motor_move):
     reach = P.friction_presliding_angle * least
     load, S.load_stuck = _slide(S.load_bristles, LOAD_SHARES, LOAD_REACHES, load_move,
                                 _load_budget(P, S), reach)
+    budget = _motor_budget(P, S)
+    if P.flexspline_fitted > 0.0:
+        budget = _wave_generator(P, S, budget)
     motor, S.motor_stuck = _slide(S.motor_bristles, MOTOR_SHARES, MOTOR_REACHES, motor_move,
-                                  _motor_budget(P, S), reach * P.machine_ratio)
+                                  budget, reach * P.machine_ratio)
     S.heat = abs(load * S.load_speed) + abs(motor * S.motor_speed)
     angle = S.load_angle
-    outside = -S.external * (1.0 + 0.005 * P.load_ripple * sin(70.0 * angle))
+    outside = -S.external * (1.0 + 0.005 * P.load_ripple * sin(70.0 * angle)) + S.reaction
     if P.withheld_gravity > 0.0:
         outside -= P.withheld_gravity * sin(angle - P.withheld_gravity_angle)
     if P.withheld_spring_load > 0.0:
@@ -53,10 +58,11 @@ def forces(P, S, load_move, motor_move):
 def damp(P, S, h):
     """Let everything proportional to speed act for h, one pair after the other, each exactly."""
     # Bristles that hold ring without this: a tenth of their critical damping.
+    inertia = _load_inertia(P, S)
     slope = _viscous_slope(P, P.friction_load_viscous, S.load_speed, 1.0, S.temperature)
     slope += P.withheld_quadratic_drag * sqrt(S.load_speed ** 2 + 1e-6)
-    hold = 0.2 * sqrt(S.load_stuck * P.machine_load_inertia)
-    keep = exp(-(slope + hold) * h / P.machine_load_inertia)
+    hold = 0.2 * sqrt(S.load_stuck * inertia)
+    keep = exp(-(slope + hold) * h / inertia)
     S.heat += slope * S.load_speed ** 2
     S.load_speed *= keep
 
@@ -70,18 +76,18 @@ def damp(P, S, h):
     contact = S.mesh_slope / P.machine_stiffness
     couple(P, S, P.machine_damping * P.mesh_damping * contact, h)
     if P.withheld_payload_inertia > 0.0:
-        inertia = P.withheld_payload_inertia
-        both = 1.0 / inertia + 1.0 / P.machine_load_inertia
-        damping = 0.04 * sqrt(payload_stiffness(P) * inertia)
+        payload = P.withheld_payload_inertia
+        both = 1.0 / payload + 1.0 / inertia
+        damping = 0.04 * sqrt(payload_stiffness(P) * payload)
         impulse = (S.load_speed - S.payload_speed) * (1.0 - exp(-damping * both * h)) / both
-        S.load_speed -= impulse / P.machine_load_inertia
-        S.payload_speed += impulse / inertia
+        S.load_speed -= impulse / inertia
+        S.payload_speed += impulse / payload
     if P.withheld_slosh > 0.0:
-        both = 1.0 / P.withheld_slosh + 1.0 / P.machine_load_inertia
+        both = 1.0 / P.withheld_slosh + 1.0 / inertia
         slip = S.load_speed - S.slosh_speed
         damping = 12.0 * P.withheld_slosh * sqrt(abs(slip) + 1e-3)
         impulse = slip * (1.0 - exp(-damping * both * h)) / both
-        S.load_speed -= impulse / P.machine_load_inertia
+        S.load_speed -= impulse / inertia
         S.slosh_speed += impulse / P.withheld_slosh
 
 
@@ -89,7 +95,7 @@ def damp(P, S, h):
 def kick(P, S, h):
     """Let the torques that depend on positions act for h."""
     S.motor_speed += h * S.motor_force / P.machine_rotor_inertia
-    S.load_speed += h * S.load_force / P.machine_load_inertia
+    S.load_speed += h * S.load_force / _load_inertia(P, S)
     if P.withheld_payload_inertia > 0.0:
         S.payload_speed += h * S.payload_force / P.withheld_payload_inertia
     else:
@@ -99,10 +105,11 @@ def kick(P, S, h):
 @nb.njit
 def couple(P, S, damping, h):
     """Damp the wind-up rate by an exact exchange of momentum between the shafts."""
-    inverse = 1.0 / (P.machine_rotor_inertia * P.machine_ratio ** 2) + 1.0 / P.machine_load_inertia
+    inertia = _load_inertia(P, S)
+    inverse = 1.0 / (P.machine_rotor_inertia * P.machine_ratio ** 2) + 1.0 / inertia
     rate = S.motor_speed / P.machine_ratio - S.load_speed
     impulse = rate * (1.0 - exp(-damping * inverse * h)) / inverse
-    S.load_speed += impulse / P.machine_load_inertia
+    S.load_speed += impulse / inertia
     S.motor_speed -= impulse / (P.machine_rotor_inertia * P.machine_ratio)
 
 
@@ -127,6 +134,9 @@ def surroundings(P, S, h):
         S.torque_reading += (torque - S.torque_reading) * follow
     else:
         S.torque_reading = torque
+    if S.creep_torque != 0.0:
+        S.creep_torque *= exp(-h / P.flexspline_creep_time)
+    _turn_other(P, S, h)
     _age(P, S, h)
 
 

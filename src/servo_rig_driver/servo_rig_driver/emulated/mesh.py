@@ -13,6 +13,7 @@ from math import acos, cos, sin, sqrt, tan
 
 import numba as nb
 
+from .flexspline import flexspline
 from .friction import MESH_REACHES
 
 PAIRS = 5
@@ -104,6 +105,8 @@ def flank(P, wind_up, play):
 @nb.njit
 def mesh(P, S):
     """Set wind-up, transmitted torque and slope; return the torques on load and motor."""
+    if P.flexspline_fitted > 0.0:
+        return flexspline(P, S)
     wind_up = S.motor_angle / P.machine_ratio - S.load_angle
     forward, forward_slope, reverse, reverse_slope = flank_errors(P, S.load_angle)
     play = half_play(P, S)

@@ -53,6 +53,7 @@ PROPERTIES = (
     Property('drive.bandwidth', 900.0, 'Hz', 1.0, 1e4, 'Of the current loop.'),
     _scale('drive.current_lag', 'Slowness of the current: scales inductance and 1/bandwidth.'),
     _scale('drive.latency', 'Of the set-point in the drive: 1 is 60 us.'),
+    _scale('drive.current_integral', 'Integral action of the current loop; 0: gain alone.'),
     Property('drive.velocity_gain', 16.09, 'V s/rad', 0.0, BIG, 'K_p, on load-side speed.'),
     Property('drive.velocity_integral', 505.38, 'V/rad', 0.0, BIG, 'K_i, on load-side speed.'),
     Property('drive.velocity_filter', 0.0, 's', 0.0, 1.0, 'Low-pass of the measured speed.'),
@@ -123,6 +124,34 @@ PROPERTIES = (
     _scale('error.tooth', 'Transmission error at the orders of the teeth.'),
     _scale('error.turn', 'Transmission error at orders 1 and 2 of the load turn.'),
     _scale('error.direction', 'Difference of the error between the flanks.'),
+
+    _scale('flexspline.fitted', '1: a harmonic drive in place of the toothed mesh, 0: none.', 0.0),
+    Property('flexspline.tooth_angle', 2e-4, 'rad', 0.0, 1.0,
+             'Wind-up of its teeth for an e-fold of torque.'),
+    Property('flexspline.tooth_torque', 5.0, 'N m', 1e-9, BIG, 'From where teeth come to bear.'),
+    Property('flexspline.error_amplitude', 2e-4, 'rad', 0.0, 1.0,
+             'Twice a turn of the wave generator, seen from the load.'),
+    Property('flexspline.static_torque', 0.02, 'N m', 0.0, BIG, 'Of the wave generator at rest, '
+             'above sliding.'),
+    Property('flexspline.static_speed', 5.0, 'rad/s', 1e-6, BIG, 'Of the motor: half is gone.'),
+    Property('flexspline.mesh_coefficient', 0.1, '', 0.0, 10.0, 'Friction at the motor for one '
+             'N m there, by the load of the teeth.'),
+    Property('flexspline.turn_share', 0.15, '', 0.0, 1.0, 'Of the friction of the wave generator '
+             'that swings twice a turn.'),
+    Property('flexspline.creep_stiffness', 500.0, 'N m/rad', 0.0, BIG, 'That relaxes.'),
+    Property('flexspline.creep_time', 0.3, 's', 1e-4, BIG, 'In which it relaxes.'),
+    _scale('flexspline.stiffening', 'Teeth of the flexspline that bear one by one.'),
+    _scale('flexspline.error', 'Kinematic error.'),
+    _scale('flexspline.static', 'Static friction of the wave generator.'),
+    _scale('flexspline.mesh_friction', 'Friction that the load of the teeth brings.'),
+    _scale('flexspline.turn', 'Friction that swings with the wave generator.'),
+    _scale('flexspline.creep', 'Creep of the flexspline.'),
+
+    Property('coupling.mass', 0.0, 'kg', 0.0, BIG, 'Carried by the other axis.'),
+    Property('coupling.reach', 0.2, 'm', -100.0, 100.0, 'Of it from this axis, other axis at 0.'),
+    Property('coupling.offset', 0.0, 'm', -100.0, 100.0, 'Of it along this axis, then.'),
+    Property('coupling.angle', 0.0, 'rad', -10.0, 10.0, 'Of the other axis, at the beginning.'),
+    _scale('coupling.reaction', 'What turning inertias and rates push back.'),
 
     Property('motor.order', 24.0, '', 1.0, 1000.0, 'Cogging and ripple orders of the motor turn.'),
     Property('motor.cogging_torque', 0.006, 'N m', 0.0, BIG, 'Amplitude.'),

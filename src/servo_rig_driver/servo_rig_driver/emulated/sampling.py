@@ -151,7 +151,8 @@ def _compiled(sources):
 def _sources() -> str:
     folder = Path(__file__).parent
     digest = sha256()
-    for name in ('kernel', 'friction', 'mesh', 'electric', 'state', 'properties', 'sampling'):
+    for name in ('kernel', 'friction', 'mesh', 'flexspline', 'coupling', 'electric', 'state',
+                 'properties', 'sampling'):
         digest.update((folder / f'{name}.py').read_bytes())
     return digest.hexdigest()
 

@@ -23,6 +23,9 @@ STATE = np.dtype([
     ('load_stuck', 'f8'), ('motor_stuck', 'f8'),           # N m/rad, of bristles that hold
     ('wind_up', 'f8'), ('mesh_torque', 'f8'), ('mesh_slope', 'f8'),
     ('motor_force', 'f8'), ('load_force', 'f8'), ('payload_force', 'f8'),  # N m, by position
+    ('flex_torque', 'f8'), ('creep_torque', 'f8'),         # N m, of the flexspline
+    ('other_angle', 'f8'), ('other_speed', 'f8'),          # of the other axis, from its start
+    ('reaction', 'f8'),                                    # N m, that the other axis feels
     ('slow_torque', 'f8'),                                 # N m, magnitude that opens the play
     ('current', 'f8'), ('current_integral', 'f8'),         # A, V
     ('brake_phase', 'f8'),                                 # rad, of its control at the start

@@ -17,7 +17,14 @@ from .definitions import deserialize, embedded_types, PACKAGE
 from .joining import join, stretches, TimeError, Track, track
 from .scanning import DAMAGE
 from .sources import open_source, Source
-from .writing import BagError, SAMPLE_TOPICS, TWIN_TOPICS
+from .writing import (
+    BagError,
+    COUPLED_COLUMN,
+    COUPLED_FIELD,
+    COUPLED_TOPIC,
+    SAMPLE_TOPICS,
+    TWIN_TOPICS,
+)
 
 _REQUIRED = ('encoder', 'current')
 
@@ -36,7 +43,8 @@ def read_recording(path: Path | str, namespace: str | None = None,
     with open_source(Path(path)) as source:
         prefix = _prefix(source, namespace)
         warnings = list(source.warnings)
-        topics = _present(source, prefix, SAMPLE_TOPICS, _REQUIRED)
+        coupled = {COUPLED_TOPIC: ('Encoder', (COUPLED_COLUMN,))}
+        topics = _present(source, prefix, SAMPLE_TOPICS | coupled, _REQUIRED)
         if 'torque' not in topics:
             warnings.append(f'no topic {prefix}torque: torque and external_torque are NaN')
         first, stamp, period, columns, _ = _read(source, prefix, topics, stretch, warnings)
@@ -84,7 +92,8 @@ def _prefixes(source: Source) -> list[str]:
     kinds = {f'{PACKAGE}/msg/{message}': topic for topic, (message, _) in SAMPLE_TOPICS.items()}
     return sorted({
         channel.topic[:-len(kinds[channel.kind])] for channel in source.channels
-        if channel.kind in kinds and channel.topic.endswith('/' + kinds[channel.kind])})
+        if channel.kind in kinds and channel.topic.endswith('/' + kinds[channel.kind])
+        and not channel.topic.endswith('/' + COUPLED_TOPIC)})
 
 
 def _prefix(source: Source, namespace: str | None) -> str:
@@ -119,6 +128,9 @@ def _read(source: Source, prefix: str, topics: dict[str, tuple[str, Iterable[str
           ) -> tuple[int, int, float, dict[str, np.ndarray], dict[str, Any]]:
     """Return (first sequence, its ns, period, columns, constants) of topics of one rig."""
     tracks = _tracks(source, [prefix + topic for topic in topics], warnings)
+    for item in tracks:
+        if item.topic == prefix + COUPLED_TOPIC:
+            item.values = {COUPLED_COLUMN: item.values[COUPLED_FIELD]}
     try:
         parts = {item.topic: stretches(item) for item in tracks}
         chosen = _choose(parts, stretch, warnings)

@@ -26,6 +26,13 @@ SAMPLE_TOPICS = {
 }
 """Topic of a rig: its message and the columns of a recording that it carries."""
 
+COUPLED_TOPIC = 'coupled/encoder'
+COUPLED_COLUMN, COUPLED_FIELD = 'coupled_position', 'load_position'
+"""
+What another axis read that this one carries: the topic of a rig that has one, an Encoder message
+with this rig's sequence numbers; the column of a recording; the field that it comes from.
+"""
+
 TWIN_TOPICS = {'prediction': ('twin/prediction', 'Prediction'),
                'residual': ('twin/residual', 'Residual')}
 """Part of the twin's answer: its topic and its message."""
@@ -278,5 +285,8 @@ def write_predictions(path: Path | str, predictions: Predictions, recording: Rec
 
 def sample_topics(recording: Recording) -> dict[str, Samples]:
     """Return what the rig's topics carry of a recording."""
-    return {topic: Samples(message, {name: recording[name] for name in names})
-            for topic, (message, names) in SAMPLE_TOPICS.items()}
+    topics = {topic: Samples(message, {name: recording[name] for name in names})
+              for topic, (message, names) in SAMPLE_TOPICS.items()}
+    if recording.has(COUPLED_COLUMN):
+        topics[COUPLED_TOPIC] = Samples('Encoder', {COUPLED_FIELD: recording[COUPLED_COLUMN]})
+    return topics

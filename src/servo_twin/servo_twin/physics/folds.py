@@ -32,6 +32,11 @@ def mesh_error(theta, on, x, motion, h):
     return 0.0
 
 
+def mesh_error_slope(theta, on, x, motion, h):
+    """Growth of what the teeth lose with the motor angle, rad/rad: of errors that have one."""
+    return 0.0
+
+
 def mesh_clearance(theta, on, x, motion, h):
     """Sum of the gaps between the teeth, rad at the load shaft, not yet cut at zero."""
     return 0.0
@@ -39,6 +44,11 @@ def mesh_clearance(theta, on, x, motion, h):
 
 def mesh_torque(theta, on, x, motion, h):
     """Torque of the mesh beside its linear stiffness and damping, N m on the load."""
+    return 0.0
+
+
+def added_inertia(theta, on, x, motion, h):
+    """Inertia of the load shaft beside that of the mechanism, kg m2."""
     return 0.0
 
 
@@ -78,8 +88,10 @@ FOLDS = {
     ('friction', 'motor'): motor_friction,
     ('friction', 'load'): load_friction,
     ('mesh_error', 'mesh'): mesh_error,
+    ('mesh_error_slope', 'mesh'): mesh_error_slope,
     ('clearance', 'mesh'): mesh_clearance,
     ('mesh', 'mesh'): mesh_torque,
+    ('inertia', 'load'): added_inertia,
     ('drive', 'command'): command_path,
     ('drive', 'current'): current_path,
     ('sensor', 'motor_position'): read_motor_position,
@@ -87,4 +99,4 @@ FOLDS = {
     ('sensor', 'torque'): read_torque,
     ('sensor', 'current'): read_current,
 }
-"""The fold of each port at each of its sites."""
+"""The fold of each port at each of its sites, and of the slopes of mesh errors."""

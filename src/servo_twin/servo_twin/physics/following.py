@@ -63,6 +63,7 @@ def follow(theta, on, x, motion, out, h):
         at_motor = Shaft(motor, motor_speed, motor_way, felt, abs(motor - motor_turned), current,
                          temperature, time)
         out[k, 0] = motor_torque(theta, on, x, at_motor, h)
+        out[k, 0] += torque * mesh_error_slope(theta, on, x, teeth, h)
         out[k, 1] = -motor_way * max(0.0, motor_friction(theta, on, x, at_motor, h))
         out[k, 5] = torque
 

@@ -19,3 +19,14 @@ def wave(cosine, sine, phase):
         total += cosine[i] * c + sine[i] * z
         c, z = c * once_cos - z * once_sin, z * once_cos + c * once_sin
     return total
+
+
+@njit(error_model='numpy')
+def wave_slope(cosine, sine, phase):
+    """Return the derivative of :func:`wave` by its phase."""
+    once_cos, once_sin = cos_sin(phase)
+    c, z, total = once_cos, once_sin, 0.0
+    for i in range(len(cosine)):
+        total += (i + 1) * (sine[i] * c - cosine[i] * z)
+        c, z = c * once_cos - z * once_sin, z * once_cos + c * once_sin
+    return total

@@ -34,7 +34,7 @@ from collections import namedtuple
 from math import exp
 from numba import njit
 from servo_twin.physics import catalogue, part, servo
-from servo_twin.physics.ports import Reading, Shaft, Signal, Teeth, WindUp
+from servo_twin.physics.ports import Carried, Reading, Shaft, Signal, Teeth, WindUp
 from servo_twin.physics.state import *
 from servo_twin.physics.views import borrowed, own
 
@@ -204,6 +204,10 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
         memory += effect.memory
         call = f'law{index}(Values{index}({values}), {memories}, motion, h)'
         members[effect.port, placed.site].append(_member(index, placed, call))
+        if hasattr(effect, 'motor_slope'):
+            texts.append(f'slope{index} = compiled(catalogue.find({effect.name!r}).motor_slope)')
+            members['mesh_error_slope', placed.site].append(
+                _member(index, placed, f'slope{index}(Values{index}({values}), motion)'))
     for key, fold in FOLDS.items():
         chain = key[0] in ('drive', 'sensor')
         start = 'motion.value' if chain else '0.0'
@@ -226,4 +230,5 @@ def fresh_state(kernel: Kernel) -> np.ndarray:
     """Return a state at rest at zero, shape (state_size,)."""
     x = np.zeros(kernel.state_size)
     x[state.MOTOR_DIRECTION] = x[state.LOAD_DIRECTION] = 1.0
+    x[state.COUPLED] = np.nan
     return x

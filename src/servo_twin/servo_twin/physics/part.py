@@ -39,7 +39,8 @@ class Mechanism(Part):
     What moves.
 
     ``step(p, theta, on, x, current_torque, external, temperature, h)`` advances the state in
-    place; it is copied into the kernel and may use the names of :mod:`.folds`.
+    place; it is copied into the kernel and may use the names of :mod:`.folds`. ``x[ADDED]`` is the
+    inertia (kg m2) that the load has beside the mechanism's own, ``x[SWELL]`` its growth.
     ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest,
     ``pull(p, wind_up, rate)`` the torque of the linear mesh. What it remembers, zero at the start,
     begins at ``x[MECHANISM]``. ``slides`` says that the load of a turning motor moves straight:
@@ -48,6 +49,8 @@ class Mechanism(Part):
 
     compliant: ClassVar[bool]
     slides: ClassVar[bool] = False
+    carries: ClassVar[bool] = False
+    """Whether its load may have more inertia than its own: it minds ``x[ADDED]``."""
 
 
 class Controller(Part):

@@ -61,6 +61,14 @@ class Reading(NamedTuple):
     reference: float  # rad at the load, that the position loop is told; 0 where there is none
 
 
+class Carried(NamedTuple):
+    """What a law of an inertia sees, once a sample."""
+
+    angle: float  # rad, of the load shaft
+    coupled_angle: float  # rad, of the axis that this one carries; 0 where none is recorded
+    time: float  # s, since the start of the run
+
+
 class Drive(Effect):
     """The command (V) or the current (A) on its way; returns the new value; in order."""
 
@@ -94,7 +102,12 @@ class Friction(Effect):
 
 
 class MeshError(Effect):
-    """Angle lost by the shape of the teeth, rad at the load shaft; several add up."""
+    """
+    Angle lost by the shape of the teeth, rad at the load shaft; several add up.
+
+    An error that goes with the motor has also a pure ``motor_slope(p, motion)``, the derivative of
+    its law by the motor angle, rad/rad: a compliant mechanism lets it act back on the motor.
+    """
 
     port = 'mesh_error'
     motion = Teeth
@@ -125,6 +138,19 @@ class Mesh(Effect):
     combine = 'sum'
 
 
+class Inertia(Effect):
+    """
+    Inertia of the load shaft beside that of the mechanism, kg m2; several add up.
+
+    Asked once a sample and held; a shaft whose inertia changes keeps its angular momentum.
+    """
+
+    port = 'inertia'
+    motion = Carried
+    sites = ('load',)
+    combine = 'sum'
+
+
 class Sensor(Effect):
     """A reading, in the unit of its channel; returns the new reading; in order."""
 
@@ -134,4 +160,5 @@ class Sensor(Effect):
     combine = 'order'
 
 
-PORTS = {port.port: port for port in (Drive, Torque, Friction, MeshError, Clearance, Mesh, Sensor)}
+PORTS = {port.port: port for port in (
+    Drive, Torque, Friction, MeshError, Clearance, Mesh, Inertia, Sensor)}

@@ -68,6 +68,12 @@ def run(theta, on, x, u, y, substeps, h, mode):
                 x[LOAD_ANGLE] += (1.0 - keep * keep) * of_load
                 x[LOAD_SPEED] += (1.0 - keep) ** 2 * of_load / period
 
+        # what the axis carries has moved
+        known, before = x[COUPLED] == x[COUPLED], x[ADDED]
+        x[COUPLED] = u[k, COUPLED_POSITION]
+        x[ADDED] = added_inertia(theta, on, x, Carried(load_at, x[COUPLED], time), period)
+        x[SWELL] = (x[ADDED] - before) / period if known else 0.0
+
         # the command
         command = u[k, VOLTAGE]
         if mode == CLOSED_LOOP:

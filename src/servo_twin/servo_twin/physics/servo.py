@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .controllers import Cascade, Open, PositionLoop, VelocityPi
-from .drives import CurrentDrive, VoltageDrive
+from .drives import CurrentAmplifier, CurrentDrive, VoltageDrive
 from .effect import Declared, Effect, Parameter
 from .mechanisms.ball_screw import BallScrew
 from .mechanisms.rigid import Rigid
@@ -20,6 +20,7 @@ from .state import PARTS
 
 DRIVES: dict[str, type[MotorDrive]] = {
     'current': CurrentDrive, 'voltage': VoltageDrive, 'pmsm': PmsmDrive,
+    'current_amplifier': CurrentAmplifier,
 }
 MECHANISMS: dict[str, type[Mechanism]] = {
     'two_inertia': TwoInertia, 'rigid': Rigid, 'ball_screw': BallScrew,
@@ -95,6 +96,10 @@ class Servo:
             if not self.mechanism.compliant and effect.port in ('mesh', 'clearance'):
                 raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} needs a mesh '
                                  f'that winds up, and the mechanism is rigid')
+            if not self.mechanism.carries and effect.port == 'inertia':
+                able = [name for name, one in MECHANISMS.items() if one.carries]
+                raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} needs a '
+                                 f'mechanism that minds it; there are {able}')
         if not 1e-7 <= self.step <= 0.1:
             raise ServoError(f'{self.name}: step = {self.step:g} s is outside [1e-07, 0.1]')
         declared = dict(self.declarations())

@@ -12,6 +12,7 @@ from .kernel import fresh_state, kernel_of
 from .servo import Servo
 from .state import (
     CLOSED_LOOP,
+    COUPLED_POSITION,
     EXTERNAL,
     INPUTS,
     LOAD_ANGLE,
@@ -37,11 +38,14 @@ def inputs_of(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """
     Put the columns of a recording into the order of the kernel, shape (samples, len(INPUTS)).
 
-    What is missing (NaN) of external torque, references, command and temperature becomes zero (or
-    room temperature); measured positions stay NaN, which the kernel takes as not measured.
+    What is missing (NaN) of external torque, references, command, coupled position and temperature
+    becomes zero (or room temperature); measured positions stay NaN, which the kernel takes as not
+    measured. There may be no coupled position.
     """
+    columns = {INPUTS[COUPLED_POSITION]: np.zeros(len(columns[INPUTS[VOLTAGE]])), **columns}
     u = np.column_stack([np.asarray(columns[name], dtype=float) for name in INPUTS])
-    for column in (VOLTAGE, REFERENCE_VELOCITY, REFERENCE_POSITION, EXTERNAL):
+    for column in (VOLTAGE, REFERENCE_VELOCITY, REFERENCE_POSITION, EXTERNAL,
+                   COUPLED_POSITION):
         np.nan_to_num(u[:, column], copy=False)
     warm = u[:, TEMPERATURE]
     warm[np.isnan(warm)] = ROOM_TEMPERATURE

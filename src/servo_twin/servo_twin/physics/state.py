@@ -5,22 +5,24 @@ CURRENT, TORQUE, TIME = 4, 5, 6  # A, N m on the load, s
 MOTOR_DIRECTION, MOTOR_REVERSAL = 7, 8  # +1 or -1; rad, where the shaft last reversed
 LOAD_DIRECTION, LOAD_REVERSAL = 9, 10
 ZERO = 11  # rad at the load shaft: motor angle / ratio - load angle where the wind-up is zero
-CONTROLLER = 12  # first of the controller's numbers
+COUPLED = 12  # rad, angle of the axis that changes this one's inertia; NaN before the first sample
+ADDED, SWELL = 13, 14  # kg m2, kg m2/s: inertia of the load beside the mechanism's, its growth
+CONTROLLER = 15  # first of the controller's numbers
 CONTROLLER_SIZE = 4
 PARTS = CONTROLLER + CONTROLLER_SIZE  # first of the memories of the drive, then the mechanism's
 
 STATE = (
     'motor_angle', 'motor_speed', 'load_angle', 'load_speed', 'current', 'torque', 'time',
     'motor_direction', 'motor_reversal', 'load_direction', 'load_reversal',
-    'zero',
+    'zero', 'coupled_angle', 'added_inertia', 'swell',
 )
 
 INPUTS = (
     'voltage', 'current', 'reference_velocity', 'reference_position', 'external_torque',
-    'temperature', 'motor_position', 'load_position',
+    'temperature', 'motor_position', 'load_position', 'coupled_position',
 )
 VOLTAGE, MEASURED_CURRENT, REFERENCE_VELOCITY, REFERENCE_POSITION = 0, 1, 2, 3
-EXTERNAL, TEMPERATURE, MEASURED_MOTOR, MEASURED_LOAD = 4, 5, 6, 7
+EXTERNAL, TEMPERATURE, MEASURED_MOTOR, MEASURED_LOAD, COUPLED_POSITION = 4, 5, 6, 7, 8
 
 OUTPUTS = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
 

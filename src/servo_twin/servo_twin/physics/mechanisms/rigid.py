@@ -5,6 +5,7 @@ from ..folds import load_friction, load_torque, mesh_error, motor_friction, moto
 from ..part import Mechanism
 from ..ports import Shaft, Teeth
 from ..state import (
+    ADDED,
     CURRENT,
     LOAD_ANGLE,
     LOAD_DIRECTION,
@@ -14,6 +15,7 @@ from ..state import (
     MOTOR_DIRECTION,
     MOTOR_REVERSAL,
     MOTOR_SPEED,
+    SWELL,
     TIME,
     TORQUE,
     ZERO,
@@ -35,6 +37,7 @@ class Rigid(Mechanism):
 
     source = 'paper 000 eq. 1 with infinite stiffness'
     compliant = False
+    carries = True
 
     rotor_inertia = Parameter(1.14e-4, 'kg m2', (0.0, 1e3), 'Inertia on the motor shaft.')
     load_inertia = Parameter(5.76, 'kg m2', (0.0, 1e6), 'Inertia on the load shaft.')
@@ -53,7 +56,8 @@ class Rigid(Mechanism):
     @staticmethod
     def step(p, theta, on, x, current_torque, external, temperature, h):
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
-        inertia = p.rotor_inertia + p.load_inertia / p.ratio**2
+        carried = p.load_inertia + x[ADDED]
+        inertia = p.rotor_inertia + carried / p.ratio**2
         travel = abs(motor - x[MOTOR_REVERSAL])
         felt = x[TORQUE] / p.ratio
 
@@ -64,6 +68,7 @@ class Rigid(Mechanism):
                         x[CURRENT], temperature, time)
         on_motor = current_torque + motor_torque(theta, on, x, at_motor, h)
         on_load = load_torque(theta, on, x, at_load, h) - external
+        on_load -= x[SWELL] * x[LOAD_SPEED]
         push = on_motor + on_load / p.ratio
         way = 1.0 if x[MOTOR_SPEED] + h * push / inertia > 0.0 else -1.0
 
@@ -80,7 +85,7 @@ class Rigid(Mechanism):
         # the load follows; what the mesh carries is what the load side took
         share = load_budget / budget if budget > 0.0 else 0.0
         speed_up = (x[MOTOR_SPEED] - before) / h / p.ratio
-        x[TORQUE] = p.load_inertia * speed_up - on_load - share * resisted * p.ratio
+        x[TORQUE] = carried * speed_up - on_load - share * resisted * p.ratio
         teeth = Teeth(x[MOTOR_ANGLE], load, x[MOTOR_DIRECTION], travel / p.ratio, x[TORQUE])
         x[LOAD_ANGLE] = x[MOTOR_ANGLE] / p.ratio - x[ZERO] - mesh_error(theta, on, x, teeth, h)
         x[LOAD_SPEED] = x[MOTOR_SPEED] / p.ratio

@@ -6,6 +6,7 @@ from ..folds import (
     load_torque,
     mesh_clearance,
     mesh_error,
+    mesh_error_slope,
     mesh_torque,
     motor_friction,
     motor_torque,
@@ -13,6 +14,7 @@ from ..folds import (
 from ..part import Mechanism
 from ..ports import Shaft, Teeth, WindUp
 from ..state import (
+    ADDED,
     CURRENT,
     LOAD_ANGLE,
     LOAD_DIRECTION,
@@ -22,6 +24,7 @@ from ..state import (
     MOTOR_DIRECTION,
     MOTOR_REVERSAL,
     MOTOR_SPEED,
+    SWELL,
     TIME,
     TORQUE,
     ZERO,
@@ -38,12 +41,14 @@ class TwoInertia(Mechanism):
     .. math:: J_m\ddot\theta_m = K_m i - T/N, \quad J_l\ddot\theta_l = T - T_{ext},
               \quad T = K_{eq}(\theta_m/N - \theta_l)
 
-    Semi-implicit Euler; stable while the step is below 2 / (its highest natural frequency). The
-    reaction of a transmission error on the load (1 + de/dtheta, within 1 %) is left out.
+    Semi-implicit Euler; stable while the step is below 2 / (its highest natural frequency). An
+    error that goes with the motor acts back on it; the reaction of a transmission error on the
+    load (1 + de/dtheta, within 1 %) is left out.
     """
 
     source = 'paper 000 eq. 1, 2'
     compliant = True
+    carries = True
 
     rotor_inertia = Parameter(1.14e-4, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft.')
     load_inertia = Parameter(5.76, 'kg m2', (1e-9, 1e6), 'Inertia on the load shaft.')
@@ -79,7 +84,7 @@ class TwoInertia(Mechanism):
 
         # the motor shaft
         travel = abs(motor - x[MOTOR_REVERSAL])
-        felt = torque * turns
+        felt = torque * (turns - mesh_error_slope(theta, on, x, teeth, h))
         shaft = Shaft(motor, x[MOTOR_SPEED], x[MOTOR_DIRECTION], felt, travel, x[CURRENT],
                       temperature, time)
         push = current_torque - felt + motor_torque(theta, on, x, shaft, h)
@@ -92,10 +97,12 @@ class TwoInertia(Mechanism):
         travel = abs(load - x[LOAD_REVERSAL])
         shaft = Shaft(load, x[LOAD_SPEED], x[LOAD_DIRECTION], torque, travel, x[CURRENT],
                       temperature, time)
+        inertia = p.load_inertia + x[ADDED]
         push = torque - external + load_torque(theta, on, x, shaft, h)
-        way = 1.0 if x[LOAD_SPEED] + h / p.load_inertia * push > 0.0 else -1.0
+        push -= x[SWELL] * x[LOAD_SPEED]
+        way = 1.0 if x[LOAD_SPEED] + h / inertia * push > 0.0 else -1.0
         shaft = Shaft(load, x[LOAD_SPEED], way, torque, travel, x[CURRENT], temperature, time)
         budget = max(0.0, load_friction(theta, on, x, shaft, h))
-        slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, p.load_inertia, h)
+        slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, inertia, h)
 
         x[TIME] = time + h
