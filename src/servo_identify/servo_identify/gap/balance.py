@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from servo_twin.physics import state
 from servo_twin.physics.following import FOLLOWED, MOTION
@@ -18,6 +17,8 @@ from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import substeps_of
 
+from .controller_gains import gains_as_set
+from .mesh_zero import WIND_UP, WIND_UP_RATE, zero_of
 from .motion import both, Motion, motion_of
 from .observation import Channels, Observation
 from .weak_form import Bump
@@ -25,9 +26,7 @@ from .weak_form import Bump
 BALANCES = ('drive', 'motor', 'transmission', 'load', 'torque', 'controller')
 UNITS = {'drive': 'A', 'motor': 'N m', 'transmission': 'rad', 'load': 'N m', 'torque': 'N m',
          'controller': 'V'}
-WIND_UP, WIND_UP_RATE = MOTION.index('wind_up'), MOTION.index('wind_up_rate')
 FINE = ('drive', 'controller')
-ZERO_STEP = 0.002  # share of the range of the wind-up by which its zero is tried
 SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
 
 
@@ -44,115 +43,28 @@ class Balance:
     seen: Observation
     given: int  # how many of the servo's effects are its own; those behind are candidates
     about: np.ndarray | None = None  # values by which the zero of a gap is found
-    _slots: dict = field(init=False, repr=False)
+    slots: dict = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self._slots = {p: s.start for p, s in self.servo.slots().items()}
+        self.slots = {p: s.start for p, s in self.servo.slots().items()}
         self._size = len(self.servo.theta)
-        self._about = self.servo.theta if self.about is None else self.about
+        self.about = self.servo.theta if self.about is None else self.about
         self._kernel = kernel_of(self.servo)
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
         self._off = np.arange(len(self.servo.effects)) < self.given
         self._zero, self._settings, self._push = 0.0, {}, 0.0
-        self._static, self._meshed = self._motions(self.seen.channels)
+        self._static, self.meshed = self._motions(self.seen.channels)
         if self.has_gap and self.seen.has('torque') and 'transmission' in self.names:
-            self._zero = self._centre()
-            self._static, self._meshed = self._motions(self.seen.channels)
+            self._zero = zero_of(self)
+            self._static, self.meshed = self._motions(self.seen.channels)
         if 'controller' in self.names:
-            self._settings = self._as_set()
-
-    def _as_set(self) -> dict[int, float]:
-        """
-        Find the gains of this recording, within their tolerance: gains are settings.
-
-        Returns by slot of theta how far they are from those of the servo file. Found by the law
-        itself and not by its slope, since a gain that is far off drives the law into its limit.
-        """
-        paths = [p for p in self.servo.tolerance if p.startswith('controller.')]
-        if not paths:
-            return {}
-        nominal = np.array([self.servo.values[p] for p in paths])
-        low, high = np.array([self.servo.tolerance[p] for p in paths]).T
-        slots = [self._slots[p] for p in paths]
-        scale = np.maximum(high - low, 1e-12)
-        measured = self.seen.recording['voltage']
-
-        def misfit(x):
-            theta = self.servo.theta
-            theta[slots] = x * scale
-            left = measured - self._command(theta, self._off, self.seen.channels)
-            left = self.seen.fine.weigh(left)
-            return np.nan_to_num(left - np.nanmedian(left))  # the integral may have begun anywhere
-
-        tries = [least_squares(misfit, start / scale, bounds=(low / scale, high / scale),
-                               loss='soft_l1', f_scale=0.01 * np.nanstd(measured) + 1e-9,
-                               diff_step=1e-3, max_nfev=20)
-                 for start in (np.clip(nominal, low, high), 0.5 * (low + high),
-                               low + 0.1 * (high - low))]
-        best = min(tries, key=lambda found: found.cost)
-        return dict(zip(slots, best.x * scale - nominal, strict=True))
-
-    def kinks(self) -> np.ndarray:
-        """
-        Return at the centres by how much a bent mesh law is blurred by the bump, rad.
-
-        The law of the mean wind-up is not the mean of the law where the wind-up runs through a
-        kink within the bump; there the balance knows no better. Zero for a linear mesh.
-        """
-        stiffness = self.servo.values.get('mechanism.stiffness')
-        if not stiffness or not self.has_gap:
-            return np.zeros(len(self.times('transmission')))
-        rows, theta = self._meshed.rows, self._about
-        damping = self.value(theta, 'mechanism.damping')
-        bent = self._follow(theta, self._off, rows)[:, 4] - stiffness * rows[:, WIND_UP]
-        bent -= damping * rows[:, WIND_UP_RATE]
-        bump, reach = self.seen.mesh, self.seen.mesh.reach
-        at = np.clip(bump.centres(len(self.seen.recording)) - reach, 0, len(bent) - 1)
-        return np.abs(np.nan_to_num(self._under(bent, bump) - bent[at])) / stiffness
-
-    def slope_of_zero(self) -> np.ndarray:
-        """
-        Return at the centres what the transmission's residual gains by one rad of its zero.
-
-        One for a linear mesh. Inside a gap nothing is wound up, wherever the zero is.
-        """
-        stiffness = self.servo.values.get('mechanism.stiffness')
-        if not stiffness or not self.has_gap:
-            return np.ones(len(self.times('transmission')))
-        rows, theta = self._meshed.rows.copy(), self._about
-        shift = ZERO_STEP * float(np.ptp(rows[:, WIND_UP]))
-        rows[:, WIND_UP] += shift
-        pull = self._follow(theta, self._off, rows)[:, 4]
-        rows[:, WIND_UP] -= 2.0 * shift
-        pull -= self._follow(theta, self._off, rows)[:, 4]
-        return self._under(pull, self.seen.mesh) / (2.0 * shift * stiffness)
+            self._settings = gains_as_set(self)
 
     @property
     def has_gap(self) -> bool:
         """Whether the mesh of the servo itself has play or a bent spring."""
         return any(p.effect.port in ('clearance', 'mesh') for p in self.servo.effects[:self.given])
-
-    def _centre(self) -> float:
-        """
-        Find the zero of the wind-up beside its median, rad: the one that explains the torque best.
-
-        A gap or a bent spring is not the same from another zero; a straight one does not care.
-        """
-        theta = self._about
-        span = float(np.ptp(np.percentile(self.motion('wind_up'), (2, 98))))
-        rows = self._meshed.rows[:: max(1, len(self._meshed.rows) // 4000)].copy()
-        torque, wound = rows[:, MOTION.index('torque')], rows[:, WIND_UP].copy()
-
-        def misfit(shift):
-            rows[:, WIND_UP] = wound - shift
-            return float(np.mean(np.abs(self._follow(theta, self._off, rows)[:, 4] - torque)))
-
-        best, width = 0.0, 0.5 * span
-        for _ in range(4):
-            tried = best + np.linspace(-width, width, 11)
-            best, width = float(tried[np.argmin([misfit(t) for t in tried])]), 0.2 * width
-        return best
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -173,7 +85,7 @@ class Balance:
 
     def value(self, theta: np.ndarray, path: str) -> float:
         """Value of a parameter in a flat vector; 0 where the servo has no such parameter."""
-        slot = self._slots.get(path)
+        slot = self.slots.get(path)
         return 0.0 if slot is None else float(theta[slot])
 
     def bump_of(self, balance: str) -> Bump:
@@ -192,7 +104,7 @@ class Balance:
         if balance in ('motor', 'load', 'torque'):
             return self._static.moving
         if balance == 'transmission' and not self.seen.has('torque'):
-            return self._meshed.moving  # what the mesh carries is what friction asks for
+            return self.meshed.moving  # what the mesh carries is what friction asks for
         return np.ones(len(self.times(balance)), dtype=bool)
 
     def residuals(self, theta: np.ndarray, on: np.ndarray,
@@ -201,7 +113,7 @@ class Balance:
         wanted = [n for n in self.names if only is None or n in only]
         if not wanted:
             return {}
-        channels, motion, meshed = self.seen.channels, self._static, self._meshed
+        channels, motion, meshed = self.seen.channels, self._static, self.meshed
         if (on & self._sensor_members).any():
             channels = self._corrected(channels, theta, on)
             motion, meshed = self._motions(channels)
@@ -212,7 +124,7 @@ class Balance:
             answer['drive'] = self.seen.fine.weigh(channels.current - current)
         if 'controller' in wanted:
             answer['controller'] = self.seen.fine.weigh(
-                self.seen.recording['voltage'] - self._command(theta, on, channels))
+                self.seen.recording['voltage'] - self.command_of(theta, on, channels))
         if {'motor', 'load', 'torque', 'transmission'} & set(wanted):
             answer.update(self._mechanical(theta, on, motion, meshed, current, wanted))
         return answer
@@ -234,8 +146,8 @@ class Balance:
 
     def weighed(self, name: str, balance: str = 'torque') -> np.ndarray:
         """Return a column of the smooth motion at the centres of a mechanical balance."""
-        motion = self._meshed if balance == 'transmission' else self._static
-        return self._under(motion.rows[:, MOTION.index(name)], self.bump_of(balance))
+        motion = self.meshed if balance == 'transmission' else self._static
+        return self.under(motion.rows[:, MOTION.index(name)], self.bump_of(balance))
 
     def model_current(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""
@@ -243,7 +155,7 @@ class Balance:
 
     def command(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Return what the controller makes of references and readings, V, at every sample."""
-        return self._command(theta, on, self.seen.channels)
+        return self.command_of(theta, on, self.seen.channels)
 
     def command_noise(self, theta: np.ndarray) -> float:
         """Standard deviation of the controller balance by the noise of the encoders, V."""
@@ -255,21 +167,22 @@ class Balance:
 
         other = Channels(shaken(channels.motor, 'motor_position'),
                          shaken(channels.load, 'load_position'), channels.torque, channels.current)
-        change = self._command(theta, self._off, other) - self._command(theta, self._off, channels)
+        change = self.command_of(theta, self._off, other) - self.command(theta, self._off)
         return float(np.nanstd(self.seen.fine.weigh(change)))
 
     def _inner(self, full: np.ndarray) -> np.ndarray:
         reach = self.seen.bump.reach
         return full[reach:len(full) - reach]
 
-    def _under(self, series: np.ndarray, bump: Bump | None = None) -> np.ndarray:
+    def under(self, series: np.ndarray, bump: Bump | None = None) -> np.ndarray:
         """Weigh what is known at the inner samples only, so that the centres agree."""
         bump = bump or self.seen.bump
         padded = np.full(len(self.seen.recording), np.nan)
         padded[bump.reach:len(padded) - bump.reach] = series
         return bump.weigh(padded)
 
-    def _follow(self, theta, on, rows) -> np.ndarray:
+    def follow(self, theta: np.ndarray, on: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Return what the laws say along rows of a motion: columns FOLLOWED."""
         out = np.empty((len(rows), len(FOLLOWED)))
         self._kernel.follow(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
         return out
@@ -281,16 +194,16 @@ class Balance:
             rows[:, MOTION.index('current')] = self._inner(current)
         answer, out = {}, None
         if meshed is motion or {'motor', 'load', 'torque'} & set(wanted):
-            out = self._follow(theta, on, rows)
+            out = self.follow(theta, on, rows)
             answer = self._of_shafts(theta, motion, rows, out)
         if 'transmission' in wanted:
             if meshed is not motion:
-                out = self._follow(theta, on, meshed.rows)
+                out = self.follow(theta, on, meshed.rows)
             answer['transmission'] = self._of_mesh(theta, on, meshed, out)
         return {name: answer[name] for name in wanted if name in answer}
 
     def _of_shafts(self, theta, motion, rows, out) -> dict:
-        weighed, under = motion.weighed, self._under
+        weighed, under = motion.weighed, self.under
         ratio = self.value(theta, 'mechanism.ratio')
         gain = self.value(theta, 'drive.torque_constant')
         rotor = self.value(theta, 'mechanism.rotor_inertia')
@@ -311,7 +224,7 @@ class Balance:
         weighed, rows = meshed.weighed, meshed.rows
 
         def under(series):
-            return self._under(series, self.seen.mesh)
+            return self.under(series, self.seen.mesh)
 
         torque = weighed['torque'] if self.seen.has('torque') else (
             self.value(theta, 'mechanism.load_inertia') * weighed['load_2'] + weighed['external']
@@ -335,7 +248,7 @@ class Balance:
         resistance = self.value(theta, 'drive.resistance')
         if self.seen.has('current') or not resistance:
             return np.zeros(len(self.times('torque')))
-        speed = self._under(rows[:, MOTION.index('motor_speed')])
+        speed = self.under(rows[:, MOTION.index('motor_speed')])
         return self.value(theta, 'drive.back_emf') / resistance * speed
 
     def _spring(self, theta) -> tuple[float, float]:
@@ -347,7 +260,7 @@ class Balance:
         """Angle lost in the teeth of a rigid mechanism, rad, at the centres."""
         out = np.empty(len(rows))
         self._kernel.lose(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
-        return self._under(out, self.seen.mesh)
+        return self.under(out, self.seen.mesh)
 
     def _corrected(self, channels: Channels, theta, on) -> Channels:
         """Find the readings that the sensor effects turn into those that were recorded."""
@@ -373,7 +286,8 @@ class Balance:
         self._kernel.conduct(theta, on, x, self.seen.voltage, motion.speed, current, substeps, h)
         return current
 
-    def _command(self, theta, on, channels: Channels) -> np.ndarray:
+    def command_of(self, theta: np.ndarray, on: np.ndarray, channels: Channels) -> np.ndarray:
+        """Return what the controller makes of references and given readings, V."""
         seen = self.seen
         references = np.column_stack((seen.column('reference_position', 0.0),
                                       seen.column('reference_velocity', 0.0)))
@@ -394,6 +308,7 @@ class Balance:
         if seen.mesh == seen.bump:
             return smooth, smooth
         return smooth, motion_of(seen, channels, seen.mesh, self.servo, self._zero)
+
 
 def _size(series: np.ndarray) -> float:
     """Root mean square of what is not missing."""

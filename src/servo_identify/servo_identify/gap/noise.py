@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .balance import Balance
+from .mesh_zero import kinks
 
 
 def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
@@ -52,7 +53,7 @@ def rounding(one: Balance, name: str) -> np.ndarray:
     size = np.zeros(len(one.times(name)))
     if name != 'transmission':
         return size
-    size = size + one.kinks()
+    size = size + kinks(one)
     seen, bump = one.seen, one.seen.mesh
     ratio = one.servo.values['mechanism.ratio']
     for count, speed in ((seen.counts['motor_position'] / ratio,

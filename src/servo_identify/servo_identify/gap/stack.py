@@ -9,6 +9,7 @@ import numpy as np
 
 from .balance import Balance, BALANCES
 from .candidates import Candidate, Extended
+from .mesh_zero import slope_of_zero
 from .noise import noise_floor, rounding, signal_of
 
 LARGEST = 1e5  # a law that runs away moves a residual by no more than this
@@ -243,6 +244,6 @@ class Stack:
 def _offsets(one: Balance) -> Iterator[tuple[str, str, np.ndarray]]:
     """Yield (label, balance, values at its centres) of what a recording may begin with."""
     if 'transmission' in one.names:
-        yield 'zero', 'transmission', one.slope_of_zero()
+        yield 'zero', 'transmission', slope_of_zero(one)
     if 'controller' in one.names and one.servo.values.get('controller.ki'):
         yield 'integral', 'controller', np.ones(len(one.times('controller')))
