@@ -78,8 +78,9 @@ def write_page(path: Path, outcomes: Sequence[Outcome], folder: Path, plan: str,
     draw_risk(outcomes, others, pictures / 'blind_check_risk.png')
     draw_shrink(outcomes, pictures / 'blind_check_shrink.png')
     path.write_text('\n'.join([
-        *_head(outcomes, plan, command, planned), *_table(figures(outcomes)),
-        *_comparison(outcomes, others), *_pictures(), *_misses(outcomes, learned)]) + '\n', 'utf8')
+        *_head(outcomes, plan, command, planned), *_written('run', learned),
+        *_table(figures(outcomes)), *_comparison(outcomes, others), *_pictures(),
+        *_misses(outcomes, learned)]) + '\n', 'utf8')
 
 
 def baselines_of(cases: Sequence[Case], folder: Path) -> dict[str, list[Outcome]]:
@@ -165,7 +166,7 @@ def _misses(outcomes: Sequence[Outcome], learned: Mapping[str, str]) -> list[str
         if not missed and kind not in learned:
             continue
         lines += [f'### {kind.capitalize()}: {meaning} ({len(missed)})', '',
-                  f'<!-- learned: {kind} -->', learned.get(kind, '').strip(), '<!-- end -->', '']
+                  *_written(kind, learned)]
         if missed:
             lines += ['| case | true | said | balance |', '|---|---|---|---|']
         for one in missed:
@@ -175,6 +176,11 @@ def _misses(outcomes: Sequence[Outcome], learned: Mapping[str, str]) -> list[str
             lines.append(f'| {one.case.name} | {truth} | {one.status}: {said} | {one.balance} |')
         lines.append('')
     return lines
+
+
+def _written(key: str, learned: Mapping[str, str]) -> list[str]:
+    """Return the part of the page that people write: of the run, and of each kind of miss."""
+    return [f'<!-- learned: {key} -->', learned.get(key, '').strip(), '<!-- end -->', '']
 
 
 def _text(one: Figure) -> str:
