@@ -99,10 +99,10 @@ def test_the_slope_of_the_pitch_error_is_its_slope():
 @pytest.mark.parametrize('over', [1e-6, 4e-6])
 def test_the_balls_press_as_hertz_says(over):
     P, _ = parts()
-    assert screw.press(P, 9.5e-6 + over, 0.0) == pytest.approx(2e11 * over**1.5)
-    assert screw.press(P, -9.5e-6 - over, 0.0) == pytest.approx(-2e11 * over**1.5)
-    assert screw.press(P, 9.4e-6, 0.3) == 0.0
-    assert screw.press(P, 9.5e-6 + over, -1e3) == 0.0  # balls never pull
+    assert screw.press(P, 7.5e-6 + over, 0.0) == pytest.approx(2e11 * over**1.5)
+    assert screw.press(P, -7.5e-6 - over, 0.0) == pytest.approx(-2e11 * over**1.5)
+    assert screw.press(P, 7.4e-6, 0.3) == 0.0
+    assert screw.press(P, 7.5e-6 + over, -1e3) == 0.0  # balls never pull
 
 
 # --- the whole
@@ -126,14 +126,14 @@ def test_a_ramp_is_followed_at_the_distance_of_the_gain_less_the_age_of_the_angl
 
 def test_the_table_loses_the_play_when_it_turns_round():
     lost = {}
-    for play in (0.0, 19e-6):
+    for play in (0.0, 15e-6):
         columns = record(sine(0.8), *IDEAL, f'nut.play={play}')
         apart = columns['motor_position'] / 392.69908 - columns['load_position']
         speed = np.gradient(columns['motor_position'], PERIOD)
         late = np.arange(len(speed)) > 300
         lost[play] = (apart[late & (speed > 12.0)].mean() - apart[late & (speed < -12.0)].mean())
     assert 0.0 < lost[0.0] < 6e-6
-    assert lost[19e-6] - lost[0.0] == pytest.approx(19e-6, abs=1.5e-6)
+    assert lost[15e-6] - lost[0.0] == pytest.approx(15e-6, abs=1.5e-6)
 
 
 def test_a_cutting_force_bends_the_table_away():
