@@ -50,7 +50,7 @@ def balance_taps(servo: Servo, period: float, half: int) -> np.ndarray:
     rotor = sum(v.get(f'mechanism.{part}_inertia', 0.0) for part in ('rotor', 'coupling', 'screw'))
     load = v.get('mechanism.load_inertia')
     given_on = ratio * v.get('mechanism.efficiency', 1.0)
-    stiffness = v.get('mechanism.stiffness', np.inf)
+    stiffness = v.get('mechanism.stiffness') or np.inf  # none, or not told
     constant = v['drive.torque_constant']
     gain, resistance = winding(v)
     smooth, here, speed, speed_up, held, earlier, given = _windows(servo, period, half)

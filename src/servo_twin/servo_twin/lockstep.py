@@ -102,6 +102,6 @@ class Lockstep:
 
 def warm_up(servo: Servo) -> None:
     """Compile all that running this servo calls, so that no sample waits for it later."""
-    line = Lockstep(servo, servo.step, Settings(window=0.0))
+    line = Lockstep(servo, servo.step, Settings(window=0.0, catch=0.0))
     for sequence in range(2 * line.balances.half + 1):
         line.step(sequence, 0, np.zeros((1, len(CHANNELS))))

@@ -18,6 +18,7 @@ import yaml
 
 from .physics.catalogue import find, names
 from .physics.harmonic_drives import harmonic_drive, HARMONIC_DRIVES
+from .physics.mechanisms.fmu import Fmu
 from .physics.servo import (
     CONTROLLERS,
     DRIVES,
@@ -32,7 +33,7 @@ from .physics.servo import (
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
-_TYPED = {'drive': DRIVES, 'mechanism': MECHANISMS, 'controller': CONTROLLERS}
+_TYPED = {'drive': DRIVES, 'mechanism': {**MECHANISMS, 'fmu': Fmu}, 'controller': CONTROLLERS}
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
 
 
@@ -56,13 +57,17 @@ def load(path: str | Path) -> Servo:
         text = Path(path).read_text()
     except (OSError, UnicodeDecodeError) as problem:
         raise ServoError(f'{path}: cannot be read: {problem}') from None
-    return loads(text, str(path))
+    return loads(text, str(path), Path(path).parent)
 
 
-def loads(text: str, origin: str = 'servo file') -> Servo:
-    """Read a servo from YAML text; ``origin`` is named in errors. Raises ServoError."""
+def loads(text: str, origin: str = 'servo file', folder: str | Path = '.') -> Servo:
+    """
+    Read a servo from YAML text; raises ServoError.
+
+    ``origin`` is named in errors; files that the text names are looked for in ``folder``.
+    """
     try:
-        return _servo(_mapping(yaml.load(text, _Loader), 'the file'))
+        return _servo(_mapping(yaml.load(text, _Loader), 'the file'), Path(folder))
     except yaml.YAMLError as problem:
         raise ServoError(f'{origin}: not YAML: {problem}') from None
     except ServoError as problem:
@@ -82,8 +87,9 @@ def dumps(servo: Servo) -> str:
     lines.append(f'step: {servo.step!r}                # s')
     for section, registry in _TYPED.items():
         part = getattr(servo, section)
-        kind = next(k for k, v in registry.items() if v is part)
-        lines += ['', f'{section}:', f'  type: {kind}', *values(section, part.parameters, '  ')]
+        kind = next(k for k, v in registry.items() if issubclass(part, v))
+        lines += ['', f'{section}:', f'  type: {kind}', *_of_fmu(part),
+                  *values(section, part.parameters, '  ')]
     lines += ['', 'observer:', f'  bandwidth: {_value(servo, "observer.bandwidth", units)}']
     lines += ['', 'sensors:' if servo.sensors else 'sensors: {}']
     for sensor in servo.sensors:
@@ -98,6 +104,14 @@ def dumps(servo: Servo) -> str:
     for path, (low, high) in servo.tolerance.items():
         lines.append(f'  {path}: [{low!r}, {high!r}]')
     return '\n'.join(lines) + '\n'
+
+
+def _of_fmu(part: type) -> list[str]:
+    """Return the lines that say which FMU a mechanism is and what of it is what."""
+    if not issubclass(part, Fmu):
+        return []
+    from .fmu.mapping import described
+    return [f'  {key}: {_inline(said)}' for key, said in described(part).items()]
 
 
 def save(servo: Servo, path: str | Path) -> None:
@@ -139,7 +153,7 @@ def _choice(given, choices, where: str):
     return given
 
 
-def _servo(tree: dict) -> Servo:
+def _servo(tree: dict, folder: Path) -> Servo:
     for section in tree:
         _choice(section, _SECTIONS, 'section')
     for needed in ('servo', 'drive', 'mechanism'):
@@ -169,6 +183,9 @@ def _servo(tree: dict) -> Servo:
         body = dict(_mapping(tree.get(section), section))
         kind = body.pop('type', 'none' if section == 'controller' else None)
         chosen[section] = registry[_choice(kind, registry, f'{section}.type')]
+        if chosen[section] is Fmu:
+            from .fmu.mapping import mechanism_of
+            chosen[section] = mechanism_of(body, folder)
         take(section, body, chosen[section].parameters)
     take('observer', _mapping(tree.get('observer'), 'observer'), ('bandwidth',))
     sensors = []

@@ -10,7 +10,7 @@ import numpy as np
 
 from .physics import state
 from .physics.kernel import kernel_of, starts
-from .physics.servo import Servo, ServoError, Value
+from .physics.servo import MechanismFailure, Servo, ServoError, Value
 from .physics.simulate import initial_state, substeps_of
 from .physics.state import INPUTS, OUTPUTS
 from .samples import CHANNELS, Inputs, LOAD_POSITION, MOTOR_POSITION, reference_of, TORQUE
@@ -23,7 +23,7 @@ _CHUNK = 8192  # samples a call of the kernel: bounds what is run anew when a st
 
 def prepare(servo: Servo) -> None:
     """Compile all that a twin of this servo calls, so that no sample waits for it later."""
-    Twin(servo, servo.step).step(0, np.zeros((1, len(CHANNELS))))
+    Twin(servo, servo.step, catch=0.0).step(0, np.zeros((1, len(CHANNELS))))
 
 
 def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = None) -> Servo:
@@ -76,6 +76,7 @@ class Twin:
         self.next: int | None = None
         """Running number that the next sample should have."""
         self._x: np.ndarray | None = None
+        self._failed = ''
         self._origin = 0
         self._catching = 0
         self._looped = False
@@ -96,6 +97,7 @@ class Twin:
         if mode == 'closed_loop' and self._reference is None:
             raise ServoError(f'{self.servo.name}: closed_loop needs a controller; '
                              f'the servo file has none')
+        _check_correctable(self.servo, mode)
         self._mode = mode
         self._looped = False
 
@@ -128,7 +130,7 @@ class Twin:
                 at = end
                 continue
             bad = at + int(good.argmin())
-            self._restart(f'the state was not finite at sample {sequence + bad}')
+            self._restart(self._failed or f'the state was not finite at sample {sequence + bad}')
             if fresh and bad == at:  # not even the first sample: pass it over
                 y[bad] = nan
                 bad += 1
@@ -161,6 +163,7 @@ class Twin:
         if self._mode == 'closed_loop' and reference_of(servo) is None:
             raise ServoError(f'{servo.name}: closed_loop needs a controller; '
                              f'the servo file has none')
+        _check_correctable(servo, self._mode)
         before, x = self.servo, self._x
         kept = x is not None and before.mechanism is servo.mechanism and (
             before.values['mechanism.ratio'] == servo.values['mechanism.ratio'])
@@ -215,6 +218,7 @@ class Twin:
 
     def _restart(self, why: str) -> None:
         self._x = None
+        self._failed = ''
         self.restarts += 1
         self.why = why
 
@@ -258,7 +262,18 @@ class Twin:
             memory[-1] = before[state.VOLTAGE]
 
     def _call(self, u: np.ndarray, y: np.ndarray, mode: int) -> None:
-        self._kernel.run(self._theta, self._on, self._x, u, y, self._substeps, self._h, mode)
+        try:
+            self._kernel.run(self._theta, self._on, self._x, u, y, self._substeps, self._h, mode)
+        except MechanismFailure as problem:  # what it said is the reason of the restart
+            self._failed = str(problem)
+
+
+def _check_correctable(servo: Servo, mode: str) -> None:
+    """Raise ServoError where measurements should pull a state that they cannot."""
+    if mode == 'observer' and not servo.mechanism.correctable:
+        raise ServoError(f'{servo.name}: the mode observer needs a mechanism whose angles and '
+                         f'speeds can be pulled, and this one is an FMU; there are '
+                         f'{[m for m in LIVE_MODES if m != "observer"]}')
 
 
 def _memories(servo: Servo) -> dict[tuple, slice]:

@@ -82,14 +82,14 @@ class Still:
 
     def step(self, x: np.ndarray, u: np.ndarray, h: float) -> np.ndarray:
         """Return the state h s after ``x`` under the inputs ``u``, shape (len(INPUTS),)."""
-        x = x.copy()
+        x = self._begun_anew(x)
         self.kernel.run(self.theta, self.on, x, u[None], np.empty((1, 5)), 1, h, self._mode)
         return x
 
     def read(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return what the four sensors read of a state, shape (4,), as OUTPUTS."""
         y = np.empty((1, 5))
-        self.kernel.run(self.theta, self.on, x.copy(), u[None], y, 1, 1e-9, self._mode)
+        self.kernel.run(self.theta, self.on, self._begun_anew(x), u[None], y, 1, 1e-9, self._mode)
         return y[0, :4]
 
     def live(self) -> list[int]:
@@ -111,9 +111,17 @@ class Still:
     def remembers(self) -> list[bool]:
         """Return whether each of `memories` takes part in the linear form."""
         off = {'drive'} if issubclass(self.servo.drive, DigitalDrive) else set()
+        off |= set() if self.servo.mechanism.correctable else {'mechanism'}
         off |= set(self.left_out) | {p.name for p in self.servo.effects
                                     if p.effect.name in _DEAD_TIMES}
         return [owner not in off for owner, _ in self.memories()]
+
+    def _begun_anew(self, x: np.ndarray) -> np.ndarray:
+        """Return a copy of a state; a mechanism beside the kernel begins at it, not before."""
+        x = x.copy()
+        if not self.servo.mechanism.correctable:
+            x[self.servo.memories()['mechanism']] = 0.0
+        return x
 
     def _strip(self) -> None:
         slots = self.servo.slots()
@@ -137,8 +145,12 @@ class Still:
         """Find the inputs and the state of steady motion, by Newton's method."""
         point, servo = self.point, self.servo
         if issubclass(servo.drive, DigitalDrive) and self._given == state.VOLTAGE:
-            raise ServoError(f'{servo.name}: the loops of its drive have cycles of their own and no '
-                             f'continuous linear form; take the input current')
+            raise ServoError(f'{servo.name}: the loops of its drive have cycles of their own and '
+                             f'no continuous linear form; take the input current')
+        if not servo.mechanism.restartable:
+            raise ServoError(f'{servo.name}: its FMU has no linear form: it must take any step, '
+                             f'and mechanism.start must map both angles and both speeds, so that '
+                             f'it can be begun anywhere')
         if point.friction == 'stuck' and not servo.mechanism.compliant:
             raise ServoError(f'{servo.name}: friction stuck: a {servo.mechanism.name} mechanism '
                              f'cannot move while its load sticks; there are sliding and none')

@@ -26,6 +26,7 @@ import numpy as np
 
 from . import following, ports, rollout, state
 from .folds import FOLDS
+from .mechanisms.fmu import Fmu
 from .part import Correction, DigitalDrive
 from .servo import Placed, Servo
 
@@ -34,6 +35,7 @@ from collections import namedtuple
 from math import exp
 from numba import njit
 from servo_twin.physics import catalogue, part, servo
+from servo_twin.physics.mechanisms.fmu import Fmu
 from servo_twin.physics.ports import Carried, Reading, Shaft, Signal, Teeth, WindUp
 from servo_twin.physics.state import *
 from servo_twin.physics.views import borrowed, own
@@ -98,7 +100,8 @@ def _kernel(structure: _Structure) -> Kernel:
         digest.update(file.read_bytes())  # all that laws may borrow from, not the laws alone
     name = f'servo_twin_kernel_{digest.hexdigest()[:24]}'
     module = sys.modules.get(name) or _imported(name, text)
-    return Kernel(module.run, module.align, module.follow, module.lose, module.conduct,
+    run = servo.mechanism.running(module.run, servo)
+    return Kernel(run, module.align, module.follow, module.lose, module.conduct,
                   module.sense, module.govern, size, module)
 
 
@@ -140,7 +143,9 @@ def _source(servo: Servo) -> tuple[str, int]:
             if issubclass(servo.drive, DigitalDrive) else 'x[CURRENT], command')
     parts.append('@compiled\ndef drive_law(p, x, command, speed, h):\n'
                  f'    return drives_own(p, {seen}, speed, h)\n')
-    parts.append(f"_mechanism = servo.MECHANISMS[{_key_of('MECHANISMS', servo.mechanism)!r}]")
+    place = 'Fmu' if issubclass(servo.mechanism, Fmu) else (
+        f"servo.MECHANISMS[{_key_of('MECHANISMS', servo.mechanism)!r}]")
+    parts.append(f'_mechanism = {place}')
     parts.append('mechanism_rest = compiled(_mechanism.rest)')
     parts.append('mechanism_pull = compiled(_mechanism.pull)')
     parts.append(f"control_law = compiled(servo.CONTROLLERS["

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from .effect import Declared, Parameter
+from .effect import Declared, Effect, Parameter
 
 
 class Part(Declared):
@@ -44,13 +45,29 @@ class Mechanism(Part):
     ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest,
     ``pull(p, wind_up, rate)`` the torque of the linear mesh. What it remembers, zero at the start,
     begins at ``x[MECHANISM]``. ``slides`` says that the load of a turning motor moves straight:
-    what stands in rad, N m and kg m2 at the load is in m, N and kg there.
+    what stands in rad, N m and kg m2 at the load is in m, N and kg there, ``correctable`` that
+    angles and speeds in the state may be pulled by measurements, ``restartable`` that it begins
+    at any of them.
     """
 
     compliant: ClassVar[bool]
     slides: ClassVar[bool] = False
     carries: ClassVar[bool] = False
     """Whether its load may have more inertia than its own: it minds ``x[ADDED]``."""
+    correctable: ClassVar[bool] = True
+    restartable: ClassVar[bool] = True
+
+    @classmethod
+    def refuses(cls, effect: type[Effect], site: str, values: Mapping[str, object]) -> str:
+        """Say why an effect cannot act at a site of this mechanism, or return ''."""
+        if not cls.compliant and effect.port in ('mesh', 'clearance'):
+            return 'needs a mesh that winds up, and the mechanism is rigid'
+        return ''
+
+    @classmethod
+    def running(cls, run: Callable, servo) -> Callable:
+        """Return what runs in place of a kernel's compiled `run`, for mechanisms beside it."""
+        return run
 
 
 class Controller(Part):

@@ -40,6 +40,10 @@ class ServoError(ValueError):
     """A servo that cannot be: names the thing, the value, the limit and the choice."""
 
 
+class MechanismFailure(ServoError):
+    """A mechanism that failed while it ran: what it answers from there on is NaN."""
+
+
 @dataclass(frozen=True)
 class Placed:
     """An effect at its place: the name it has in this servo, the effect, the site."""
@@ -93,9 +97,6 @@ class Servo:
             if placed.site not in effect.sites:
                 raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} cannot act '
                                  f'at {placed.site!r}; it can at {list(effect.sites)}')
-            if not self.mechanism.compliant and effect.port in ('mesh', 'clearance'):
-                raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} needs a mesh '
-                                 f'that winds up, and the mechanism is rigid')
             if not self.mechanism.carries and effect.port == 'inertia':
                 able = [name for name, one in MECHANISMS.items() if one.carries]
                 raise ServoError(f'{self.name}: effects.{placed.name}: {effect.name} needs a '
@@ -113,6 +114,10 @@ class Servo:
                     raise ServoError(f'{self.name}: there is no parameter {path!r} ({kind}); '
                                      f'there are {near or list(declared)}')
         self._fill_rows(values)
+        for placed in self.effects:
+            why = self.mechanism.refuses(placed.effect, placed.site, values)
+            if why:
+                raise ServoError(f'{self.name}: effects.{placed.name}: {placed.effect.name} {why}')
         object.__setattr__(self, 'values', values)
 
     def _checked(self, path: str, parameter: Parameter, value) -> Value:

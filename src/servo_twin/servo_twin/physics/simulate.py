@@ -24,6 +24,7 @@ from .state import (
     MOTOR_DIRECTION,
     MOTOR_REVERSAL,
     MOTOR_SPEED,
+    OBSERVER,
     OUTPUTS,
     REFERENCE_POSITION,
     REFERENCE_VELOCITY,
@@ -101,6 +102,8 @@ def simulate(servo: Servo, u: np.ndarray, period: float, x: np.ndarray,
         raise KeyError(f'there is no mode {mode!r}; there are {list(MODES)}')
     if MODES[mode] == CLOSED_LOOP and not servo.controller.parameters:
         raise ValueError(f'{servo.name}: closed_loop needs a controller; the servo file has none')
+    if MODES[mode] == OBSERVER and not servo.mechanism.correctable:
+        raise ValueError(f'{servo.name}: observer needs a mechanism whose state can be pulled')
     substeps, h = substeps_of(servo, period)
     y = np.empty((len(u), len(OUTPUTS)))
     kernel_of(servo).run(servo.theta if theta is None else theta,

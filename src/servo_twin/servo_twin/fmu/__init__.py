@@ -1,0 +1,1 @@
+"""Mechanisms that come as an FMU. FMPy is imported only when a servo file names one."""
