@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', type=Path, required=True, help='folder to write to')
     parser.add_argument('--learners', nargs='+', choices=names(), default=names())
     parser.add_argument('--site', choices=('load', 'motor'), default='load')
-    parser.add_argument('--seconds', type=float, default=60.0, help='at most, for each learner')
+    parser.add_argument('--seconds', type=float, default=60.0,
+                        help='of the processor at most, for each learner')
     parser.add_argument('--cells', type=int, default=360,
                         help='equal angles of the turn that friction is resampled to')
     parser.add_argument('--seed', type=int, default=0)

@@ -21,7 +21,8 @@ class Row:
 
     ``test`` on the last part of each run, ``beyond`` at speeds faster than any it was trained on,
     ``unseen`` on recordings that were kept back whole (None where there are none), all in N m;
-    ``seconds`` of training, ``nanoseconds`` of one evaluation of the exported model.
+    ``seconds`` of training, ``nanoseconds`` of one evaluation of the exported model, both of the
+    processor, so that other work on the machine neither shortens a training nor slows a model.
     """
 
     name: str
@@ -37,13 +38,13 @@ class Row:
 def compared(data: Dataset, names: Sequence[str], *, seed: int = 0, seconds: float = 60.0,
              told: Callable[[str, int, float, float], None] | None = None
              ) -> tuple[list[Row], dict[str, Model]]:
-    """Train each learner for at most ``seconds`` and return the table and the models."""
+    """Train each for at most ``seconds`` of the processor; return the table and the models."""
     rows, models = [], {}
     for name in names:
         learn = learner(name)
-        begun = time.perf_counter()
+        begun = time.thread_time()
         model = learn(data, seed, seconds, _named(name, told))
-        spent = time.perf_counter() - begun
+        spent = time.thread_time() - begun
         models[name] = model
         test, beyond, unseen = (_scored(model, data, part) for part in (
             data.test, data.beyond, data.unseen))
@@ -67,10 +68,10 @@ def _time_of(model: Model) -> float:
     model.once()
     means = []
     for _ in range(5):
-        begun = time.perf_counter_ns()
+        begun = time.thread_time_ns()
         for _ in range(200):
             model.once()
-        means.append((time.perf_counter_ns() - begun) / 200.0)
+        means.append((time.thread_time_ns() - begun) / 200.0)
     return float(min(means))
 
 

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         f'of {", ".join(PARTS)}; default: all that can be made; with none, '
                         'the pages alone are written anew from the figures in WORK'))
     parser.add_argument('--seconds', type=float, default=60.0,
-                        help='at most, for each learner (default %(default)g)')
+                        help='of the processor at most, for each learner (default %(default)g)')
 
 
 def main(arguments: argparse.Namespace) -> int:

@@ -33,14 +33,14 @@ def train(net, loss_of: Callable, inputs: tuple, data: Dataset, seconds: float,
     Train in place; keep the weights that predict the validation rows best.
 
     ``inputs`` are (train x, train y, validation x, validation y); ``loss_of(net, x, y)`` is what
-    is minimised. Ends after EPOCHS, ``seconds`` or PATIENCE epochs without gain.
+    is minimised. Ends after EPOCHS, ``seconds`` of processor time or PATIENCE epochs without gain.
     """
     import torch
 
     torch.set_num_threads(1)  # the layers are small, and threads on busy cores wait for each other
     x, y, vx, vy = inputs
     optimiser = torch.optim.Adam(net.parameters(), lr=rate)
-    begun, best, kept, since = time.perf_counter(), np.inf, None, 0
+    begun, best, kept, since = time.thread_time(), np.inf, None, 0
     for epoch in range(EPOCHS):
         net.train()
         total = 0.0
@@ -61,7 +61,7 @@ def train(net, loss_of: Callable, inputs: tuple, data: Dataset, seconds: float,
             kept = {k: v.clone() for k, v in net.state_dict().items()}
         else:
             since += 1
-        if since >= PATIENCE or time.perf_counter() - begun > seconds:
+        if since >= PATIENCE or time.thread_time() - begun > seconds:
             break
     net.load_state_dict(kept)
 

@@ -129,7 +129,7 @@ def _all(learned: Mapping) -> str:
 
 *Beyond* are {learned['samples']['beyond']} windows of the recording of 12 V, faster than any
 trained on. Training ends when the validation error has stopped falling, or after
-{learned['limit']:.0f} s. Evaluation is one call of the exported, compiled model.
+{learned['limit']:.0f} s of the processor. Evaluation is one call of the exported, compiled model.
 
 {learned['table']}
 </details>
