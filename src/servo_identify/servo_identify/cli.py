@@ -12,6 +12,7 @@ COMMANDS = {
     'experiment': ('.experiment.command', 'drive a rig through a procedure and record its bags'),
     'diagnose': ('.gap.command', 'where the gap lies, which effect causes it, how far it shrinks'),
     'online': ('.online.command', 'replay the online estimator over a bag, and draw it'),
+    'play': ('.transmission.play_command', 'play of bags, and its curve over a setting'),
     'sinusoid': ('.sinusoid.command', 'frequency and phase of a sinusoid, from a recording alone'),
     'watch': ('.watching.command', 'seconds to the alarm of each effect, false alarms an hour'),
     'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
