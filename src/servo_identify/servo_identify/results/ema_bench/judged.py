@@ -30,7 +30,7 @@ SIGNALS = {'position': 'rad', 'speed': 'rad/s', 'current': 'A'}
 """Position and speed of the load (its encoder closes the loop), current of the motor."""
 
 LEFT = 3e-3  # rad, by which the load has left its plateau
-TIMINGS = 5  # runs that are timed
+TIMINGS = 25  # runs that are timed
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def heat(found: Sequence[Judged], path: Path) -> None:
             for i in range(len(settings)):
                 for j in range(len(brakes)):
                     bright = table[i, j] > 0.6 * (top if column > 1 else table.max())
-                    one.text(j, i, f'{table[i, j]:.2g}', ha='center', va='center', fontsize=8,
+                    one.text(j, i, f'{table[i, j]:.2g}', ha='center', va='center', fontsize=7,
                              color='black' if bright else 'white')
             one.set_xticks(range(len(brakes)), [f'{b:g}' for b in brakes])
             one.set_yticks(range(len(settings)), [f'{1e3 * s:g}' for s in settings])

@@ -52,10 +52,12 @@ servo-identify play BAG... --servo S.yaml --settings M... -o NEW.yaml
 ```
 
 Worst cases over the grid of brake by play, model against bench. *Standard error* is the paper's,
-sqrt(MSE / (n - 1)), here with n = {found['grid'][0]['signals']['position']['n']}; it falls with
-the number of samples whatever a model does, and the paper's n is not in its text. So the plain RMS
-error stands beside it, and the floor: by how much the bench differs from itself, switched on again
-at the same settings. Per cent are of the RMS of the bench's signal about its mean.
+sqrt(MSE / (n - 1)), here with n = {found['grid'][0]['signals']['position']['n']}
+(1 kHz); it falls with the number of samples whatever a model does, and the paper's n is not in its
+text. So the plain RMS error stands beside it, and the floor: by how much the bench differs from
+itself, switched on again at the same settings (two more times; a model can seem better than that
+by chance, as the swing of the brake begins anywhere). Per cent are of the RMS of the bench's
+signal about its mean.
 
 {table(['signal', 'paper, worst SE', 'here, worst SE', 'at', 'worst RMS error', 'floor there'],
        rows)}
@@ -164,7 +166,7 @@ def _time(found: Mapping) -> str:
     return f"""## Time
 
 c = t_model / t_bench over the grid, at steps of {1e3 * found['step']:g} ms: processor time, mean
-{sum(ratios) / len(ratios):.2g}, worst {max(ratios):.2g}; on the clock, least of five runs, mean
+{sum(ratios) / len(ratios):.2g}, worst {max(ratios):.2g}; on the clock, least of several runs, mean
 {sum(walls) / len(walls):.2g}, worst {max(walls):.2g} (whatever else the machine was doing). The
 first run ever compiles for about a second, once.
 """
