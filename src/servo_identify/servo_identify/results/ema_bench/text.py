@@ -33,7 +33,8 @@ def _head(found: Mapping) -> str:
         worst, wide = _worst(found, name, 'se'), _worst(found, name, 'rmse')
         one, other = worst['signals'][name], wide['signals'][name]
         rows.append([name, f'{paper:g} %', f'{one["se"]:.3g} %', _place(worst),
-                     f'{other["rmse"]:.3g} %', f'{other["floor"]:.3g} %'])
+                     f'{other["rmse"]:.3g} %', f'{other["floor"]:.3g} %',
+                     f'{(other["rmse"] / paper) ** 2 + 1:.0f}'])
     ratio = max(case['ratio'] for case in found['grid'])
     return f"""# The EMA bench of paper 002
 
@@ -59,8 +60,8 @@ itself, switched on again at the same settings (two more times; a model can seem
 by chance, as the swing of the brake begins anywhere). Per cent are of the RMS of the bench's
 signal about its mean.
 
-{table(['signal', 'paper, worst SE', 'here, worst SE', 'at', 'worst RMS error', 'floor there'],
-       rows)}
+{table(['signal', 'paper, worst SE', 'here, worst SE', 'at', 'worst RMS error', 'floor there',
+        'SE within the paper\'s from n ='], rows)}
 Time of the model over time of the bench: {ratio:.2g} at worst (goal {GOAL:g}).
 
 {_verdict(found, ratio)}
