@@ -61,7 +61,7 @@ by chance, as the swing of the brake begins anywhere). Per cent are of the RMS o
 signal about its mean.
 
 {table(['signal', 'paper, worst SE', 'here, worst SE', 'at', 'worst RMS error', 'floor there',
-        'SE within the paper\'s from n ='], rows)}
+        'n for the SE of the paper'], rows)}
 Time of the model over time of the bench: {ratio:.2g} at worst (goal {GOAL:g}).
 
 {_verdict(found, ratio)}
