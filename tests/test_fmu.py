@@ -9,6 +9,7 @@ from fmu_maker import made
 import numpy as np
 import pytest
 
+from servo_identify.fitting import fit
 from servo_twin import servo_file
 from servo_twin.answering import answer
 from servo_twin.bag import write_recording
@@ -344,3 +345,11 @@ def test_a_step_that_its_own_solver_cannot_take_is_refused(fmus):
     finally:
         object.__setattr__(fmu, 'variable_step', True)
         object.__setattr__(fmu, 'internal_step', None)
+
+
+def test_its_parameters_are_found_by_a_fit(fmus):
+    servo = servo_of(mapped(fmus['two3'])).with_values({'mechanism.stiffness': 3e3})
+    found = fit(servo, [recording()], ['mechanism.stiffness', 'effects.dry.level'], horizon=0.5,
+                delays=False, channels=('motor_position', 'load_position'))
+    assert found.values['mechanism.stiffness'] == pytest.approx(4e3, rel=0.02)
+    assert found.values['effects.dry.level'] == pytest.approx(0.6, rel=0.01)

@@ -43,6 +43,21 @@ def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = Non
     return replace(new, tolerance=tolerance)
 
 
+def check_mode(servo: Servo | None, mode: str) -> None:
+    """Raise ServoError for a mode that there is not, or that a servo, if any, cannot run in."""
+    if mode not in LIVE_MODES:
+        raise ServoError(f'there is no mode {mode!r}; there are {list(LIVE_MODES)}')
+    if servo is None:
+        return
+    if mode == 'closed_loop' and reference_of(servo) is None:
+        raise ServoError(f'{servo.name}: closed_loop needs a controller; '
+                         f'the servo file has none')
+    if mode == 'observer' and not servo.mechanism.correctable:
+        raise ServoError(f'{servo.name}: the mode observer needs a mechanism whose angles and '
+                         f'speeds can be pulled, and this one is an FMU; there are '
+                         f'{[m for m in LIVE_MODES if m != "observer"]}')
+
+
 class Twin:
     """
     A servo that runs beside a rig, sample by sample.
@@ -92,12 +107,7 @@ class Twin:
 
     @mode.setter
     def mode(self, mode: str) -> None:
-        if mode not in LIVE_MODES:
-            raise ServoError(f'there is no mode {mode!r}; there are {list(LIVE_MODES)}')
-        if mode == 'closed_loop' and self._reference is None:
-            raise ServoError(f'{self.servo.name}: closed_loop needs a controller; '
-                             f'the servo file has none')
-        _check_correctable(self.servo, mode)
+        check_mode(self.servo, mode)
         self._mode = mode
         self._looped = False
 
@@ -160,10 +170,7 @@ class Twin:
         Keeps angles, speeds and the memories of effects that both have when the mechanism and its
         ratio are the same, and says True; starts anew otherwise. Call :func:`prepare` before.
         """
-        if self._mode == 'closed_loop' and reference_of(servo) is None:
-            raise ServoError(f'{servo.name}: closed_loop needs a controller; '
-                             f'the servo file has none')
-        _check_correctable(servo, self._mode)
+        check_mode(servo, self._mode)
         before, x = self.servo, self._x
         kept = x is not None and before.mechanism is servo.mechanism and (
             before.values['mechanism.ratio'] == servo.values['mechanism.ratio'])
@@ -266,14 +273,6 @@ class Twin:
             self._kernel.run(self._theta, self._on, self._x, u, y, self._substeps, self._h, mode)
         except MechanismFailure as problem:  # what it said is the reason of the restart
             self._failed = str(problem)
-
-
-def _check_correctable(servo: Servo, mode: str) -> None:
-    """Raise ServoError where measurements should pull a state that they cannot."""
-    if mode == 'observer' and not servo.mechanism.correctable:
-        raise ServoError(f'{servo.name}: the mode observer needs a mechanism whose angles and '
-                         f'speeds can be pulled, and this one is an FMU; there are '
-                         f'{[m for m in LIVE_MODES if m != "observer"]}')
 
 
 def _memories(servo: Servo) -> dict[tuple, slice]:

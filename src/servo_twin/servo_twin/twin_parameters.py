@@ -12,9 +12,8 @@ from rclpy.parameter import Parameter
 from .balances import WINDOW
 from .lockstep import Settings
 from .physics.servo import Servo, ServoError
-from .samples import reference_of
 from .shipped import servo_at
-from .twin import LIVE_MODES
+from .twin import check_mode, LIVE_MODES
 
 SHIPPED = 'rv_bench'
 _SETTINGS = ('mode', 'bridge', 'catch', 'balance_window')
@@ -65,11 +64,8 @@ def judge(parameters: Iterable[Parameter], servo: Servo | None) -> None:
     """Raise ServoError for a change that cannot be now; ``servo`` is None while unconfigured."""
     for parameter in parameters:
         name, value = parameter.name, parameter.value
-        if name == 'mode' and value not in LIVE_MODES:
-            raise ServoError(f'there is no mode {value!r}; there are {list(LIVE_MODES)}')
-        if name == 'mode' and value == 'closed_loop' and servo and reference_of(servo) is None:
-            raise ServoError(f'{servo.name}: closed_loop needs a controller; '
-                             f'the servo file has none')
+        if name == 'mode':
+            check_mode(servo, value)
         if name in ('servo_file', 'balance_window') and servo is not None:
             raise ServoError(f'{name} is read on configure, and the twin is configured; '
                              + ('service twin/load_servo gives it another servo'

@@ -4,7 +4,16 @@ from typing import ClassVar
 
 from ..effect import Parameter
 from ..folds import load_friction, load_torque, motor_friction, motor_torque
-from ..foreign import exchange, INPUT, INPUT_FACTOR, numbers_of, output, SHAFTS, table_at
+from ..foreign import (
+    exchange,
+    INPUT,
+    INPUT_FACTOR,
+    numbers_of,
+    output,
+    SHAFTS,
+    STATUS,
+    table_at,
+)
 from ..part import Mechanism
 from ..ports import Shaft
 from ..state import (
@@ -131,7 +140,7 @@ class Fmu(Mechanism):
         # the FMU's step
         numbers[INPUT] = (on_motor - motor_resists) / numbers[INPUT_FACTOR]
         numbers[INPUT + 1] = (load_resists - on_load) / numbers[INPUT_FACTOR + 1]
-        well = exchange(table, numbers, h)
+        well = table[STATUS] == 0 and exchange(table, numbers, h)  # one that failed is left be
         x[TIME] = time + h
         if not well:
             x[MOTOR_ANGLE] = x[LOAD_ANGLE] = float('nan')
