@@ -16,6 +16,7 @@ COMMANDS = {
     'sinusoid': ('.sinusoid.command', 'frequency and phase of a sinusoid, from a recording alone'),
     'watch': ('.watching.command', 'seconds to the alarm of each effect, false alarms an hour'),
     'fit': ('.fitting.command', 'fit parameters, or learn an effect, and write a servo file'),
+    'harmonic-drives': ('.harmonic_drives', 'which of five models of a harmonic drive fits a rig'),
     'friction': ('.friction.command', 'learn friction by every learner and compare them'),
     'results': ('.results.command', 'the models of paper 000 compared, learners, real machines'),
     'blind-check': ('.blind.command', 'score the diagnosis on rigs with effects withheld'),

@@ -121,27 +121,39 @@ def run(rig: RigSettings, mode: str, reference: np.ndarray,
     ``external_torque``, N m, resists positive motion of the load. Raises ValueError for an unknown
     mode or values that are not finite.
     """
+    frames = frames or load_frames(rig.dictionaries)
+    commands = commands_of(mode, reference, external_torque, frames)
+    answers = Bench(rig, seed, period).record(commands)
+    return columns_of(rig, mode, commands, answers, period, frames)
+
+
+def commands_of(mode: str, reference: np.ndarray, external_torque: np.ndarray | float,
+                frames: FrameTable) -> np.ndarray:
+    """Return set-points as the wire carries them, (n, 3); raises ValueError as run does."""
     if mode not in _REFERENCES:
         raise ValueError(f"mode '{mode}' is unknown; it is one of {list(_REFERENCES)}")
-    frames = frames or load_frames(rig.dictionaries)
     reference = np.asarray(reference, float)
     external = np.broadcast_to(np.asarray(external_torque, float), reference.shape)
     if not (np.isfinite(reference).all() and np.isfinite(external).all()):
         raise ValueError('reference and external_torque must be finite')
-    wire_name, column = _REFERENCES[mode]
-    reference = frames.field('drive', wire_name).quantise(reference)
+    reference = frames.field('drive', _REFERENCES[mode][0]).quantise(reference)
     external = frames.field('torque_sensor', 'target_external_torque').quantise(external)
-    bench = Bench(rig, seed, period)
-    answers = bench.record(np.column_stack(
-        [np.full(len(reference), MODES[mode]), reference, external]))
-    columns = {name: np.full(len(reference), np.nan) for name in COLUMNS}
-    columns['t'] = np.arange(len(reference)) * period
+    return np.column_stack([np.full(len(reference), MODES[mode]), reference, external])
+
+
+def columns_of(rig: RigSettings, mode: str, commands: np.ndarray, answers: np.ndarray,
+               period: float, frames: FrameTable) -> dict[str, np.ndarray]:
+    """Return commands (n, 3) and answers (n, 9) as the columns of a recording."""
+    samples = len(commands)
+    columns = {name: np.full(samples, np.nan) for name in COLUMNS}
+    columns['t'] = np.arange(samples) * period
     for name, (node, on_wire, at) in _MEASURED.items():
         columns[name] = frames.field(node, on_wire).quantise(answers[:, at])
-    held = np.arange(len(reference)) // _TEMPERATURE_EVERY * _TEMPERATURE_EVERY
+    held = np.arange(samples) // _TEMPERATURE_EVERY * _TEMPERATURE_EVERY
     columns['temperature'] = columns['temperature'][held]
+    column = _REFERENCES[mode][1]
     if column:
-        columns[column] = reference
+        columns[column] = commands[:, 1]
     if rig.values.get('coupling.mass', 0.0) > 0.0:
         columns['coupled_position'][:] = rig.values['coupling.angle']
     return columns

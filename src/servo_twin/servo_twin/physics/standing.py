@@ -1,0 +1,39 @@
+"""A servo whose inertia another axis changes, while that axis stands still."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import SimpleNamespace
+
+from .ports import Carried
+from .servo import Servo
+
+
+def standing(servo: Servo, coupled_angle: float) -> Servo:
+    """
+    Return the servo with what it carries at one angle (rad) of the other axis.
+
+    The inertia goes to ``mechanism.load_inertia``, its tolerance by the same share; the effects
+    that gave it are gone. What asks for balances, as a diagnosis does, takes such a servo.
+    """
+    carried = [p for p in servo.effects if p.effect.port == 'inertia']
+    if not carried:
+        return servo
+    path, added = 'mechanism.load_inertia', 0.0
+    for placed in carried:
+        values = SimpleNamespace(**{name: servo.values[f'effects.{placed.name}.{name}']
+                                    for name in placed.effect.parameters})
+        added += placed.effect.law(values, (), Carried(0.0, coupled_angle, 0.0), 0.0)
+    gone = tuple(f'effects.{placed.name}.' for placed in carried)
+
+    def others(table: Mapping) -> dict:
+        return {p: what for p, what in table.items() if not p.startswith(gone)}
+
+    share = 1.0 + added / servo.values[path]
+    tolerance = others(servo.tolerance)
+    if path in tolerance:
+        tolerance[path] = tuple(edge * share for edge in tolerance[path])
+    return replace(servo, effects=tuple(p for p in servo.effects if p not in carried),
+                   values={**others(servo.values), path: servo.values[path] * share},
+                   tolerance=tolerance, provenance=others(servo.provenance))
