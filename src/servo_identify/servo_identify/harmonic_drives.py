@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 import time
 
@@ -31,7 +33,8 @@ from .gap.observation import observe
 from .gap.resimulation import bootstrap, Diverged, Gap, gap_of, HORIZON, resimulate, shrink
 
 LINEAR = 'linear'
-ITERATIONS = 15
+ITERATIONS = 10
+WORKERS = 2  # processes that fit side by side
 FIXED = ('order', 'lag')
 """What is not fitted of a model: an order is counted, the lag of bristles is not seen."""
 
@@ -103,13 +106,13 @@ def ranked(servo: Servo, training: Sequence[Recording], held_out: Sequence[Recor
     servo = standing(servo, coupled_angle([*training, *held_out]))
     seen = observe(list(held_out), servo)
     fitted: dict[str, tuple[Servo, Gap | None, int, float]] = {}
-    for k, name in enumerate(names):
-        told(models()[name], k / len(names))
-        begun = time.perf_counter()
-        start = with_harmonic_drive(servo, None if name == LINEAR else name)
-        free = freed(start)
-        found = fit(start, training, free, horizon=HORIZON, iterations=ITERATIONS).servo
-        fitted[name] = found, _gap(found, seen), len(free), time.perf_counter() - begun
+    with ProcessPoolExecutor(WORKERS, get_context('spawn')) as pool:
+        jobs = {name: pool.submit(_fitted, with_harmonic_drive(
+            servo, None if name == LINEAR else name), list(training)) for name in names}
+        for k, (name, job) in enumerate(jobs.items()):
+            told(models()[name], k / len(names))
+            found, free, seconds = job.result()
+            fitted[name] = found, _gap(found, seen), free, seconds
     reference = fitted[LINEAR][1]
     if reference is None:
         raise ValueError(f'{servo.name}: the linear model leaves the finite numbers on the held '
@@ -125,6 +128,14 @@ def ranked(servo: Servo, training: Sequence[Recording], held_out: Sequence[Recor
         answers.append(Ranked(name, models()[name], found, left, gone, interval, errors, free,
                               seconds))
     return sorted(answers, key=lambda one: one.gap)
+
+
+def _fitted(start: Servo, training: Sequence[Recording]) -> tuple[Servo, int, float]:
+    """Return a model after its fit, how many numbers were free, and the seconds it took."""
+    begun = time.perf_counter()
+    free = freed(start)
+    found = fit(start, training, free, horizon=HORIZON, iterations=ITERATIONS).servo
+    return found, len(free), time.perf_counter() - begun
 
 
 def _gap(servo: Servo, seen: Sequence) -> Gap | None:

@@ -13,8 +13,8 @@ _HEAD = """# Pan-and-tilt with harmonic drives (paper 004)
 
 Made by `servo-identify results --parts pan_tilt`; nothing here is written by hand. The paper gives
 curves and no numbers of its machine, so the emulated rig (`config/rigs/pan_tilt_azimuth.yaml`,
-`pan_tilt_elevation.yaml`) has the paper's 2 A amplifier and 25 kg payload and the values of a small
-harmonic drive. It shares no law with the twin: its flexspline twists by a logarithm of the torque
+`pan_tilt_elevation.yaml`) has the paper's 2 A amplifier and 25 kg payload and the values of a
+small harmonic drive. It shares no law with the twin: its flexspline twists by a logarithm of the torque
 and creeps, its friction is that of bristles on a wave generator that the teeth's load brakes, its
 kinematic error swings with the load. Fits saw the training recordings only.
 
@@ -49,8 +49,8 @@ def _sine(found: Mapping) -> str:
 
 The paper: "this is shown by the discontinuity around the zero-output crossing point", its linear
 model has none; and "the maximum velocity is reached during the cycle and this limit is not reached
-in the simulation". Both are here on the rig and in the twin, and missing in the linear model, whose
-damping was fitted to the same recordings as the twin's.
+in the simulation". Both are here on the rig and in the twin, and missing in the linear model,
+whose damping was fitted to the same recordings as the twin's.
 
 {table(['', 'at standstill, % of the time', 'largest speed, rad/s', 'within 2 % of it, %',
         'R (paper 000 eq. 13)'], rows)}
@@ -113,8 +113,8 @@ def _axes(found: Mapping) -> str:
     return f"""## Two axes
 
 The azimuth is driven back and forth by voltage while the elevation nods from {low:.0f} to
-{high:.0f} deg; both emulated axes run in one world (`python -m servo_rig_driver.emulated.pair`), in
-which the moving payload keeps its angular momentum. The twin's effect `coupled_inertia` takes the
+{high:.0f} deg; both emulated axes run in one world (`python -m servo_rig_driver.emulated.pair`),
+in which the moving payload keeps its angular momentum. The twin's effect `coupled_inertia` takes the
 recorded position of the elevation (column `coupled_position`): the inertia of the azimuth is
 {axes['inertia'][0]:.3f} kg m2 at {low:.0f} deg and {axes['inertia'][1]:.3f} at {high:.0f} deg.
 
