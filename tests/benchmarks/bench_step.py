@@ -5,7 +5,9 @@ The time of one step, and the same servo by SciPy and by MuJoCo at equal accurac
 
 First: the two-inertia servo of `config/servos/rv_bench.yaml` with none, two and ten effects, and
 ten of which one is a 2-30-1 network; processor time, the best of many short runs, against the
-goals (0.1 us a step, 0.3 us with a network; real time at a step of 0.1 ms).
+goals (0.1 us a step, 0.3 us with a network; real time at a step of 0.1 ms). Beside it the azimuth
+of the pan-and-tilt with each model of its harmonic drive, against twice the two-inertia servo with
+as many effects as it has.
 
 Then: that servo with Coulomb and viscous friction at the load, moved by a sine through several
 reversals. The reference is SciPy's Radau at a tolerance of 1e-9 with the sign of the speed
@@ -27,11 +29,14 @@ from scipy.integrate import solve_ivp
 
 from servo_twin import servo_file
 from servo_twin.physics.catalogue import find
+from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, with_harmonic_drive
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS
 
-BENCH = servo_file.load(Path(__file__).parents[2] / 'config' / 'servos' / 'rv_bench.yaml')
+SERVOS = Path(__file__).parents[2] / 'config' / 'servos'
+BENCH = servo_file.load(SERVOS / 'rv_bench.yaml')
+AZIMUTH = servo_file.load(SERVOS / 'pan_tilt_azimuth.yaml')
 STEP = 1e-4
 NINE = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'asymmetric_friction',
         'load_dependent_friction', 'backlash', 'transmission_error', 'cogging', 'current_lag')
@@ -84,6 +89,23 @@ def time_steps() -> None:
         nanoseconds = taken / (samples * substeps) * 1e9
         print(f'{label:44}{nanoseconds:8.0f}{"" if goal is None else f"{goal:.0f}":>8}'
               f'{STEP * 1e9 / nanoseconds:14.0f}')
+
+
+def nanoseconds_of(servo: Servo, u: np.ndarray, substeps: int = 10) -> float:
+    x = initial_state(servo, 0.0, 0.0)
+    simulate(servo, u, substeps * STEP, x.copy())
+    return best(lambda: simulate(servo, u, substeps * STEP, x.copy()), 40) / (
+        len(u) * substeps) * 1e9
+
+
+def time_harmonic_drives() -> None:
+    u = inputs(3.0 * np.sin(np.pi * 1e-3 * np.arange(1000)))
+    print(f'{"a step of the azimuth":44}{"ns":>8}{"goal":>8}{"x real time":>14}')
+    for name in (None, *HARMONIC_DRIVES):
+        servo = with_harmonic_drive(AZIMUTH, name)
+        goal = 2.0 * nanoseconds_of(servo_with(NINE[:len(servo.effects)]), u)
+        taken = nanoseconds_of(servo, u)
+        print(f'{name or "linear":44}{taken:8.0f}{goal:8.0f}{STEP * 1e9 / taken:14.0f}')
 
 
 @njit
@@ -199,4 +221,5 @@ if __name__ == '__main__':
     parser.add_argument('--seconds', type=float, default=2.0, help='of the servo to compare over')
     arguments = parser.parse_args()
     time_steps()
+    time_harmonic_drives()
     compare(arguments.seconds)
