@@ -28,7 +28,7 @@ from .screening import Screening
 from .selection import Choice, Selection
 from .splitting import Split, split
 from .stack import Stack
-from .verdict import NOTICED, report_of
+from .verdict import NOTICED, report_of, status_of
 
 ROUNDS = 3  # of fitting the tolerances of a mesh with a gap, the last one for the columns
 FAR_ABOVE = 2.0  # mean square in units of noise and margin that is no noise any more
@@ -75,7 +75,8 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     began = time.perf_counter()
 
     def lap(stage):
-        clock[stage] = round(time.perf_counter() - began - sum(clock.values()), 3)
+        spent = time.perf_counter() - began - sum(clock.values())
+        clock[stage] = round(clock.get(stage, 0.0) + spent, 3)
 
     tick('noise', 0.0)
     warnings, given = [], []
@@ -116,35 +117,48 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         dropped = kept.pop()
         warnings.append(f'{library.candidates[dropped].label} makes the twin diverge on the '
                         'report recordings and is not taken')
-    best = tried(screening, kept, purposes['accept'])
-    better = augmented(servo, stacks['screen'], best.explanation, names)
-    choices = selection.explain(kept)
-    lap('acceptance')
-    tick('completeness', 0.0)
-    left = screening.residual(kept)
-    remainders = tuple(
-        remainder(stacks['screen'], left, BALANCES[i])
-        for i in np.unique(stacks['screen'].balance)
-        if np.mean(left[stacks['screen'].balance == i]**2) > NOTICED)
-    common = repeatable(stacks['screen'], left, stacks['accept'],
-                        leftover(stacks['accept'], best.explanation))
-    remainders = tuple(replace(r, predictable=_unexplained(r, common, bool(kept)))
-                       for r in remainders)
-    lap('completeness')
-    tick('shrink', 0.0)
-    reported = {
-        'given': given,
-        'base': run_over(base.explanation, purposes['report']),
-        'best': run_over(best.explanation, purposes['report']),
-        'steps': _steps(screening, kept, purposes),
-        'left': leftover(stacks['report'], best.explanation),
-    }
-    evidence = Evidence(servo, better, parts, stacks, start, left, tuple(choices), base, best,
+
+    def evidence_with(kept: list[int]) -> Evidence:
+        best = tried(screening, kept, purposes['accept'])
+        better = augmented(servo, stacks['screen'], best.explanation, names)
+        choices = tuple(selection.explain(kept))
+        lap('acceptance')
+        tick('completeness', 0.0)
+        left = screening.residual(kept)
+        remainders = _remainders(stacks, left, best, bool(kept))
+        lap('completeness')
+        tick('shrink', 0.0)
+        reported = {
+            'given': given,
+            'base': run_over(base.explanation, purposes['report']),
+            'best': run_over(best.explanation, purposes['report']),
+            'steps': _steps(screening, kept, purposes),
+            'left': leftover(stacks['report'], best.explanation),
+        }
+        lap('shrink')
+        return Evidence(servo, better, parts, stacks, start, left, choices, base, best,
                         remainders, reported)
+
+    evidence = evidence_with(kept)
+    if kept and status_of(evidence) == 'unknown':
+        warnings.append('explains a part, but not as its cause, and is not taken: '
+                        + ', '.join(library.candidates[one].label for one in kept))
+        kept = []
+        evidence = evidence_with(kept)
     following = next_experiment(evidence, screening, kept)
     lap('shrink')
     report = report_of(evidence, following, warnings, clock)
-    return Diagnosis(report, better, evidence)
+    return Diagnosis(report, evidence.augmented, evidence)
+
+
+def _remainders(stacks: dict[str, Stack], left: np.ndarray, best: Trial,
+                found: bool) -> tuple[Remainder, ...]:
+    """Describe what is left in each balance that still shows a gap."""
+    screen, accepting = stacks['screen'], stacks['accept']
+    remainders = [remainder(screen, left, BALANCES[i]) for i in np.unique(screen.balance)
+                  if np.mean(left[screen.balance == i]**2) > NOTICED]
+    common = repeatable(screen, left, accepting, leftover(accepting, best.explanation))
+    return tuple(replace(r, predictable=_unexplained(r, common, found)) for r in remainders)
 
 
 def _settled(extended: Extended, parts: Split, seen: list[Observation]):

@@ -38,7 +38,7 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
     """Put the evidence of a diagnosis into a report."""
     screen = evidence.stacks['screen']
     squares = _squares(screen, evidence.start)
-    gaps = {b for b, square in squares.items() if square > NOTICED}
+    gaps = _gaps(squares)
     where = _where(evidence, gaps)
     which = _which(evidence)
     status, named, open_share, worst = _status(evidence, squares, gaps)
@@ -165,6 +165,16 @@ def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
             'value': float(explanation.theta[extended.slot(path)]),
             'std': explanation.spread(path), 'unit': extended.servo.unit(path)}
     return found
+
+
+def status_of(evidence) -> str:
+    """Return the status of the verdict that the evidence asks for."""
+    squares = _squares(evidence.stacks['screen'], evidence.start)
+    return _status(evidence, squares, _gaps(squares))[0]
+
+
+def _gaps(squares: dict[str, float]) -> set[str]:
+    return {b for b, square in squares.items() if square > NOTICED}
 
 
 def _status(evidence, squares, gaps) -> tuple[str, list[str], float, Remainder | None]:
