@@ -113,12 +113,16 @@ def figures():
             'drawn': 0.0113}
     return {'grid': [case], 'play': [play], 'turn': {'cosine': 0.1, 'sine': -0.2},
             'learned': [[0.0105, 1.8, 0.6, 0.07]], 'played': [[0.5, 0.1, 20.0], [0.6, 0.08, 25.0]],
-            'identified': [['effects.brake.gain', 0.0, 0.01, 1e-3, '']], 'step': 2.5e-4}
+            'identified': [['effects.brake.gain', 0.0, 0.01, 1e-3, '']], 'step': 2.5e-4,
+            'diagnosed': [{'title': 'told otherwise', 'sentence': 'It is the mesh.',
+                           'where': [['torque', 2.0, 0.1], ['transmission', 9.0, 0.9]],
+                           'which': [['backlash', 'mesh', 0.8, ['hysteresis']]]}]}
 
 
 def test_the_page_tells_what_was_missed_and_rows_are_those_of_the_comparison():
     text = page(figures())
     assert "speed is beyond the paper's" in text and '0.03 %' in text
+    assert 'transmission, 90 % of the gap' in text and 'backlash (80 %) or hysteresis' in text
     assert '17.10' in text and '+51 %' in text  # the play, and what the drawing is off by
     rows = comparison_rows(figures())
     assert {row['system'] for row in rows} == {s.name for s in SYSTEMS if s.part == 'ema_bench'}

@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from servo_twin import servo_file
+from servo_twin.recording import Recording
 from servo_twin.shipped import servo_at
 
 from ...fitting.command import write
 from ...transmission.play import measured_play, with_curve
 from . import pictures, plan
+from .diagnosed import CASES, diagnosed
 from .judged import Judged, judged, SIGNALS
 from .model import identified
 from .text import comparison_rows, page
@@ -52,7 +54,9 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
     found = []
     for k, (case, recording) in enumerate(zip(grid, first, strict=True)):
         found.append(judged(servo, case, recording, [again[k] for again in others]))
-        told(f'judging {case.name}', 0.75 + 0.24 * (k + 1) / len(grid))
+        told(f'judging {case.name}', 0.75 + 0.15 * (k + 1) / len(grid))
+    said = diagnosed(servo, {at: _replicates(grid, [first, *others], at) for _, at, _ in CASES},
+                     part(0.9, 1.0))
     pictures.play(drawing, plays, pictured / 'ema_bench_play.png')
     pictures.heat(found, pictured / 'ema_bench_grid.png')
     pictures.traces(found, SHOWN, max(plan.BRAKES), pictured / 'ema_bench_traces.png')
@@ -66,8 +70,14 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
         'played': [[c.amplitude, c.frequency, c.duration] for c in (grid[0], cases[0])],
         'identified': [[name, _at(drawing, name), _at(servo, name), std[name],
                         servo.unit(name.partition('[')[0])] for name in std],
-        'grid': [_kept(one) for one in found],
+        'grid': [_kept(one) for one in found], 'diagnosed': said,
         'step': servo.step}
+
+
+def _replicates(grid: list[plan.Case], replicates: list[list[Recording]],
+                at: tuple[float, float]) -> list[Recording]:
+    k = next(k for k, case in enumerate(grid) if (case.setting, case.brake) == at)
+    return [several[k] for several in replicates]
 
 
 def _at(servo, name: str) -> float:
