@@ -175,7 +175,8 @@ def _diagnosed(found: Mapping) -> str:
 
 Of the identified twin, on three recordings of the grid each (to screen, accept and report on): set
 as the bench is, and told something else. The swing of the brake is in no effect of the catalogue,
-so there is something that the twin lacks even where it is set right.
+so there is something that the twin lacks even where it is set right. Right answers would be
+friction of the motor for the brake, `backlash` for the slide.
 
 {table(['bench', 'where', 'which (shrink), or what looks alike', 'verdict'], rows)}"""
 
