@@ -164,6 +164,26 @@ def test_every_shipped_servo_has_a_linear_form(file):
     assert np.isfinite(answer).all() and (np.abs(answer) > 0.0).all()
 
 
+def test_an_axis_that_carries_another_resonates_by_how_that_one_stands():
+    servo = servo_file.load(CONFIG / 'servos' / 'pan_tilt_azimuth.yaml')
+    found = []
+    for angle in (0.0, np.pi / 2.0):
+        form = linearise(servo, 'current', ('motor_speed',), usual_point(servo, coupled=angle))
+        found += [z.frequency for z in form.zeros('motor_speed') if z.resonant]
+    (carried,) = [p.name for p in servo.effects if p.effect.name == 'coupled_inertia']
+    level, cosine, sine = (servo.values[f'effects.{carried}.{n}']
+                           for n in ('level', 'cosine', 'sine'))
+    least = servo.values['mechanism.load_inertia'] + level + np.hypot(cosine, sine)
+    assert found[1] / found[0] == pytest.approx(
+        np.sqrt((least + cosine) / (least - cosine)), rel=0.01)
+
+
+def test_a_motor_that_turns_a_screw_keeps_its_radians():
+    servo = servo_file.load(CONFIG / 'servos' / 'feed_drive.yaml')
+    form = linearise(servo, 'current', ('motor_speed', 'load_speed'), usual_point(servo))
+    assert (form.units['motor_speed'], form.units['load_speed']) == ('rad/s', 'm/s')
+
+
 def recording_of(system, count=40000, noise=1e-5):
     """Return a recording of a system's angle under a held random command, by python-control."""
     random = np.random.default_rng(5)

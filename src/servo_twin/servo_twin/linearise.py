@@ -53,6 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                              'linear axis; 0 unless sliding)')
     parser.add_argument('--angle', type=float, default=0.0, help='of the load there, rad')
     parser.add_argument('--torque', type=float, default=0.0, help='external torque there, N m')
+    parser.add_argument('--coupled', type=float, default=0.0,
+                        help='angle there of an axis that changes the inertia of this one, rad')
     parser.add_argument('--period', type=float,
                         help="of the controller, s (default: the recording's, or 0.001)")
     parser.add_argument('--segment', type=float, default=0.0,
@@ -113,7 +115,7 @@ def main(arguments: argparse.Namespace) -> int:
 def form_of(servo: Servo, arguments: argparse.Namespace, period: float | None) -> LinearForm:
     """Return the linear form that was asked for; raises ServoError."""
     point = usual_point(servo, arguments.friction, arguments.speed, arguments.angle,
-                        arguments.torque)
+                        arguments.torque, arguments.coupled)
     if not arguments.closed_loop and arguments.input not in REFERENCES:
         return linearise(servo, arguments.input, arguments.output, point)
     period = arguments.period or period or PERIOD

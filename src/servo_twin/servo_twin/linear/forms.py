@@ -158,11 +158,10 @@ def check(servo: Servo, input: str, outputs: Sequence[str], inputs: Sequence[str
 
 
 def units_of(servo: Servo) -> dict[str, str]:
-    """Return the unit of each input and output, of a linear axis in metres and newtons."""
+    """Return the unit of each input and output, in metres and newtons where it goes straight."""
     units = INPUT_UNITS | OUTPUT_UNITS
-    if not servo.linear:
-        return units
-    return {n: u.replace('N m', 'N').replace('rad', 'm') for n, u in units.items()}
+    return {n: u.replace('N m', 'N').replace('rad', 'm') if servo.straight(n) else u
+            for n, u in units.items()}
 
 
 def dead_of(still: Still, output: str) -> float:

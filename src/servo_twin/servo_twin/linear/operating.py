@@ -18,8 +18,10 @@ _PERIODIC = 'repeats with the angle, so that its slope is another one at each an
 _ROUNDING = 'rounds: it has no slope, and acts as noise'
 WITHOUT_SLOPE = {
     'cogging': _PERIODIC, 'torque_ripple': _PERIODIC, 'transmission_error': _PERIODIC,
-    'load_encoder_eccentricity': _PERIODIC, 'encoder_counts': _ROUNDING,
+    'kinematic_error': _PERIODIC, 'load_encoder_eccentricity': _PERIODIC,
+    'encoder_counts': _ROUNDING,
     'drive_dead_band': 'the command is taken to be outside the band, where the slope is 1',
+    'network_deviation': 'follows the reference too; what is made linear is the model below it',
     'hysteresis': 'depends on the way that the wind-up came, not on its value',
 }
 """Effects that the linear form leaves out, and why; those of the port `clearance` besides."""
@@ -37,7 +39,8 @@ class Point:
     Where the servo is made linear.
 
     ``speed`` in rad/s of the load (m/s of a linear axis), ``angle`` of the load in rad,
-    ``torque`` the external torque on the load in N m, ``temperature`` in degC.
+    ``torque`` the external torque on the load in N m, ``coupled`` the angle in rad of an axis that
+    changes the inertia of this one, ``temperature`` in degC.
     ``friction``: `sliding`: both shafts move at ``speed`` and friction is its slope there, a
     constant being balanced by the command; `none`: no friction at all; `stuck`: friction holds the
     load fast, and the motor, without friction, turns against the mesh.
@@ -47,17 +50,18 @@ class Point:
     speed: float = 0.0
     angle: float = 0.0
     torque: float = 0.0
+    coupled: float = 0.0
     temperature: float = ROOM_TEMPERATURE
 
 
 def usual_point(servo: Servo, friction: str = 'sliding', speed: float | None = None,
-                angle: float = 0.0, torque: float = 0.0) -> Point:
+                angle: float = 0.0, torque: float = 0.0, coupled: float = 0.0) -> Point:
     """Return a point whose speed, where none is given, is 1 rad/s (0.1 m/s) while sliding."""
     if friction not in FRICTIONS:
         raise ServoError(f'there is no friction {friction!r}; there are {list(FRICTIONS)}')
     if speed is None:
         speed = 0.0 if friction != 'sliding' else 0.1 if servo.linear else 1.0
-    return Point(friction, speed, angle, torque)
+    return Point(friction, speed, angle, torque, coupled)
 
 
 class Still:
@@ -182,6 +186,7 @@ class Still:
         u = np.zeros(len(INPUTS))
         u[state.EXTERNAL], u[state.TEMPERATURE] = self.point.torque, self.point.temperature
         u[state.MEASURED_MOTOR] = u[state.MEASURED_LOAD] = np.nan
+        u[state.COUPLED_POSITION] = self.point.coupled
         u[self._given] = given
         x = initial_state(self.servo, np.nan, self.point.angle, torque, self.point.speed,
                           self.theta, self.on)

@@ -57,6 +57,7 @@ def point_table(form: LinearForm) -> Table:
     rows = [('speed of the load', f'{point.speed:g} {unit["load_speed"]}'),
             ('angle of the load', f'{point.angle:g} {unit["load_position"]}'),
             ('external torque', f'{point.torque:g} {unit["torque"]}'),
+            *([('angle of the coupled axis', f'{point.coupled:g} rad')] if point.coupled else []),
             ('friction', friction),
             (f'{drive} that keeps it there', f'{form.command:.6g} {unit[drive]}'),
             ('torque in the mesh', f'{form.carried:.6g} {unit["torque"]}')]
