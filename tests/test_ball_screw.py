@@ -60,13 +60,14 @@ def test_a_nut_that_would_leave_the_screw_stays_at_its_end():
 def test_a_force_winds_the_screw_up_by_what_equation_11_says():
     """Table pushed at rest by 800 N against a motor that a heavy rotor holds."""
     servo = still(FEED, **{'mechanism.rotor_inertia': 1e3, 'mechanism.screw_inertia': 2e-3,
-                           'mechanism.contact_damping': 30.0, 'mechanism.twist_damping': 5.0})
+                           'mechanism.damping': 4e6, 'mechanism.twist_damping': 5.0})
     x = initial_state(servo)
     y = simulate(servo, inputs(400, external_torque=np.full(400, 800.0)), PERIOD, x)
     p = values()
     torque = 800.0 / (0.95 * p.ratio)  # at the nut, eq. 12
     twist = torque * compliance(p, 0.0)  # eq. 2
-    more = torque / 4000.0 + torque * compliance(p, 0.0)  # flanks, and S' of eq. 11 as an angle
+    # the flanks, and S' of eq. 11 as an angle
+    more = torque * 392.69908**2 / 6.2e8 + torque * compliance(p, 0.0)
     wound = y[-1, 1] - y[-1, 0] / p.ratio
     assert wound == pytest.approx(-(twist + more) / p.ratio, rel=1e-3)
 
@@ -99,10 +100,10 @@ def by_scipy(p, play, current, constant, seconds):
         left = free - np.clip(free, -0.5 * play * p.ratio, 0.5 * play * p.ratio)
         nut = 0.0
         if left != 0.0:  # eq. 9 to 12, solved for the torque: S' is in proportion to it
-            nut = p.contact_stiffness * left
-            nut += p.contact_damping * (screw_speed - p.ratio * table_speed)
+            nut = p.stiffness / p.ratio**2 * left
+            nut += p.damping / p.ratio**2 * (screw_speed - p.ratio * table_speed)
             bend = (along + twist / (p.ratio**2 * p.efficiency)) * p.efficiency * p.ratio
-            nut /= 1.0 + p.contact_stiffness * p.ratio * bend
+            nut /= 1.0 + p.stiffness / p.ratio * bend
         return [motor_speed, (torque - carried - p.twist_damping * (motor_speed - screw_speed)
                               ) / p.rotor_inertia,
                 screw_speed, (carried + p.twist_damping * (motor_speed - screw_speed)

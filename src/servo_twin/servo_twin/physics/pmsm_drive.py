@@ -109,7 +109,8 @@ class PmsmDrive(DigitalDrive):
             share = gain * p.current_cycle / p.current_time
             error = s[WANTED] - s[Q]
             sum_d, sum_q = s[SUM_D] - share * s[D], s[SUM_Q] + share * error
-            voltage_d, voltage_q = sum_d - gain * s[D], gain * error + sum_q
+            voltage_d = s[SUM_D] - (gain + share) * s[D]
+            voltage_q = s[SUM_Q] + (gain + share) * error
             square = voltage_d * voltage_d + voltage_q * voltage_q
             inside = 3.0 * square <= p.bus_voltage * p.bus_voltage
             if inside:
@@ -134,5 +135,6 @@ class PmsmDrive(DigitalDrive):
             s[D], s[Q] = winding(s[D], s[Q], voltage_d, voltage_q, omega, p.phase_resistance,
                                  p.d_inductance, p.q_inductance, flux, h)
         s[TO_CURRENT] -= h
-        reluctance = (p.d_inductance - p.q_inductance) / flux
-        return s[Q] * (1.0 + reluctance * s[D])
+        if p.d_inductance == p.q_inductance:
+            return s[Q]
+        return s[Q] * (1.0 + (p.d_inductance - p.q_inductance) / flux * s[D])

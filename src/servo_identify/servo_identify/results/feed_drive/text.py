@@ -99,8 +99,8 @@ given the wanted place alone. *Relative* is the largest error over the largest t
 {table(['model', 'error', *one['errors']], rows)}
 {_verdict(one['errors'])}
 On the seconds kept back from its training the network's RMSE is {training['rmse']:.2f} um
-(R2 {training['r2']:.3f}), after {training['iterations']} iterations on {training['weights']}
-weights.
+(R2 {training['r2']:.3f}), after {training['iterations']} iterations; it has
+{training['weights']} weights.
 
 ![errors of the {axis} axis](pictures/feed_drive_errors_{axis}.png)
 """)
@@ -159,8 +159,8 @@ def _inverter(found: Mapping) -> str:
     return f"""## The switching inverter: figure 6
 
 Switched edge by edge instead of averaged over a cycle, at F6000 the table is nowhere more than
-{one['apart']:.2g} nm away, and the current ripples within a cycle by {one['ripple']:.2g} A from
-peak to peak. A step of 31.25 us takes {one['step_averaged']:.0f} ns of processor time averaged,
+{1e3 * one['apart']:.2g} pm away, and the current ripples within a cycle by
+{one['ripple']:.2g} A from peak to peak. A step of 31.25 us takes {one['step_averaged']:.0f} ns of processor time averaged,
 {one['step_switching']:.0f} ns switched, on the machine that made this page.
 
 ![current within the cycles](pictures/feed_drive_inverter.png)
@@ -192,7 +192,7 @@ def comparison_rows(found: Mapping) -> list[dict[str, str]]:
         'circle': ('two axes, hybrid and analytical, 60 to 120 rad/min',
                    f'hybrid {circle["hybrid"]} um, analytical {circle["analytical"]}'),
         'switching': ('every edge of the inverter, beside its average',
-                      f'the table {found["inverter"]["apart"]:.2g} nm apart, current ripple '
+                      f'the table {1e3 * found["inverter"]["apart"]:.2g} pm apart, current ripple '
                       f'{found["inverter"]["ripple"]:.2g} A'),
     }
     return [{'system': name, 'runs': said[key][0], 'paper': '', 'ours': said[key][1],

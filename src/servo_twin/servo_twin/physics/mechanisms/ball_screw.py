@@ -69,7 +69,8 @@ class BallScrew(Mechanism):
               S' = F \left(\frac{1}{K_Z} + \left(\frac{p}{2\pi}\right)^2
               \frac{1}{\eta K_T}\right)
 
-    The load is the table, in m and N: what the play of the nut (an effect of the mesh, b of eq. 9)
+    The load is the table, in m and N, and the flanks' stiffness and damping are given as seen from
+    there: what the play of the nut (an effect of the mesh, b of eq. 9)
     leaves of the wind-up presses the flanks. S' follows the force at once, so the spring of the
     flanks is in series with it. The paper lets the screw give way twice, in K_L and in S';
     ``deformation`` 0 leaves the second out. Efficiency is that of driving either way. The damping
@@ -100,22 +101,21 @@ class BallScrew(Mechanism):
     nut_stiffness = Parameter(8e8, 'N/m', (1.0, 1e13), 'Of the nut at its rating, K_n0.')
     preload = Parameter(3000.0, 'N', (1e-3, 1e7), 'Of the nut, F_p.')
     preload_rating = Parameter(4e4, 'N', (1e-3, 1e8), 'Dynamic load rating of the nut, C_n0.')
-    contact_stiffness = Parameter(2000.0, 'N m/rad', (1e-3, 1e10), 'Of the nut flanks, K_c.')
-    contact_damping = Parameter(0.5, 'N m s/rad', (0.0, 1e5), 'Of the nut flanks, d.', off=0.0)
+    stiffness = Parameter(6e8, 'N/m', (1.0, 1e13), 'Of the nut flanks, K_c (2 pi / p)^2.')
+    damping = Parameter(1.5e5, 'N s/m', (0.0, 1e10), 'Of the flanks, d (2 pi / p)^2.', off=0.0)
     deformation = Parameter(1.0, '', (0.0, 1.0), "Share of S' of eq. 11 that is taken.", off=0.0)
 
     @staticmethod
     def rest(p, torque):
         """Return the wind-up (m) that carries a force on the table (N) at S = 0."""
-        flank = 1.0 / p.contact_stiffness + p.deformation * compliance(p, 0.0)
+        flank = p.ratio * p.ratio / p.stiffness + p.deformation * compliance(p, 0.0)
         return torque * flank / (p.efficiency * p.ratio * p.ratio)
 
     @staticmethod
     def pull(p, wind_up, rate):
         """Return the force on the table (N) at a wind-up (m) and its rate (m/s), at S = 0."""
-        pressed = p.ratio * (p.contact_stiffness * wind_up + p.contact_damping * rate)
-        series = 1.0 + p.deformation * p.contact_stiffness * compliance(p, 0.0)
-        return p.efficiency * p.ratio * pressed / series
+        series = 1.0 + p.deformation * p.stiffness * (1.0 / p.ratio**2) * compliance(p, 0.0)
+        return p.efficiency * (p.stiffness * wind_up + p.damping * rate) / series
 
     @staticmethod
     def step(p, theta, on, x, current_torque, external, temperature, h):
@@ -127,7 +127,7 @@ class BallScrew(Mechanism):
 
         # the screw, as long as it is between bearing and nut
         soft = compliance(p, load)
-        series = 1.0 + p.deformation * p.contact_stiffness * soft
+        series = 1.0 + p.deformation * (p.stiffness * turns * turns) * soft
         both = 1.0 / (soft * series)
         carried = twist * series * both + p.twist_damping * twist_rate
 
@@ -138,8 +138,7 @@ class BallScrew(Mechanism):
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0
         rate = (screw_speed * turns - load_speed) if touching else 0.0
-        pressed = p.ratio * (p.contact_stiffness * wind_up + p.contact_damping * rate)
-        pressed *= soft * both
+        pressed = turns * (p.stiffness * wind_up + p.damping * rate) * (soft * both)
         pressed += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h) / drive
         force = drive * pressed
         x[TORQUE] = force
