@@ -161,7 +161,7 @@ def _inverter(found: Mapping) -> str:
 Switched edge by edge instead of averaged over a cycle, at F6000 the table is nowhere more than
 {1e3 * one['apart']:.2g} pm away, and the current ripples within a cycle by
 {one['ripple']:.2g} A from peak to peak. A step of 31.25 us takes {one['step_averaged']:.0f} ns of
-processor time averaged, {one['step_switching']:.0f} ns switched, on the machine that made this page.
+processor time averaged, {one['step_switching']:.0f} ns switched, on the machine that made it.
 
 ![current within the cycles](pictures/feed_drive_inverter.png)
 """
