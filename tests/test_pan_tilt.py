@@ -1,4 +1,4 @@
-"""The emulated pan-and-tilt against physics known by other means, and the ranking of its models."""
+"""The emulated pan-and-tilt against physics known by other means, and its models ranked."""
 
 from pathlib import Path
 

@@ -6,8 +6,8 @@ Two emulated axes in one world: a pan that carries a tilt.
         --tilt-mode position -o azimuth.csv elevation.csv
 
 The file of set-points holds `pan` and `tilt`, each (n,), in the unit of its mode. What the tilt
-turns changes the inertia of the pan while it moves, and the turning pan pulls at the tilt. The table
-of the pan has the column coupled_position: what the encoder of the tilt read.
+turns changes the inertia of the pan while it moves, and the turning pan pulls at the tilt. The
+table of the pan has the column coupled_position: what the encoder of the tilt read.
 """
 
 from __future__ import annotations

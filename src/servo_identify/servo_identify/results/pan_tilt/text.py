@@ -14,9 +14,9 @@ _HEAD = """# Pan-and-tilt with harmonic drives (paper 004)
 Made by `servo-identify results --parts pan_tilt`; nothing here is written by hand. The paper gives
 curves and no numbers of its machine, so the emulated rig (`config/rigs/pan_tilt_azimuth.yaml`,
 `pan_tilt_elevation.yaml`) has the paper's 2 A amplifier and 25 kg payload and the values of a
-small harmonic drive. It shares no law with the twin: its flexspline twists by a logarithm of the torque
-and creeps, its friction is that of bristles on a wave generator that the teeth's load brakes, its
-kinematic error swings with the load. Fits saw the training recordings only.
+small harmonic drive. It shares no law with the twin: its flexspline twists by a logarithm of the
+torque and creeps, its friction is that of bristles on a wave generator that the teeth's load
+brakes, its kinematic error swings with the load. Fits saw the training recordings only.
 
     servo-twin run --rig config/rigs/pan_tilt_azimuth.yaml --servo pan_tilt_azimuth
     servo-identify harmonic-drives BAG... --servo S.yaml --held-out BAG... -o BEST.yaml
@@ -114,8 +114,8 @@ def _axes(found: Mapping) -> str:
 
 The azimuth is driven back and forth by voltage while the elevation nods from {low:.0f} to
 {high:.0f} deg; both emulated axes run in one world (`python -m servo_rig_driver.emulated.pair`),
-in which the moving payload keeps its angular momentum. The twin's effect `coupled_inertia` takes the
-recorded position of the elevation (column `coupled_position`): the inertia of the azimuth is
+in which the moving payload keeps its angular momentum. The twin's effect `coupled_inertia` takes
+the recorded position of the elevation (column `coupled_position`): the inertia of the azimuth is
 {axes['inertia'][0]:.3f} kg m2 at {low:.0f} deg and {axes['inertia'][1]:.3f} at {high:.0f} deg.
 
 {table(['twin of the azimuth', 'R speed', 'R angle', 'RMS of speed, rad/s'], rows)}
