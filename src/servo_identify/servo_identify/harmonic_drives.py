@@ -104,21 +104,33 @@ def ranked(servo: Servo, training: Sequence[Recording], held_out: Sequence[Recor
     if unknown:
         raise ValueError(f'there is no model {unknown[0]!r}; there are {list(models())}')
     servo = standing(servo, coupled_angle([*training, *held_out]))
-    seen = observe(list(held_out), servo)
-    fitted: dict[str, tuple[Servo, Gap | None, int, float]] = {}
+    fitted: dict[str, tuple[Servo, int, float]] = {}
     with ProcessPoolExecutor(WORKERS, get_context('spawn')) as pool:
         jobs = {name: pool.submit(_fitted, with_harmonic_drive(
             servo, None if name == LINEAR else name), list(training)) for name in names}
         for k, (name, job) in enumerate(jobs.items()):
             told(models()[name], k / len(names))
-            found, free, seconds = job.result()
-            fitted[name] = found, _gap(found, seen), free, seconds
-    reference = fitted[LINEAR][1]
+            fitted[name] = job.result()
+    return judged(fitted, held_out)
+
+
+def judged(fitted: Mapping[str, tuple[Servo, int, float]], held_out: Sequence[Recording]
+           ) -> list[Ranked]:
+    """
+    Rank servos over recordings, the best first.
+
+    ``fitted``: by name the servo, how many numbers were fitted and the seconds it took; the linear
+    one is what the others are measured against. Raises ValueError where that one cannot be run.
+    """
+    linear = fitted[LINEAR][0]
+    seen = observe(list(held_out), linear)
+    reference = _gap(linear, seen)
     if reference is None:
-        raise ValueError(f'{servo.name}: the linear model leaves the finite numbers on the held '
+        raise ValueError(f'{linear.name}: the linear model leaves the finite numbers on the held '
                          'out recordings; there is nothing to compare with')
     answers = []
-    for name, (found, gap, free, seconds) in fitted.items():
+    for name, (found, free, seconds) in fitted.items():
+        gap = reference if name == LINEAR else _gap(found, seen)
         if gap is None:
             left, gone, interval, errors = np.inf, -np.inf, (-np.inf, -np.inf), {}
         else:

@@ -26,8 +26,8 @@ brakes, its kinematic error swings with the load. Fits saw the training recordin
 
 def page(found: Mapping) -> str:
     """Return the page."""
-    return '\n'.join([_HEAD, _step(found), _sine(found), _ranking(found), _diagnosis(found),
-                      _axes(found)])
+    sections = (_step, _sine, _ranking, _diagnosis, _axes)
+    return '\n'.join([_HEAD, *(section(found) for section in sections)])
 
 
 def _step(found: Mapping) -> str:
@@ -94,6 +94,8 @@ the models run freely for the whole recording.
 
 def _diagnosis(found: Mapping) -> str:
     said = found['diagnosis']
+    if not said:
+        return ''
     where = ', '.join(f'{balance} {ratio:.1f}' for balance, ratio, verdict in said['where']
                       if verdict == 'gap') or 'none'
     causes = ', '.join(said['causes']) or 'none'
