@@ -35,7 +35,7 @@ def _step(found: Mapping) -> str:
             for name, one in found['step'].items()]
     return f"""## Step of {STEP:g} V, as figures 8 and 9
 
-The voltage that the amplifier has ends the speed; the linear model knows no end.
+The linear model has no limits of current and voltage and no friction but damping.
 
 {table(['', 'final speed, rad/s', '63 % after, s', 'R (paper 000 eq. 13)'], rows)}
 ![Step](pictures/pan_tilt_step.png)
@@ -47,10 +47,10 @@ def _sine(found: Mapping) -> str:
              f'{100.0 * one["flat"]:.1f}', _fit(one)] for name, one in found['sine'].items()]
     return f"""## Sine of {SINE:g} V at {TONE:g} Hz, as figures 10 and 11
 
-The paper: "this is shown by the discontinuity around the zero-output crossing point", its linear
-model has none; and "the maximum velocity is reached during the cycle and this limit is not reached
-in the simulation". Both are here on the rig and in the twin, and missing in the linear model,
-whose damping was fitted to the same recordings as the twin's.
+The paper's linear model misses "the discontinuity around the zero-output crossing point" that
+static friction makes: the load stands still. Its damping was fitted here to the same recordings as
+the twin's. The paper also saw the largest speed cut off; how long each curve stays within 2 % of
+its largest speed is below.
 
 {table(['', 'at standstill, % of the time', 'largest speed, rad/s', 'within 2 % of it, %',
         'R (paper 000 eq. 13)'], rows)}
@@ -78,7 +78,8 @@ Every model was fitted to the same recordings, with all that the servo file give
 run anew as the diagnosis does over recordings that no fit has seen: from measured states every
 0.4 s, the rest free. The remaining gap is the root mean square error over all channels, each as a
 share of its signal; the shrink is what of the linear model's gap above the noise is gone (90 %, by
-recordings drawn anew). Best: **{found['best']}**.
+recordings drawn anew); models whose intervals overlap are not told apart with certainty. Best:
+**{found['best']}**.
 
 {table(['model', 'remaining gap', 'shrink', *(title for title, _ in channels.values()),
         'numbers fitted'], rows)}
@@ -109,16 +110,16 @@ with a gap (in noise floors): {where}. Its gap is {100.0 * said['before']:.1f} %
 
 def _axes(found: Mapping) -> str:
     axes = found['axes']
-    low, high = (degrees(angle) for angle in axes['tilt'])
+    low, high = (round(degrees(angle)) for angle in axes['tilt'])
     rows = [[name, *(f'{r:.3f}' for r in fits), f'{axes["rms"][name]:.4f}']
             for name, fits in axes['fit'].items()]
     return f"""## Two axes
 
-The azimuth is driven back and forth by voltage while the elevation nods from {low:.0f} to
-{high:.0f} deg; both emulated axes run in one world (`python -m servo_rig_driver.emulated.pair`),
+The azimuth is driven back and forth by voltage while the elevation nods from {low} to
+{high} deg; both emulated axes run in one world (`python -m servo_rig_driver.emulated.pair`),
 in which the moving payload keeps its angular momentum. The twin's effect `coupled_inertia` takes
 the recorded position of the elevation (column `coupled_position`): the inertia of the azimuth is
-{axes['inertia'][0]:.3f} kg m2 at {low:.0f} deg and {axes['inertia'][1]:.3f} at {high:.0f} deg.
+{axes['inertia'][0]:.3f} kg m2 at {low} deg and {axes['inertia'][1]:.3f} at {high} deg.
 
 {table(['twin of the azimuth', 'R speed', 'R angle', 'RMS of speed, rad/s'], rows)}
 ![Both axes](pictures/pan_tilt_axes.png)
