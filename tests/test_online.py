@@ -13,7 +13,7 @@ from servo_identify.online.reversals import Reversals
 from servo_identify.online.tracker import Tracker
 from servo_twin import servo_file
 from servo_twin.bag import read_recording
-from servo_twin.samples import samples_of
+from servo_twin.samples import CHANNELS, samples_of
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
@@ -35,8 +35,7 @@ def known_motion(seconds, level=20.0, slope=15.0, gain=0.49):
                'external_torque': np.full(len(t), 5.0), 'current': current,
                'voltage': current / gain}
     nothing = np.full(len(t), np.nan)
-    names = ('current_reference', 'reference_position', 'reference_velocity', 'temperature')
-    return servo, samples_of(columns | {name: nothing for name in names})
+    return servo, samples_of({name: nothing for name in CHANNELS} | columns)
 
 
 def test_it_finds_level_slope_and_gain_of_a_known_law():
