@@ -25,7 +25,7 @@ setup(
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.invalid',
     packages=find_packages(exclude=['tests']),
-    package_data={'servo_twin': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml']},
+    package_data={'servo_twin': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml', '**/*.c']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

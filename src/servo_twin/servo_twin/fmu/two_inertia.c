@@ -88,7 +88,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String place,
                               const fmi2CallbackFunctions *calls, fmi2Boolean v, fmi2Boolean l)
 {
-    if (type != fmi2CoSimulation || strcmp(guid, "{made-in-a-test}")) return NULL;
+    if (type != fmi2CoSimulation || strcmp(guid, "{servo-twin-example}")) return NULL;
     Model *m = calloc(1, sizeof *m);
     begin(m);
     m->calls = *calls;
@@ -134,7 +134,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3IntermediateUpdateCallback update)
 {
-    if (strcmp(token, "{made-in-a-test}")) return NULL;
+    if (strcmp(token, "{servo-twin-example}")) return NULL;
     Model *m = calloc(1, sizeof *m);
     begin(m);
     m->log = log, m->environment = environment;
