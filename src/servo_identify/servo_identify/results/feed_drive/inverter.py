@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-import time
 
 import numpy as np
 
 from servo_twin.physics.servo import Servo
-from servo_twin.physics.simulate import initial_state, inputs_of, simulate, substeps_of
-from servo_twin.physics.state import INPUTS
+from servo_twin.physics.simulate import initial_state, simulate
 
 from ..pictures import panels
+from ..stepping import driven, stepped
 
 PERIOD = 1e-3
 PARTS = 16  # of a cycle of the current loops
@@ -25,16 +24,10 @@ def inverter_figures(servo: Servo, reference: np.ndarray, picture: Path) -> dict
     ``reference`` (samples,), m, is followed in the closed loop, once a millisecond.
     """
     switching = servo.with_values({'drive.switching': 1.0})
-    u = _inputs(reference_position=reference)
+    u = driven(reference_position=reference)
     answers, taken = {}, {}
     for name, one in (('averaged', servo), ('switching', switching)):
-        simulate(one, u[:2], PERIOD, initial_state(one), 'closed_loop')
-        times = []
-        for _ in range(3):
-            x, begun = initial_state(one), time.thread_time()
-            answers[name] = simulate(one, u, PERIOD, x, 'closed_loop')
-            times.append(time.thread_time() - begun)
-        taken[name] = 1e9 * min(times) / (len(u) * substeps_of(one, PERIOD)[0])
+        answers[name], taken[name] = stepped(one, u, PERIOD, 'closed_loop')
     commands = answers['averaged'][:, 4]
     currents = {name: _within(one, commands) for name, one in (
         ('averaged', servo), ('switching', switching))}
@@ -51,14 +44,9 @@ def _within(servo: Servo, commands: np.ndarray) -> np.ndarray:
     period = servo.values['drive.current_cycle'] / PARTS
     begin = round(FROM / PERIOD)
     x = initial_state(servo)
-    simulate(servo, _inputs(voltage=commands[:begin]), PERIOD, x)
+    simulate(servo, driven(voltage=commands[:begin]), PERIOD, x)
     held = np.full(round(SHOWN / period), commands[begin])
-    return simulate(servo, _inputs(voltage=held), period, x)[:, 3]
-
-
-def _inputs(**given: np.ndarray) -> np.ndarray:
-    size = len(next(iter(given.values())))
-    return inputs_of({name: np.full(size, np.nan) for name in INPUTS} | given)
+    return simulate(servo, driven(voltage=held), period, x)[:, 3]
 
 
 def _draw(currents: dict[str, np.ndarray], period: float, path: Path) -> None:
