@@ -15,9 +15,11 @@ from servo_identify.results.command import pages_of
 from servo_identify.results.comparison import comparison, keep, kept
 from servo_identify.results.page import page
 from servo_identify.results.recordings import LOADS, Part, plan, recorded, SPEEDS
-from servo_identify.results.systems import machines, SYSTEMS
+from servo_identify.results.systems import machines, SYSTEMS, WRITTEN
 from servo_twin.physics.controllers import PositionLoop
 from servo_twin.servo_file import dumps, loads
+
+DOCS = Path(__file__).parents[1] / 'docs'
 
 
 def run(name: str, mode: str, reference: np.ndarray) -> Run:
@@ -137,7 +139,11 @@ def test_the_learners_of_the_bench_give_one_row_with_the_best_first():
 @pytest.mark.parametrize('part', machines())
 def test_every_machine_with_a_page_can_be_made_told_and_compared(part):
     module = import_module(f'servo_identify.results.{part}')
-    assert all(callable(getattr(module, name)) for name in ('make', 'page', 'comparison_rows'))
+    assert callable(module.make) and callable(module.comparison_rows)
+    if part in WRITTEN:
+        assert (DOCS / f'{part}.md').exists()
+    else:
+        assert callable(module.page)
 
 
 def test_pages_are_written_anew_from_the_figures_that_were_kept(tmp_path, capsys):
@@ -153,7 +159,20 @@ def test_pages_are_written_anew_from_the_figures_that_were_kept(tmp_path, capsys
     assert kept(tmp_path / 'comparison') == {'bench': rows}
 
 
+def test_a_page_that_is_written_by_hand_is_linked_and_never_written(tmp_path, capsys):
+    (tmp_path / 'work').mkdir()
+    found = {'step': 30.0, 'travel': 0.2, 'versions': {
+        '2': {'motor': 1e-14, 'table': 2e-16, 'step': 60.0}}}
+    (tmp_path / 'work/fmu.json').write_text(json.dumps(found))
+    assert main(['results', '--work', str(tmp_path / 'work'), '-o', str(tmp_path / 'results.md'),
+                 '--parts']) == 0
+    line = next(line for line in (tmp_path / 'comparison.md').read_text().splitlines()
+                if '(fmu.md)' in line)
+    assert line.endswith('| `servo-identify results --parts fmu` |')
+    assert '2.0 (FMI 2) times the 30 ns' in line
+    assert not (tmp_path / 'fmu.md').exists()
+
+
 def test_the_shipped_comparison_is_made_of_the_rows_that_were_measured():
-    docs = Path(__file__).parents[1] / 'docs'
-    assert (docs / 'comparison.md').read_text() == comparison(
-        kept(docs / 'comparison'), pages_of('results.md')), 'servo-identify results --parts'
+    assert (DOCS / 'comparison.md').read_text() == comparison(
+        kept(DOCS / 'comparison'), pages_of('results.md')), 'servo-identify results --parts'

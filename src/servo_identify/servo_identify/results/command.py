@@ -18,7 +18,7 @@ import time
 
 from .comparison import comparison, keep, kept
 from .page import page
-from .systems import BENCH, machines
+from .systems import BENCH, machines, WRITTEN
 
 REAL = ('emps', 'xl330', 'two_mass')
 RESULTS = (*BENCH, *REAL)
@@ -83,7 +83,7 @@ def _write(output: Path, known: Mapping[str, dict]) -> None:
         if part in known:
             module = import_module(f'.{part}', __package__)
             keep(rows, part, module.comparison_rows(known[part]))
-            if part not in RESULTS:
+            if part not in (*RESULTS, *WRITTEN):
                 texts[output.with_name(f'{part}.md')] = module.page(known[part])
     texts[output.with_name('comparison.md')] = comparison(kept(rows), pages_of(output.name))
     for path, text in texts.items():

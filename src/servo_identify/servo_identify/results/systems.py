@@ -13,6 +13,9 @@ from importlib.util import find_spec
 BENCH = ('bench', 'learners')
 """The parts whose page is that of the bench of paper 000, docs/results.md."""
 
+WRITTEN = ('fmu', 'linear_forms')
+"""The parts whose page, docs/PART.md, is written by hand: the comparison links it, no more."""
+
 
 @dataclass(frozen=True)
 class System:
@@ -76,10 +79,11 @@ SYSTEMS = (
            'curves; the linear model misses the plateau at standstill'),
     System('004', 'pan_tilt', 'pan and tilt, five models of the harmonic drive: eq. 3 to 7',
            'named; only the first was run, without friction'),
-    System('004', 'pan_tilt', 'pan and tilt, transfer function and state space: figures 6 and 7',
-           'one model, in LabVIEW'),
     System('004', 'pan_tilt', 'pan and tilt, two axes, azimuth inertia over elevation',
            'named, not modelled'),
+    System('004', 'linear_forms',
+           'pan and tilt, transfer function and state space: figures 6 and 7',
+           'one model, in LabVIEW'),
 )
 
 
@@ -93,7 +97,7 @@ def machines() -> tuple[str, ...]:
         make(work, pictures, told) -> dict       figures ready for JSON; keeps recordings in the
                                                  folder work, draws into pictures, and tells
                                                  told(what, share) how far it is
-        page(figures) -> str                     the text of docs/PART.md
+        page(figures) -> str                     the text of docs/PART.md; not of WRITTEN
         comparison_rows(figures) -> list[dict]   rows of docs/comparison.md, see comparison.Row
     """
     parts = dict.fromkeys(system.part for system in SYSTEMS)
