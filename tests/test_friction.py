@@ -35,7 +35,7 @@ WAVY = BENCH.with_effects(
     Placed('wave', find('position_dependent_friction'), 'load'),
     Placed('skewed', find('asymmetric_friction'), 'load'),
     Placed('rotor', find('coulomb_friction'), 'motor'),
-    values={'effects.wave.cosine': 2.0, 'effects.skewed.difference': 1.0,
+    values={'effects.wave.cosine': (2.0,), 'effects.skewed.difference': 1.0,
             'effects.skewed.slope': 0.0,
             'effects.rotor.level': 0.03})
 

@@ -50,7 +50,8 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
 
 def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:
     lines = [f'usage: {program} COMMAND ...', '', about, '']
-    lines += [f'  {name:<14}{summary}' for name, (_, summary) in commands.items()]
+    wide = max(len(name) for name in commands) + 2
+    lines += [f'  {name:<{wide}}{summary}' for name, (_, summary) in commands.items()]
     lines += ['', f'{program} COMMAND --help says more.']
     wanted = not argv or argv[0] in ('-h', '--help', 'help')
     if not wanted:

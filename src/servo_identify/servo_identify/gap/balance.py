@@ -53,7 +53,8 @@ class Balance:
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
         self._off = np.arange(len(self.servo.effects)) < self.given
-        self._zero, self._settings, self._push = 0.0, {}, 0.0
+        self._zero = 0.0 if self.has_gap else None
+        self._settings, self._push = {}, 0.0
         self._static, self.meshed = self._motions(self.seen.channels)
         if self.has_gap and self.seen.has('torque') and 'transmission' in self.names:
             self._zero = zero_of(self)

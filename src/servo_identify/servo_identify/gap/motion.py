@@ -12,6 +12,9 @@ from servo_twin.physics.servo import Servo
 from .observation import Channels, Observation
 from .weak_form import Bump
 
+BINS = 10  # sizes of torque that are told apart when the middle of the wind-up is sought
+FEWEST = 20  # samples of either sign of a torque that say anything
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -24,12 +27,12 @@ class Motion:
 
 
 def motion_of(seen: Observation, channels: Channels, bump: Bump, servo: Servo,
-              zero: float) -> Motion:
+              zero: float | None) -> Motion:
     """
     Return the motion of a recording under a bump.
 
     ``channels`` are its readings, sensor effects taken off; ``zero`` (rad) is that of the wind-up
-    beside its median.
+    beside its median, where it has been looked for; None: half-way between the flanks.
     """
     ratio = servo.values['mechanism.ratio']
     motor, load = both(channels, ratio)
@@ -41,14 +44,15 @@ def motion_of(seen: Observation, channels: Channels, bump: Bump, servo: Servo,
               bump.weigh(bridged(load), 2, every=True)]
     wind_up = motor / ratio - load
     stiffness = servo.values.get('mechanism.stiffness')
-    if stiffness and np.isfinite(channels.torque).any():
-        wind_up = wind_up - np.nanmedian(wind_up - channels.torque / stiffness) - zero
+    sensed = np.isfinite(channels.torque).any()
+    lost = wind_up - channels.torque / stiffness if stiffness and sensed else wind_up
+    if zero is not None:
+        wind_up = wind_up - np.nanmedian(lost) - zero
     else:
-        wind_up = wind_up - np.nanmedian(wind_up) - zero
+        wind_up = wind_up - _middle(lost, channels.torque)
     size, reach = len(angles[0]), bump.reach
     inner = slice(reach, reach + size)
-    torque = smooth(channels.torque) if np.isfinite(channels.torque).any() else np.full(
-        size, np.nan)
+    torque = smooth(channels.torque) if sensed else np.full(size, np.nan)
     current = channels.current[inner]
     if not np.isfinite(current).any():
         current = np.zeros(size)
@@ -63,6 +67,27 @@ def motion_of(seen: Observation, channels: Channels, bump: Bump, servo: Servo,
     quick = seen.fine.smooth(bridged(motor), 1)
     speed = np.pad(quick, seen.fine.reach, mode='edge')
     return Motion(rows, weighed, _moving(seen, rows, bump, ratio), speed)
+
+
+def _middle(lost: np.ndarray, torque: np.ndarray) -> float:
+    """
+    Return the middle of the angle that is lost under torques of either sign and one size, rad.
+
+    A mesh that loses as much on one flank as on the other has its zero there, however long the
+    recording dwells on either. Where no size of torque occurs with both signs, the median.
+    """
+    if not np.isfinite(torque).any():
+        return float(np.nanmedian(lost))
+    size = np.abs(torque)
+    edges = np.nanpercentile(size, np.linspace(0.0, 100.0, BINS + 1))
+    middles, weights = [], []
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        within = (size >= low) & (size <= high) & np.isfinite(lost)
+        ahead, behind = lost[within & (torque > 0.0)], lost[within & (torque < 0.0)]
+        if min(len(ahead), len(behind)) >= FEWEST:
+            middles.append(0.5 * (np.median(ahead) + np.median(behind)))
+            weights.append(min(len(ahead), len(behind)))
+    return float(np.average(middles, weights=weights) if middles else np.nanmedian(lost))
 
 
 def _moving(seen: Observation, rows: np.ndarray, bump: Bump, ratio: float) -> np.ndarray:

@@ -238,11 +238,12 @@ def shrink(before: Gap, after: Gap, blocks: np.ndarray | None = None) -> float:
     return 1.0 - after.total(before, blocks) / first if first > 0.0 else 0.0
 
 
-def bootstrap(before: Gap, after: Gap, seed: int = 0, draws: int = 400) -> tuple[float, float]:
+def drawn(before: Gap, after: Gap, seed: int = 0, draws: int = 400) -> np.ndarray:
     """
-    Return the 90 % interval of the shrink by drawing recordings anew, and blocks within each.
+    Return by how much the shrink scatters: drawn anew, less what was seen, shape (draws,).
 
-    Another recording differs from these by more than its noise: its family and its settings.
+    Recordings are drawn, and blocks within each: another recording differs from these by more
+    than its noise, by its family and its settings.
     """
     chance = np.random.default_rng(seed)
     size = min(len(part) for part in before.squares.values())
@@ -251,7 +252,11 @@ def bootstrap(before: Gap, after: Gap, seed: int = 0, draws: int = 400) -> tuple
     values = np.array([shrink(before, after, np.concatenate([
         chance.choice(members[n], len(members[n]))
         for n in chance.integers(0, len(members), len(members))])) for _ in range(draws)])
-    # a ratio of sums over few blocks is skewed: the draws are centred on what was seen
-    values += shrink(before, after) - np.median(values)
-    low, high = np.percentile(values, (5, 95))
+    # a ratio of sums over few blocks is skewed: the draws are centred
+    return values - np.median(values)
+
+
+def bootstrap(before: Gap, after: Gap, seed: int = 0, draws: int = 400) -> tuple[float, float]:
+    """Return the 90 % interval of the shrink."""
+    low, high = np.percentile(shrink(before, after) + drawn(before, after, seed, draws), (5, 95))
     return float(low), float(min(high, 1.0))

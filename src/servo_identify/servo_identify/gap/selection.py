@@ -25,6 +25,8 @@ MAINLY = 0.3  # share of the most that a cause takes away in one balance, for an
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
+SURELY = 3.5  # standard deviations over blocks by which the better of two laws is told
+LITTLE = 0.05  # and the share of what it leaves, or all laws but the exact one were surely worse
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
 
@@ -115,10 +117,26 @@ class Selection:
         most = max(gains, key=gains.get)
         least = screening.squares([*chosen, most])
         left = {c: screening.squares([*chosen, c]) for c in gains}
-        near = [c for c in gains if self._as_good(left[c], least, 1.2, 0.15)
-                or (gains[c] >= SAME * gains[most] and self._as_good(left[c], least, 1.6, 0.5))]
+        near = [c for c in gains if not self._surely_worse(c, most, chosen)
+                and (self._as_good(left[c], least, 1.2, 0.15)
+                     or (gains[c] >= SAME * gains[most]
+                         and self._as_good(left[c], least, 1.6, 0.5)))]
         best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
         return refined(screening, best, chosen, closely=True)
+
+    def _surely_worse(self, one: int, most: int, chosen: list[int]) -> bool:
+        """Tell whether a candidate leaves more than another in a balance, little but for sure."""
+        screening = self.screening
+        stack = screening.stack
+        behind = screening.residual([*chosen, one])**2 - screening.residual([*chosen, most])**2
+        left = screening.residual([*chosen, most])**2
+        for index in np.unique(stack.balance):
+            rows = stack.balance == index
+            drop = np.bincount(screening.blocks[rows], behind[rows])
+            sure = drop.sum() > SURELY * np.sqrt(len(drop)) * np.std(drop)
+            if sure and drop.sum() > LITTLE * float(np.sum(left[rows])):
+                return True
+        return False
 
     def _foremost(self, ranked: list[tuple[float, int]], before: dict[int, float],
                   chosen: list[int]) -> list[int]:

@@ -11,7 +11,8 @@ from .candidates import Candidate
 from .completeness import Remainder
 from .explanation import is_spring, spring_of
 from .noise import signal_of
-from .resimulation import bootstrap, Gap, shrink
+from .resimulation import bootstrap, drawn, Gap, shrink
+from .selection import Choice
 from .spring import NAME as SPRING_NAME
 
 NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
@@ -115,9 +116,10 @@ def _which(evidence) -> list[Cause]:
             alone = shrink(first[purpose], step[purpose]['alone'])
             without = shrink(first[purpose], step[purpose]['rest'])
             share[purpose] = 0.5 * (alone + shrink(first[purpose], last[purpose]) - without)
-        low, high = bootstrap(first['report'], step['report']['alone'])
-        middle = shrink(first['report'], step['report']['alone'])
-        shift = share['report'] - middle
+        # what was predicted and what came of it both hang on the recordings that happened to be
+        scatter = (drawn(first['report'], step['report']['alone'], seed=0)
+                   - drawn(first['accept'], step['accept']['alone'], seed=1))
+        low, high = share['report'] + np.percentile(scatter, (5, 95))
         candidate = choice.candidate
         alike = [other.name for other in choice.ambiguous]
         if candidate.name in ALIASES and not is_spring(candidate):
@@ -126,7 +128,7 @@ def _which(evidence) -> list[Cause]:
             alike.append(SPRING_NAME)
         causes.append(Cause(candidate.name, candidate.site or _site(candidate),
                             _parameters(evidence, candidate), share['accept'], share['report'],
-                            (low + shift, high + shift), tuple(dict.fromkeys(alike))))
+                            (float(low), float(min(high, 1.0))), tuple(dict.fromkeys(alike))))
     return causes
 
 
@@ -182,6 +184,8 @@ def _status(evidence, squares, gaps) -> tuple[str, list[str], float, Remainder |
     Return (status, causes that are named, share that follows an unknown law, what it is).
 
     A cause is named when its own balances are explained with it; another balance may be open.
+    What only mends a cause that is not named is none either.
+    Where they close and yet the twin run anew is no nearer to the rig, that is a part only.
     """
     lawful = {r.balance for r in evidence.remainders
               if r.predictable > LAWFUL and r.predictable > OPEN * (squares[r.balance] - 1.0)}
@@ -197,17 +201,25 @@ def _status(evidence, squares, gaps) -> tuple[str, list[str], float, Remainder |
         if still[left.balance] >= max(still.values()):
             worst = left
     share = max(still.values(), default=0.0)
-    named = [choice.candidate.name for choice in evidence.choices
+    wrong = [choice for choice in evidence.choices
              if max((still.get(b, 0.0) for b in choice.balances), default=0.0)
-             <= (WRONG_VALUE if choice.candidate.switch is None else WRONG)]
+             > (WRONG_VALUE if choice.candidate.switch is None else WRONG)]
+    named = [choice.candidate.name for choice in evidence.choices
+             if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
     if not evidence.choices:
         worst = max((r for r in evidence.remainders if r.balance in gaps),
                     key=lambda r: r.predictable, default=None)
     if not named or _refuted(evidence, gaps):
         return 'unknown', [], share, worst
     square = max((r.predictable for r in evidence.remainders if r.balance in still), default=0.0)
-    whole = share <= OPEN and square <= STILL and len(named) == len(evidence.choices)
+    whole = (share <= OPEN and square <= STILL and len(named) == len(evidence.choices)
+             and _shrunk(evidence) > 0.0)
     return ('explained' if whole else 'partly_explained'), named, share, worst
+
+
+def _mends(one: Choice, other: Choice) -> bool:
+    """Tell whether a cause takes from the same balance as another, and less: it mends that one."""
+    return bool(set(one.balances) & set(other.balances)) and one.gain < other.gain
 
 
 def _refuted(evidence, gaps: set[str]) -> bool:
@@ -300,8 +312,13 @@ def _left(evidence, balance: str) -> float:
 
 
 def _spoken(evidence, named: list[str]) -> list[str]:
+    """Return what a person is told of the causes: the side too where a name is there twice."""
     bends = any(is_spring(choice.candidate) for choice in evidence.choices)
-    return [RIGID if bends and name == SPRING_NAME else name for name in named]
+    spoken = [RIGID if bends and name == SPRING_NAME else name for name in named]
+    sites = {name: [c.candidate.site for c in evidence.choices if c.candidate.name == name]
+             for name in named}
+    return [f'{word} ({sites[name].pop(0)})' if named.count(name) > 1 and sites[name] else word
+            for name, word in zip(named, spoken, strict=True)]
 
 
 def _sentence(status, named, balance, gap, open_share, worst, left) -> str:
@@ -318,9 +335,14 @@ def _sentence(status, named, balance, gap, open_share, worst, left) -> str:
                 f'there, and no effect known here explains it.{shape}')
     causes = ', '.join(n.replace('_', ' ') for n in named)
     text = (f'The twin departs from the rig at {where}: it lacks {causes}; with '
-            f'{"it" if len(named) == 1 else "them"} the gap shrinks by '
-            f'{100 * gap["shrink"]:.0f} % on recordings nobody fitted to.')
-    if status == 'partly_explained':
+            f'{"it" if len(named) == 1 else "them"} ')
+    gone = round(100 * gap['shrink'])
+    if gone > 0:
+        text += f'the gap shrinks by {gone} % on recordings nobody fitted to.'
+    else:
+        text += ('the balances close, but the gap of a twin run anew over recordings nobody '
+                 f'fitted to does not shrink ({gone} %).')
+    if status == 'partly_explained' and open_share >= 0.005:
         text += (f' About {100 * open_share:.0f} % of it still follows a law that is not known '
                  'here.')
     return text

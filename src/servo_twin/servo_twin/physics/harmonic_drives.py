@@ -59,7 +59,7 @@ HARMONIC_DRIVES = {one.name: one for one in (
             Member('wave_generator', 'presliding_friction', 'motor', {
                 'level': 0.01, 'excess': 0.005, 'breakaway': 0.02, 'fade': 5.0, 'lag': 1e-4}),
             Member('wave_generator_turn', 'position_dependent_friction', 'motor', {
-                'order': 2.0, 'cosine': 1e-3, 'sine': 1e-3}),
+                'order': 2.0, 'cosine': (1e-3,), 'sine': (1e-3,)}),
             Member('kinematic_error', 'kinematic_error', 'mesh', _ERROR))),
     HarmonicDrive(
         'ghorbel_dhaouadi', 'Ghorbel and Dhaouadi',
