@@ -203,7 +203,8 @@ def gap_of(runs: list[Run], balances: list[Balance]) -> Gap:
             floor[channel] = float(np.sqrt(np.mean(np.square(noises))))
             signal[channel] = float(np.sqrt(np.mean(np.square(moved)))) or 1.0
     blocks = [int(run.blocks.max()) + 1 for run in runs]
-    return Gap(squares, floor, signal, np.repeat(np.arange(len(runs)), blocks))
+    families = np.argsort([one.seen.recording.family for one in balances], kind='stable')
+    return Gap(squares, floor, signal, np.repeat(np.argsort(families), blocks))
 
 
 def _noise(one: Balance, channel: str) -> float:
@@ -243,15 +244,16 @@ def drawn(before: Gap, after: Gap, seed: int = 0, draws: int = 400) -> np.ndarra
     Return by how much the shrink scatters: drawn anew, less what was seen, shape (draws,).
 
     Recordings are drawn, and blocks within each: another recording differs from these by more
-    than its noise, by its family and its settings.
+    than its noise, by its family and its settings. Of two sets of as many recordings the same
+    ones are drawn, in the order of their families; ``seed`` is that of the blocks.
     """
-    chance = np.random.default_rng(seed)
+    which, within = np.random.default_rng(0), np.random.default_rng(seed)
     size = min(len(part) for part in before.squares.values())
     members = [np.flatnonzero(before.recording[:size] == n) for n in
                np.unique(before.recording[:size])]
     values = np.array([shrink(before, after, np.concatenate([
-        chance.choice(members[n], len(members[n]))
-        for n in chance.integers(0, len(members), len(members))])) for _ in range(draws)])
+        within.choice(members[n], len(members[n]))
+        for n in which.integers(0, len(members), len(members))])) for _ in range(draws)])
     # a ratio of sums over few blocks is skewed: the draws are centred
     return values - np.median(values)
 

@@ -116,7 +116,7 @@ def _which(evidence) -> list[Cause]:
             alone = shrink(first[purpose], step[purpose]['alone'])
             without = shrink(first[purpose], step[purpose]['rest'])
             share[purpose] = 0.5 * (alone + shrink(first[purpose], last[purpose]) - without)
-        # what was predicted and what came of it both hang on the recordings that happened to be
+        # what was predicted hangs on the recordings that happened to be, and what came of it too
         scatter = (drawn(first['report'], step['report']['alone'], seed=0)
                    - drawn(first['accept'], step['accept']['alone'], seed=1))
         low, high = share['report'] + np.percentile(scatter, (5, 95))
