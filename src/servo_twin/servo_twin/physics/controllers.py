@@ -2,8 +2,45 @@
 
 from math import exp
 
+from numba.extending import register_jitable
+
 from .effect import Parameter
 from .part import Controller
+
+
+@register_jitable(error_model='numpy')
+def encoder_speed(s, angle, filter, period):
+    r"""
+    Return the speed of an encoder's angle (rad), rad/s: differences behind a low pass.
+
+    .. math:: \hat\omega \leftarrow a\,\hat\omega + (1 - a)\,\Delta\theta / T,
+              \quad a = e^{-T / T_f}
+
+    ``filter`` is T_f and ``period`` T, s; ``s`` begins with whether it has begun, the angle
+    before and the speed.
+    """
+    if s[0] == 0.0:
+        s[0], s[1] = 1.0, angle
+    keep = exp(-period / filter) if filter > 0.0 else 0.0
+    s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
+    s[1] = angle
+    return s[2]
+
+
+@register_jitable(error_model='numpy')
+def limited_pi(s, error, gain, ki, limit, period):
+    r"""
+    Return the command, V, of proportional and integral action on an error of speed (rad/s).
+
+    .. math:: u = K e + K_i \int e\,dt, \quad |u| \le u_{max}
+
+    ``s[3]`` is the integral, V; it stands still while the output is at its limit.
+    """
+    more = ki * period * error
+    command = gain * error + s[3] + more
+    if abs(command) <= limit:
+        s[3] += more
+    return min(max(command, -limit), limit)
 
 
 class Open(Controller):
@@ -36,16 +73,9 @@ class VelocityPi(Controller):
     @staticmethod
     def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
         angle = load if p.on_load > 0.5 else motor / ratio
-        if s[0] == 0.0:
-            s[0], s[1] = 1.0, angle
-        keep = exp(-period / p.filter) if p.filter > 0.0 else 0.0
-        s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
-        s[1] = angle
-        error = reference_velocity - s[2]
-        command = p.kp * error + s[3] + p.ki * period * error
-        if abs(command) <= p.limit:
-            s[3] += p.ki * period * error
-        return min(max(command, -p.limit), p.limit)
+        speed = encoder_speed(s, angle, p.filter, period)
+        error = reference_velocity - speed
+        return limited_pi(s, error, p.kp, p.ki, p.limit, period)
 
 
 class PositionLoop(Controller):
@@ -73,16 +103,9 @@ class PositionLoop(Controller):
     @staticmethod
     def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
         angle = load if p.on_load > 0.5 else motor / ratio
-        if s[0] == 0.0:
-            s[0], s[1] = 1.0, angle
-        keep = exp(-period / p.filter) if p.filter > 0.0 else 0.0
-        s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
-        s[1] = angle
-        error = p.kp * (reference_position - angle) + p.kf * reference_velocity - p.kd * s[2]
-        command = p.kv * error + s[3] + p.ki * period * error
-        if abs(command) <= p.limit:
-            s[3] += p.ki * period * error
-        return min(max(command, -p.limit), p.limit)
+        speed = encoder_speed(s, angle, p.filter, period)
+        error = p.kp * (reference_position - angle) + p.kf * reference_velocity - p.kd * speed
+        return limited_pi(s, error, p.kv, p.ki, p.limit, period)
 
 
 class Cascade(Controller):
@@ -108,14 +131,7 @@ class Cascade(Controller):
     @staticmethod
     def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
         angle = motor / ratio
-        if s[0] == 0.0:
-            s[0], s[1] = 1.0, angle
-        keep = exp(-period / p.filter) if p.filter > 0.0 else 0.0
-        s[2] = keep * s[2] + (1.0 - keep) * (angle - s[1]) / period
-        s[1] = angle
+        speed = encoder_speed(s, angle, p.filter, period)
         wanted = p.kp * (reference_position - load)
-        error = min(max(wanted, -p.speed_limit), p.speed_limit) - s[2]
-        command = p.kv * error + s[3] + p.ki * period * error
-        if abs(command) <= p.limit:
-            s[3] += p.ki * period * error
-        return min(max(command, -p.limit), p.limit)
+        error = min(max(wanted, -p.speed_limit), p.speed_limit) - speed
+        return limited_pi(s, error, p.kv, p.ki, p.limit, period)
