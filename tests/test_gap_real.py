@@ -22,11 +22,7 @@ def machine(name):
 
 def without(servo, name):
     """Return a servo without one of its effects."""
-    def others(table):
-        return {k: v for k, v in table.items() if not k.startswith(f'effects.{name}.')}
-    return replace(servo, effects=tuple(p for p in servo.effects if p.name != name),
-                   values=others(servo.values), tolerance=others(servo.tolerance),
-                   provenance=others(servo.provenance))
+    return servo.without_effects(lambda placed: placed.name == name)
 
 
 def test_a_viscous_axis_lacks_coulomb_friction_and_then_asymmetry(shared_data):

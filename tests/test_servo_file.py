@@ -230,3 +230,14 @@ def test_two_effects_of_one_name_are_refused():
 def test_a_value_of_no_parameter_is_refused():
     with pytest.raises(ServoError, match="there is no parameter 'drive.gian'"):
         loads(BENCH).with_values({'drive.gian': 1.0})
+
+
+def test_an_effect_goes_with_all_that_was_said_of_it():
+    servo = loads(BENCH)
+    placed = Placed('bearing_too', find('viscous_friction'), 'load')
+    values = placed.paths({'slope': 2.0})
+    more = servo.with_effects(placed, values=values, provenance=dict.fromkeys(
+        values, Provenance('a guess')))
+    assert more.values['effects.bearing_too.slope'] == 2.0
+    assert more.without_effects(lambda one: one.name == 'bearing_too') == servo
+    assert not more.without_effects(lambda one: one.site == 'load').provenance

@@ -87,23 +87,16 @@ def learned_current_loop(servo: Servo, recordings: Sequence[Recording]) -> Curre
 
 def with_current_loop(servo: Servo, found: CurrentLoop | None) -> Servo:
     """Return the servo with the droop of a current loop; None: at its defaults."""
-    stays = tuple(p for p in servo.effects if p.effect.name != DROOP)
-    names = {p.name for p in stays}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items()
-                if not k.startswith('effects.') or k.split('.')[1] in names}
-
-    placed = (*stays, Placed(DROOP, find(DROOP), 'current'))
+    bare = servo.without_effects(lambda placed: placed.effect.name == DROOP)
     values, said = {}, {}
     if found is not None:
         values = found.values
         said = {path: Provenance('current along the measured motion', found.std[path], found.bags)
                 for path in FREE}
-    tolerance = {path: edges for path, edges in kept(servo.tolerance).items()
+    tolerance = {path: edges for path, edges in bare.tolerance.items()
                  if path not in values or edges[0] <= values[path] <= edges[1]}
-    return replace(servo, effects=placed, values={**kept(servo.values), **values},
-                   provenance={**kept(servo.provenance), **said}, tolerance=tolerance)
+    return replace(bare, tolerance=tolerance).with_effects(
+        Placed(DROOP, find(DROOP), 'current'), values=values, provenance=said)
 
 
 @dataclass(frozen=True)

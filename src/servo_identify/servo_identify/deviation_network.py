@@ -10,7 +10,7 @@ the gradient of eq. 25; Levenberg-Marquardt finds a minimum of the same error in
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,33 +70,16 @@ def learned_deviation(servo: Servo, recordings: Sequence[Recording], *, seed: in
 
 def without_deviation(servo: Servo) -> Servo:
     """Return the servo without any network parallel to it: the analytical model."""
-    gone = {p.name for p in servo.effects if p.effect.name == 'network_deviation'}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items()
-                if not k.startswith('effects.') or k.split('.')[1] not in gone}
-
-    return replace(servo, effects=tuple(p for p in servo.effects if p.name not in gone),
-                   values=kept(servo.values), provenance=kept(servo.provenance),
-                   tolerance=kept(servo.tolerance))
+    return servo.without_effects(lambda placed: placed.effect.name == 'network_deviation')
 
 
 def with_deviation(servo: Servo, learned: LearnedDeviation, name: str = 'deviation') -> Servo:
     """Return the servo with the network in place of any it had: the hybrid model."""
-    servo, net = without_deviation(servo), learned.network
-    # tanh(z) = 2 sigmoid(2 z) - 1
-    values = {'wanted_centre': float(net.centre[0]), 'wanted_span': float(net.span[0]),
-              'behind_centre': float(net.centre[1]), 'behind_span': float(net.span[1]),
-              'wanted': 2.0 * net.angle, 'behind': 2.0 * net.speed,
-              'threshold': 2.0 * net.threshold, 'weight': 2.0 * net.weight,
-              'level': float(net.level + net.weight.sum())}
-    paths = {f'effects.{name}.{k}': tuple(float(x) for x in v) if isinstance(v, np.ndarray) else v
-             for k, v in values.items()}
-    said = {p: Provenance('position that was missing, paper 001 eq. 27', None, learned.bags)
-            for p in paths}
     placed = Placed(name, find('network_deviation'), 'load_position')
-    return replace(servo, effects=(*servo.effects, placed),
-                   values={**servo.values, **paths}, provenance={**servo.provenance, **said})
+    values = placed.paths(learned.network.sigmoid_values('wanted', 'behind'))
+    said = Provenance('position that was missing, paper 001 eq. 27', None, learned.bags)
+    return without_deviation(servo).with_effects(
+        placed, values=values, provenance=dict.fromkeys(values, said))
 
 
 def _deviation(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:

@@ -13,7 +13,7 @@ own drive makes of the command. Two inputs, that current and the speed; ten sigm
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -66,32 +66,16 @@ def learned_residual(servo: Servo, recordings: Sequence[Recording], *, seed: int
 
 def without_residual(servo: Servo) -> Servo:
     """Return the servo without any residual network."""
-    gone = {p.name for p in servo.effects if p.effect.name == 'network_residual'}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items()
-                if not k.startswith('effects.') or k.split('.')[1] not in gone}
-
-    return replace(servo, effects=tuple(p for p in servo.effects if p.name not in gone),
-                   values=kept(servo.values), provenance=kept(servo.provenance),
-                   tolerance=kept(servo.tolerance))
+    return servo.without_effects(lambda placed: placed.effect.name == 'network_residual')
 
 
 def with_residual(servo: Servo, learned: LearnedResidual, name: str = 'residual') -> Servo:
     """Return the servo with the network in place of any it had."""
-    servo, net = without_residual(servo), learned.network
-    # tanh(z) = 2 sigmoid(2 z) - 1
-    values = {'current_centre': float(net.centre[0]), 'current_span': float(net.span[0]),
-              'speed_centre': float(net.centre[1]), 'speed_span': float(net.span[1]),
-              'current': 2.0 * net.angle, 'speed': 2.0 * net.speed,
-              'threshold': 2.0 * net.threshold, 'weight': 2.0 * net.weight,
-              'level': float(net.level + net.weight.sum())}
-    paths = {f'effects.{name}.{k}': tuple(float(x) for x in v) if isinstance(v, np.ndarray) else v
-             for k, v in values.items()}
-    said = {p: Provenance('torque that was missing, paper 001 eq. 27', None, learned.bags)
-            for p in paths}
-    return replace(servo, effects=(*servo.effects, Placed(name, find('network_residual'), 'load')),
-                   values={**servo.values, **paths}, provenance={**servo.provenance, **said})
+    placed = Placed(name, find('network_residual'), 'load')
+    values = placed.paths(learned.network.sigmoid_values('current', 'speed'))
+    said = Provenance('torque that was missing, paper 001 eq. 27', None, learned.bags)
+    return without_residual(servo).with_effects(
+        placed, values=values, provenance=dict.fromkeys(values, said))
 
 
 def _missing(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:

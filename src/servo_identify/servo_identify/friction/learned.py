@@ -67,13 +67,9 @@ def learned_friction(servo: Servo, recordings: list[Recording], site: str = 'loa
 
 def with_friction(servo: Servo, learned: LearnedFriction, name: str = 'friction') -> Servo:
     """Return the servo with its friction at that shaft replaced by the learned networks."""
-    stays = tuple(p for p in servo.effects if p.site != learned.site
-                  or not (p.effect.port == 'friction' or p.effect.name in BRISTLES))
-    gone = {p.name for p in servo.effects} - {p.name for p in stays}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items() if not (
-            k.startswith('effects.') and k.split('.')[1] in gone | {name})}
+    def rubs(other: Placed) -> bool:
+        return other.site == learned.site and (
+            other.effect.port == 'friction' or other.effect.name in BRISTLES)
 
     forward, reverse = learned.forward, learned.reverse
     values: dict = {'turn': learned.table.turn,
@@ -85,13 +81,11 @@ def with_friction(servo: Servo, learned: LearnedFriction, name: str = 'friction'
         for part in ('angle', 'speed', 'threshold', 'weight'):
             values[f'{way}_{part}'] = tuple(float(v) for v in getattr(network, part))
         values[f'{way}_level'] = float(network.level)
-    paths = {f'effects.{name}.{k}': v for k, v in values.items()}
     placed = Placed(name, find('network_friction'), learned.site)
-    said = {path: Provenance('learned from turns, paper 000 eq. 5, 6', None, learned.bags)
-            for path in paths}
-    servo = replace(servo, effects=(*stays, placed), values={**kept(servo.values), **paths},
-                    provenance={**kept(servo.provenance), **said},
-                    tolerance=kept(servo.tolerance))
+    paths = placed.paths(values)
+    said = Provenance('learned from turns, paper 000 eq. 5, 6', None, learned.bags)
+    servo = servo.without_effects(rubs).with_effects(placed, values=paths,
+                                                     provenance=dict.fromkeys(paths, said))
     return servo if learned.share is None else with_load_share(servo, learned.share,
                                                                site=learned.site)
 
@@ -126,22 +120,18 @@ def with_motor_friction(servo: Servo, recordings: list[Recording]) -> tuple[Serv
     std = np.sqrt(np.diag(noise * np.linalg.inv(design.T @ design)))
     level, slope = (max(0.0, float(v)) for v in found)
     bags = tuple(bag_name(r) for r in recordings)
-    effects = [p for p in servo.effects
-               if p.site != 'motor' or p.effect.port != 'friction']
-    names = {p.name for p in effects}
-    values = {k: v for k, v in servo.values.items()
-              if not k.startswith('effects.') or k.split('.')[1] in names}
-    provenance = {k: v for k, v in servo.provenance.items()
-                  if not k.startswith('effects.') or k.split('.')[1] in names}
+    placed, values, provenance = [], {}, {}
     for name, kind, parameter, value, error in (
             ('motor_coulomb', 'coulomb_friction', 'level', level, std[0]),
             ('motor_viscous', 'viscous_friction', 'slope', slope, std[1])):
-        effects.append(Placed(name, find(kind), 'motor'))
+        placed.append(Placed(name, find(kind), 'motor'))
         values[f'effects.{name}.{parameter}'] = value
         provenance[f'effects.{name}.{parameter}'] = Provenance(
             'motor balance of steady turns', float(error), bags)
-    tolerance = {k: v for k, v in servo.tolerance.items() if k in values}
-    servo = replace(servo, effects=tuple(effects), values=values, provenance=provenance,
-                    tolerance=tolerance)
+    bare = servo.without_effects(
+        lambda other: other.site == 'motor' and other.effect.port == 'friction')
+    better = bare.with_effects(*placed, values=values, provenance=provenance)
+    tolerance = {k: v for k, v in servo.tolerance.items() if k in better.values}
+    servo = replace(better, tolerance=tolerance)  # of the values found too, where they had one
     return servo, (f'friction at the motor: {level:.5g} N m + {slope:.3g} N m s/rad '
                    f'(± {std[0]:.2g}, {std[1]:.2g})')

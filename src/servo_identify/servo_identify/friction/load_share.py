@@ -76,21 +76,13 @@ def load_share(table: AngleTable, bags: tuple[str, ...] = ()) -> LoadShare | Non
 def with_load_share(servo: Servo, found: LoadShare, name: str = 'loaded',
                     site: str = 'load') -> Servo:
     """Return the servo with load-dependent friction at a shaft, in place of any it had there."""
-    gone = {p.name for p in servo.effects
-            if p.effect.name == 'load_dependent_friction' and p.site == site} | {name}
-    stays = tuple(p for p in servo.effects if p.name not in gone)
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items()
-                if not k.startswith('effects.') or k.split('.')[1] not in gone}
-
-    values = {f'effects.{name}.share': max(0.0, found.share),
-              f'effects.{name}.back_driven': found.back_driven}
+    placed = Placed(name, find('load_dependent_friction'), site)
+    values = placed.paths({'share': max(0.0, found.share), 'back_driven': found.back_driven})
     source = 'turns under several loads, cell by cell'
     said = {f'effects.{name}.share': Provenance(source, found.share_std, found.bags)}
     if np.isfinite(found.back_driven_std):
         said[f'effects.{name}.back_driven'] = Provenance(source, found.back_driven_std,
                                                          found.bags)
-    placed = Placed(name, find('load_dependent_friction'), site)
-    return replace(servo, effects=(*stays, placed), values={**kept(servo.values), **values},
-                   provenance={**kept(servo.provenance), **said}, tolerance=kept(servo.tolerance))
+    bare = servo.without_effects(
+        lambda other: other.name == name or (other.effect, other.site) == (placed.effect, site))
+    return bare.with_effects(placed, values=values, provenance=said)

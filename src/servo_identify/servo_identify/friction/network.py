@@ -10,10 +10,12 @@ minimum of the same loss in a second.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
+
+from servo_twin.physics.servo import Value
 
 HIDDEN = 30  # nodes, paper 000 section 3.1
 ITERATIONS = 1000
@@ -45,6 +47,21 @@ class Network:
         x2 = (np.asarray(second) - self.centre[1]) / self.span[1]
         inside = np.outer(x1, self.angle) + np.outer(x2, self.speed) - self.threshold
         return np.tanh(inside) @ self.weight - self.level
+
+    def values(self, first: str, second: str) -> dict[str, Value]:
+        """Return the values of an effect that is this network, by the names of its inputs."""
+        return {f'{first}_centre': float(self.centre[0]), f'{first}_span': float(self.span[0]),
+                f'{second}_centre': float(self.centre[1]), f'{second}_span': float(self.span[1]),
+                first: tuple(self.angle.tolist()), second: tuple(self.speed.tolist()),
+                'threshold': tuple(self.threshold.tolist()),
+                'weight': tuple(self.weight.tolist()), 'level': float(self.level)}
+
+    def sigmoid_values(self, first: str, second: str) -> dict[str, Value]:
+        """Return those of an effect of sigmoids s: tanh(z) = 2 s(2 z) - 1."""
+        doubled = replace(self, angle=2.0 * self.angle, speed=2.0 * self.speed,
+                          threshold=2.0 * self.threshold, weight=2.0 * self.weight,
+                          level=self.level + self.weight.sum())
+        return doubled.values(first, second)
 
     @property
     def size(self) -> int:

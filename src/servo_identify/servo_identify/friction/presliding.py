@@ -10,7 +10,7 @@ makes the free runs over the recordings fit best (paper 000 eq. 13).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
@@ -109,13 +109,7 @@ def without_presliding(servo: Servo, friction: str = 'friction') -> Servo:
     thresholds = {f'effects.{friction}.{way}_level':
                   servo.values[f'effects.{friction}.{way}_level'] - level
                   for way in ('forward', 'reverse')}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items() if not k.startswith(f'effects.{NAME}.')}
-
-    return replace(servo, effects=tuple(p for p in servo.effects if p.name != NAME),
-                   values={**kept(servo.values), **thresholds},
-                   provenance=kept(servo.provenance), tolerance=kept(servo.tolerance))
+    return servo.without_effects(lambda placed: placed.name == NAME).with_values(thresholds)
 
 
 def with_presliding(servo: Servo, found: Presliding, friction: str = 'friction') -> Servo:
@@ -130,6 +124,4 @@ def with_presliding(servo: Servo, found: Presliding, friction: str = 'friction')
     said = {path: Provenance('free runs, paper 000 eq. 13', None, found.bags)
             for path in (f'effects.{NAME}.level', f'effects.{NAME}.breakaway')}
     placed = Placed(NAME, find('presliding_friction'), site)
-    return replace(servo, effects=(*servo.effects, placed),
-                   values={**servo.values, **thresholds, **bristles},
-                   provenance={**servo.provenance, **said})
+    return servo.with_effects(placed, values={**thresholds, **bristles}, provenance=said)

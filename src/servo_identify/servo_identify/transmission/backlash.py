@@ -93,23 +93,10 @@ def learned_backlash(servo: Servo, recordings: list[Recording], cells: int = 720
 
 def with_backlash(servo: Servo, learned: LearnedBacklash, name: str = 'backlash') -> Servo:
     """Return the servo with its clearances replaced by the learned network."""
-    stays = tuple(p for p in servo.effects if p.effect.port != 'clearance')
-    names = {p.name for p in stays}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items()
-                if not k.startswith('effects.') or k.split('.')[1] in names}
-
-    net = learned.network
-    values = {'angle_centre': float(net.centre[0]), 'angle_span': float(net.span[0]),
-              'load_centre': float(net.centre[1]), 'load_span': float(net.span[1]),
-              'angle': net.angle, 'load': net.speed, 'threshold': net.threshold,
-              'weight': net.weight, 'level': float(net.level)}
-    paths = {f'effects.{name}.{k}': tuple(float(x) for x in v) if isinstance(v, np.ndarray) else v
-             for k, v in values.items()}
-    said = {p: Provenance('bidirectional transmission error, paper 000 section 3.2', None,
-                          learned.bags) for p in paths}
-    return gap_takes_low_orders(replace(
-        servo, effects=(*stays, Placed(name, find('network_backlash'), 'mesh')),
-        values={**kept(servo.values), **paths}, provenance={**kept(servo.provenance), **said},
-        tolerance=kept(servo.tolerance)))
+    placed = Placed(name, find('network_backlash'), 'mesh')
+    values = placed.paths(learned.network.values('angle', 'load'))
+    said = Provenance('bidirectional transmission error, paper 000 section 3.2', None,
+                      learned.bags)
+    bare = servo.without_effects(lambda other: other.effect.port == 'clearance')
+    return gap_takes_low_orders(bare.with_effects(placed, values=values,
+                                                  provenance=dict.fromkeys(values, said)))

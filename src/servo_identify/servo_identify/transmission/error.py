@@ -102,15 +102,7 @@ def with_error(servo: Servo, learned: LearnedError) -> Servo:
         low = list(learned.orders)
     if low:
         groups['turn'] = (1, low)
-    stays = tuple(p for p in servo.effects if p.effect.name != 'transmission_error')
-    names = {p.name for p in stays}
-
-    def kept(mapping: dict) -> dict:
-        return {k: v for k, v in mapping.items()
-                if not k.startswith('effects.') or k.split('.')[1] in names}
-
-    values, provenance = kept(servo.values), kept(servo.provenance)
-    placed = []
+    placed, values, provenance = [], {}, {}
     source = Provenance('order spectra of turns, paper 000 eq. 12', None, learned.bags)
     for name, (order, members) in groups.items():
         size = max(members) // order
@@ -127,9 +119,8 @@ def with_error(servo: Servo, learned: LearnedError) -> Servo:
         for part, row in zip(parts, rows, strict=True):
             values[f'effects.{label}.{part}'] = tuple(float(v) for v in row)
             provenance[f'effects.{label}.{part}'] = source
-    return gap_takes_low_orders(replace(
-        servo, effects=(*stays, *placed), values=values, provenance=provenance,
-        tolerance=kept(servo.tolerance)))
+    bare = servo.without_effects(lambda other: other.effect.name == 'transmission_error')
+    return gap_takes_low_orders(bare.with_effects(*placed, values=values, provenance=provenance))
 
 
 def gap_takes_low_orders(servo: Servo) -> Servo:

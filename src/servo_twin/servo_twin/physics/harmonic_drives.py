@@ -14,7 +14,7 @@ ratio N + 1 of eq. 7 is the ratio of the mechanism.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from .catalogue import find
 from .servo import Placed, Servo, ServoError, Value
@@ -111,14 +111,8 @@ def with_harmonic_drive(servo: Servo, name: str | None) -> Servo:
     None leaves the linear model. Values are those of the set. Raises ServoError.
     """
     members = harmonic_drive(name).members if name is not None else ()
-    kept = tuple(placed for placed in servo.effects if placed.name not in NAMES)
-    gone = tuple(f'effects.{member}.' for member in NAMES)
-
-    def others(table: Mapping) -> dict:
-        return {path: what for path, what in table.items() if not path.startswith(gone)}
-
-    values = others(servo.values)
+    values = {}
     for member in members:
-        values |= {f'effects.{member.name}.{k}': v for k, v in member.values.items()}
-    return replace(servo, effects=kept + tuple(m.placed for m in members), values=values,
-                   tolerance=others(servo.tolerance), provenance=others(servo.provenance))
+        values |= member.placed.paths(member.values)
+    return servo.without_effects(lambda placed: placed.name in NAMES).with_effects(
+        *(member.placed for member in members), values=values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -51,6 +51,10 @@ class Placed:
     name: str
     effect: type[Effect]
     site: str
+
+    def paths(self, values: Mapping[str, Value]) -> dict[str, Value]:
+        """Return values that are given by the names of parameters by their paths in a servo."""
+        return {f'effects.{self.name}.{name}': value for name, value in values.items()}
 
 
 @dataclass(frozen=True)
@@ -214,9 +218,22 @@ class Servo:
             provenance.update({path: Provenance(source) for path in changes})
         return replace(self, values={**self.values, **changes}, provenance=provenance)
 
-    def with_effects(self, *more: Placed, values: Mapping[str, Value] | None = None) -> Servo:
-        """Return this servo with effects added behind those it has."""
-        return replace(self, effects=self.effects + more, values={**self.values, **(values or {})})
+    def with_effects(self, *more: Placed, values: Mapping[str, Value] | None = None,
+                     provenance: Mapping[str, Provenance] | None = None) -> Servo:
+        """Return this servo with effects added behind those it has; raises ServoError."""
+        return replace(self, effects=self.effects + more, values={**self.values, **(values or {})},
+                       provenance={**self.provenance, **(provenance or {})})
+
+    def without_effects(self, gone: Callable[[Placed], bool]) -> Servo:
+        """Return this servo without some effects, and without all that was said of them."""
+        lost = tuple(f'effects.{placed.name}.' for placed in self.effects if gone(placed))
+
+        def kept(table: Mapping) -> dict:
+            return {path: what for path, what in table.items() if not path.startswith(lost)}
+
+        return replace(self, effects=tuple(p for p in self.effects if not gone(p)),
+                       values=kept(self.values), tolerance=kept(self.tolerance),
+                       provenance=kept(self.provenance))
 
     def unit(self, path: str) -> str:
         """Unit of a parameter, of what moves straight in metres and newtons."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -25,15 +24,9 @@ def standing(servo: Servo, coupled_angle: float) -> Servo:
         values = SimpleNamespace(**{name: servo.values[f'effects.{placed.name}.{name}']
                                     for name in placed.effect.parameters})
         added += placed.effect.law(values, (), Carried(0.0, coupled_angle, 0.0), 0.0)
-    gone = tuple(f'effects.{placed.name}.' for placed in carried)
-
-    def others(table: Mapping) -> dict:
-        return {p: what for p, what in table.items() if not p.startswith(gone)}
-
     share = 1.0 + added / servo.values[path]
-    tolerance = others(servo.tolerance)
+    bare = servo.without_effects(lambda placed: placed in carried)
+    tolerance = dict(bare.tolerance)
     if path in tolerance:
         tolerance[path] = tuple(edge * share for edge in tolerance[path])
-    return replace(servo, effects=tuple(p for p in servo.effects if p not in carried),
-                   values={**others(servo.values), path: servo.values[path] * share},
-                   tolerance=tolerance, provenance=others(servo.provenance))
+    return replace(bare.with_values({path: servo.values[path] * share}), tolerance=tolerance)
