@@ -13,6 +13,7 @@ Source of the extrapolation: Hairer, Norsett, Wanner: Solving ODE I, 1993, sec. 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,25 +94,32 @@ def _changes(still: Still, live: list[int]) -> np.ndarray:
                      for i in live])
 
 
+def slopes(answer: Callable[[np.ndarray], np.ndarray], at: np.ndarray, which: Sequence[int],
+           changes: Sequence[float]) -> np.ndarray:
+    """
+    Return the derivatives of an answer by some numbers of what is asked, by central differences.
+
+    ``which`` of the numbers ``at`` are moved, each by its own of ``changes`` to either side;
+    of shape (answers, len(which)). Good to the square of the changes.
+    """
+    columns = []
+    for i, change in zip(which, changes, strict=True):
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = at.copy()
+            moved[i] += sign * change
+            sides.append(answer(moved))
+        columns.append((sides[0] - sides[1]) / (2.0 * change))
+    return np.column_stack(columns)
+
+
 def _differences(still: Still, live: list[int], columns: list[int], h: float
                  ) -> tuple[np.ndarray, np.ndarray]:
     """Return the derivatives of the step's result by the state and by the inputs."""
-    by_state = np.empty((len(live), len(live)))
-    for j, (i, change) in enumerate(zip(live, _changes(still, live), strict=True)):
-        sides = []
-        for sign in (1.0, -1.0):
-            x = still.x.copy()
-            x[i] += sign * change
-            sides.append(still.step(x, still.u, h)[live])
-        by_state[:, j] = (sides[0] - sides[1]) / (2.0 * change)
-    by_input = np.empty((len(live), len(columns)))
-    for j, i in enumerate(columns):
-        sides = []
-        for sign in (1.0, -1.0):
-            u = still.u.copy()
-            u[i] += sign * _CHANGE_OF_INPUT
-            sides.append(still.step(still.x, u, h)[live])
-        by_input[:, j] = (sides[0] - sides[1]) / (2.0 * _CHANGE_OF_INPUT)
+    by_state = slopes(lambda x: still.step(x, still.u, h)[live], still.x, live,
+                      _changes(still, live))
+    by_input = slopes(lambda u: still.step(still.x, u, h)[live], still.u, columns,
+                      [_CHANGE_OF_INPUT] * len(columns))
     return by_state, by_input
 
 
@@ -131,19 +139,11 @@ def _continuous(found, anew: np.ndarray, h: float) -> tuple[np.ndarray, ...]:
 def _readings(still: Still, live: list[int], columns: list[int], outputs: tuple[str, ...]
               ) -> np.ndarray:
     """Return the derivatives of the outputs by the live numbers of the state."""
+    read = slopes(lambda x: still.read(x, still.u), still.x, live, _changes(still, live))
     rows = np.zeros((len(outputs), len(live)))
-    for j, (i, change) in enumerate(zip(live, _changes(still, live), strict=True)):
-        sides = []
-        for sign in (1.0, -1.0):
-            x = still.x.copy()
-            x[i] += sign * change
-            sides.append(still.read(x, still.u))
-        slope = (sides[0] - sides[1]) / (2.0 * change)
-        for k, name in enumerate(outputs):
-            if name in _READ:
-                rows[k, j] = slope[_READ.index(name)]
-            else:
-                rows[k, j] = i == getattr(state, name.upper())
+    for row, name in zip(rows, outputs, strict=True):
+        row[:] = (read[_READ.index(name)] if name in _READ
+                  else np.equal(live, getattr(state, name.upper())))
     return rows
 
 

@@ -12,12 +12,13 @@ from ..physics import state
 from ..physics.servo import Servo, ServoError
 from ..samples import control_values, reference_of
 from .forms import check, dead_of, LinearForm, response_of, system_of, units_of
-from .jacobian import matrices_of
+from .jacobian import matrices_of, slopes
 from .operating import Point, Still
 
 REFERENCES = ('reference_velocity', 'reference_position')
 _SHOWN = ('motor_position', 'load_position')  # what a controller is shown
 _POINTS = 20000  # of the opened loop's response
+_CHANGE = 1e-7  # of a controller's memory and of what it is shown
 _RUNS = 3  # samples in which a controller at rest takes up what it is shown
 
 
@@ -167,15 +168,8 @@ def _law(servo: Servo, point: Point, period: float) -> tuple[np.ndarray, ...]:
     for _ in range(_RUNS):
         memory = answer(memory, shown)[:-1]
     size = len(memory)
-    by_memory, by_shown = np.empty((size + 1, size)), np.empty((size + 1, 4))
-    for slopes, which in ((by_memory, 0), (by_shown, 1)):
-        for j in range(slopes.shape[1]):
-            sides = []
-            for sign in (1.0, -1.0):
-                given = [memory.copy(), shown.copy()]
-                given[which][j] += sign * 1e-7
-                sides.append(answer(*given))
-            slopes[:, j] = (sides[0] - sides[1]) / 2e-7
+    by_memory = slopes(lambda given: answer(given, shown), memory, range(size), [_CHANGE] * size)
+    by_shown = slopes(lambda given: answer(memory, given), shown, range(4), [_CHANGE] * 4)
     used = [j for j in range(size) if j != 0]  # the first only says that it has begun
     return (by_memory[np.ix_(used, used)], by_shown[used], by_memory[-1:, used], by_shown[-1:])
 
