@@ -34,3 +34,18 @@ def two_layers(w1, w2, threshold, v, x1, x2, s):
             even += v[start + j] * s[j]
         total += (even + odd) + (third + fourth)
     return total
+
+
+@njit(error_model='numpy')
+def sigmoids(w1, w2, threshold, v, level, x1, x2):
+    r"""
+    Return the answer of a network of sigmoids, whose rows are arrays of shape (nodes,).
+
+    .. math:: y = \sum_{j=1}^l v_j\,\sigma(w_{1j} x_1 + w_{2j} x_2 - a_j) - b, \quad
+              \sigma(z) = \frac{1}{1 + e^{-z}}
+    """
+    total = -level
+    for j in range(len(v)):
+        inside = w1[j] * x1 + w2[j] * x2 - threshold[j]
+        total += v[j] * (0.5 + 0.5 * tanh(0.5 * inside))
+    return total

@@ -1,7 +1,7 @@
 """What a model's position is off by, learned beside it from the position that was wanted."""
 
 from ..effect import Parameter
-from ..elementary import tanh
+from ..network import sigmoids
 from ..ports import Sensor
 
 
@@ -38,8 +38,4 @@ class NetworkDeviation(Sensor):
     def law(p, s, motion, h):
         x1 = (motion.reference - p.wanted_centre) / p.wanted_span
         x2 = (motion.value - motion.reference - p.behind_centre) / p.behind_span
-        total = -p.level
-        for j in range(len(p.weight)):
-            inside = p.wanted[j] * x1 + p.behind[j] * x2 - p.threshold[j]
-            total += p.weight[j] * (0.5 + 0.5 * tanh(0.5 * inside))
-        return motion.value + total
+        return motion.value + sigmoids(p.wanted, p.behind, p.threshold, p.weight, p.level, x1, x2)

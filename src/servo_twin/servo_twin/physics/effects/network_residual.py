@@ -1,7 +1,7 @@
 """Whatever a model lacks, learned as a black box beside it."""
 
 from ..effect import Parameter
-from ..elementary import tanh
+from ..network import sigmoids
 from ..ports import Torque
 
 
@@ -37,8 +37,4 @@ class NetworkResidual(Torque):
     def law(p, s, motion, h):
         x1 = (motion.current - p.current_centre) / p.current_span
         x2 = (motion.speed - p.speed_centre) / p.speed_span
-        total = -p.level
-        for j in range(len(p.weight)):
-            inside = p.current[j] * x1 + p.speed[j] * x2 - p.threshold[j]
-            total += p.weight[j] * (0.5 + 0.5 * tanh(0.5 * inside))
-        return total
+        return sigmoids(p.current, p.speed, p.threshold, p.weight, p.level, x1, x2)
