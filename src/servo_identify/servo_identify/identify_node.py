@@ -19,11 +19,9 @@ from threading import Thread
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from servo_twin import conversion as twin_conversion
@@ -32,6 +30,7 @@ from servo_twin.physics.servo import ServoError
 from servo_twin.recording import BALANCES
 from servo_twin.sample_joining import Joiner
 from servo_twin.shipped import servo_at
+from servo_twin.spinning import spin, until_stopped
 from servo_twin_msgs.msg import Estimate, Residual
 
 from . import conversion, identify_parameters
@@ -247,15 +246,9 @@ def main(arguments: list[str] | None = None) -> int:
             return 2
         executor = EventsExecutor()
         executor.add_node(node)
-        never = Future()
         try:
-            while rclpy.ok():
-                executor.spin_until_future_complete(never, 3600.0)
-        except (KeyboardInterrupt, ExternalShutdownException):
-            pass
-        except Exception:  # rclpy raises an RCLError of its own where a signal came between
-            if rclpy.ok():
-                raise
+            with until_stopped():
+                spin(executor)
         finally:
             node.close()
             executor.remove_node(node)

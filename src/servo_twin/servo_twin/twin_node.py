@@ -16,12 +16,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.task import Future
 
 from servo_twin_msgs.msg import Prediction, Residual
 
@@ -30,6 +28,7 @@ from .lockstep import Answer, Lockstep, warm_up
 from .physics.servo import Servo, ServoError
 from .sample_joining import Joiner
 from .servo_loading import ServoLoading
+from .spinning import spin, until_stopped
 from .twin import changed
 from .twin_health import OK, TwinHealth
 
@@ -261,16 +260,10 @@ def main(arguments: list[str] | None = None) -> None:
     executor.add_node(node)
     loading = ServoLoading(node)
     try:
-        if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
-            node.trigger_activate()
-        never = Future()
-        while rclpy.ok():
-            executor.spin_until_future_complete(never, 3600.0)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except Exception:  # rclpy raises an RCLError of its own where a signal came between
-        if rclpy.ok():
-            raise
+        with until_stopped():
+            if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
+                node.trigger_activate()
+            spin(executor)
     finally:
         loading.close()
         node.destroy_node()
