@@ -36,7 +36,8 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.bag import read_recording
     from servo_twin.physics import catalogue
 
-    from .diagnose import diagnose, STAGES
+    from .diagnose import diagnose
+    from .stages import STAGES
 
     if arguments.effects:
         catalogue.register(arguments.effects)

@@ -15,7 +15,8 @@ from servo_twin.charts import line_chart
 from . import page_charts as charts
 from .answer import GapReport
 from .balance import BALANCES
-from .diagnose import Diagnosis, Evidence
+from .diagnose import Diagnosis
+from .evidence import Evidence
 from .page_laws import laws, unexplained
 from .page_seconds import Seconds, steps, telling_seconds
 from .resimulation import HORIZON

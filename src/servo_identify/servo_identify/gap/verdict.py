@@ -9,20 +9,13 @@ from .answer import Cause, GapReport, Located
 from .balance import BALANCES, UNITS
 from .candidates import Candidate
 from .completeness import Remainder
+from .evidence import Evidence
 from .explanation import is_spring, spring_of
 from .noise import signal_of
 from .resimulation import bootstrap, drawn, Gap, shrink
-from .selection import Choice
 from .spring import NAME as SPRING_NAME
+from .status import judged, Judgement, squares_of
 
-NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
-LAWFUL = 0.25  # predictable mean square, in the same unit, below which a gap is taken for noise
-OPEN = 0.1  # predictable share of a gap above which it is not explained
-STILL = 0.6  # the same in squares of noise and margin, however large the gap was
-WRONG = 0.35  # and above which what was found is not the cause
-WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
-TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
-HOLDS = 0.5  # of the square of the balances there; if less is left, it stands all the same
 ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
     'stiffness_error': 'parameter:stiffness',
@@ -35,21 +28,19 @@ PEOPLE = {
 }
 
 
-def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> GapReport:
+def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: dict) -> GapReport:
     """Put the evidence of a diagnosis into a report."""
-    screen = evidence.stacks['screen']
-    squares = _squares(screen, evidence.start)
-    gaps = _gaps(squares)
+    found = judged(evidence)
+    status, gaps, named = found.status, found.gaps, list(found.named)
     where = _where(evidence, gaps)
     which = _which(evidence)
-    status, named, open_share, worst = _status(evidence, squares, gaps)
-    balance = max(gaps, key=lambda name: squares[name]) if gaps else ''
+    balance = max(gaps, key=lambda name: found.squares[name]) if gaps else ''
     gap = _gap(evidence)
     said_at = next((b for choice in evidence.choices if choice.candidate.name in named
                     for b in choice.balances), balance)
     verdict = {'status': status, 'effects': named, 'balance': balance,
-               'sentence': _sentence(status, _spoken(evidence, named), said_at, gap, open_share,
-                                     worst, _left(evidence, balance))}
+               'sentence': _sentence(found, _spoken(evidence, named), said_at, gap,
+                                     _left(evidence, balance))}
     explanation = evidence.best.explanation
     if explanation.at_bound:
         warnings = [*warnings, 'at the edge of its bounds, so not identified: '
@@ -67,20 +58,15 @@ def report_of(evidence, following: dict, warnings: list[str], clock: dict) -> Ga
         recordings={p: [r.name for r in getattr(parts, p)]
                     for p in ('screen', 'accept', 'report')},
         channels=_channels(evidence), where=tuple(where), which=tuple(which), verdict=verdict,
-        gap=gap, unknown=_unknown(worst if status in ('unknown', 'partly_explained') else None),
+        gap=gap, unknown=_unknown(found.worst),
         next_experiment=following, warnings=tuple(dict.fromkeys(warnings)),
         by_family=_by_family(evidence), waterfall=_waterfall(evidence), timing=clock)
 
 
-def _squares(stack, residual) -> dict[str, float]:
-    return {BALANCES[i]: float(np.mean(residual[stack.balance == i]**2))
-            for i in np.unique(stack.balance)}
-
-
-def _where(evidence, gaps: set[str]) -> list[Located]:
+def _where(evidence: Evidence, gaps: set[str]) -> list[Located]:
     stack = evidence.stacks['report']
     residual = leftover(stack, evidence.base.explanation)
-    excess = {b: max(0.0, s - 1.0) for b, s in _squares(stack, residual).items()}
+    excess = {b: max(0.0, s - 1.0) for b, s in squares_of(stack, residual).items()}
     total = sum(excess.values()) or 1.0
     chance = np.random.default_rng(0)
     located = []
@@ -104,7 +90,7 @@ def _where(evidence, gaps: set[str]) -> list[Located]:
     return located
 
 
-def _which(evidence) -> list[Cause]:
+def _which(evidence: Evidence) -> list[Cause]:
     first = {p: evidence.base.gap if p == 'accept' else evidence.reported['base']
              for p in ('accept', 'report')}
     last = {p: evidence.best.gap if p == 'accept' else evidence.reported['best']
@@ -132,7 +118,7 @@ def _which(evidence) -> list[Cause]:
     return causes
 
 
-def _may_hide_a_spring(evidence) -> bool:
+def _may_hide_a_spring(evidence: Evidence) -> bool:
     """Tell whether a spring of a rigid twin would show as a payload only: one encoder."""
     seen = {name for one in evidence.stacks['screen'].balances for name in one.names}
     return not evidence.servo.mechanism.compliant and 'transmission' not in seen
@@ -147,7 +133,7 @@ def _site(candidate: Candidate) -> str:
     return 'motor' if 'rotor' in path else 'load' if 'load' in path else 'mesh'
 
 
-def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
+def _parameters(evidence: Evidence, candidate: Candidate) -> dict[str, dict]:
     extended = evidence.stacks['screen'].extended
     explanation = evidence.best.explanation
     if is_spring(candidate):
@@ -169,78 +155,7 @@ def _parameters(evidence, candidate: Candidate) -> dict[str, dict]:
     return found
 
 
-def status_of(evidence) -> str:
-    """Return the status of the verdict that the evidence asks for."""
-    squares = _squares(evidence.stacks['screen'], evidence.start)
-    return _status(evidence, squares, _gaps(squares))[0]
-
-
-def _gaps(squares: dict[str, float]) -> set[str]:
-    return {b for b, square in squares.items() if square > NOTICED}
-
-
-def _status(evidence, squares, gaps) -> tuple[str, list[str], float, Remainder | None]:
-    """
-    Return (status, causes that are named, share that follows an unknown law, what it is).
-
-    A cause is named when its own balances are explained with it; another balance may be open.
-    What only mends a cause that is not named is none either.
-    Where they close and yet the twin run anew is no nearer to the rig, that is a part only.
-    """
-    lawful = {r.balance for r in evidence.remainders
-              if r.predictable > LAWFUL and r.predictable > OPEN * (squares[r.balance] - 1.0)}
-    if not evidence.choices and not gaps & lawful:
-        return 'no_gap', [], 0.0, None
-    total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
-    still, worst = {}, None
-    for left in evidence.remainders:
-        excess = max(0.0, squares[left.balance] - 1.0)
-        if left.balance not in gaps or excess < 0.05 * total or left.square < NOTICED:
-            continue
-        still[left.balance] = left.predictable / excess
-        if still[left.balance] >= max(still.values()):
-            worst = left
-    share = max(still.values(), default=0.0)
-    wrong = [choice for choice in evidence.choices
-             if max((still.get(b, 0.0) for b in choice.balances), default=0.0)
-             > (WRONG_VALUE if choice.candidate.switch is None else WRONG)]
-    named = [choice.candidate.name for choice in evidence.choices
-             if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
-    if not evidence.choices:
-        worst = max((r for r in evidence.remainders if r.balance in gaps),
-                    key=lambda r: r.predictable, default=None)
-    if not named or _refuted(evidence, gaps):
-        return 'unknown', [], share, worst
-    square = max((r.predictable for r in evidence.remainders if r.balance in still), default=0.0)
-    whole = (share <= OPEN and square <= STILL and len(named) == len(evidence.choices)
-             and _shrunk(evidence) > 0.0)
-    return ('explained' if whole else 'partly_explained'), named, share, worst
-
-
-def _mends(one: Choice, other: Choice) -> bool:
-    """Tell whether a cause takes from the same balance as another, and less: it mends that one."""
-    return bool(set(one.balances) & set(other.balances)) and one.gain < other.gain
-
-
-def _refuted(evidence, gaps: set[str]) -> bool:
-    """
-    Tell whether the report recordings speak against what was accepted.
-
-    Their balances resolve what no channel does: a cause that halves them stands.
-    """
-    if _shrunk(evidence) >= -TOLD:
-        return False
-    stack = evidence.stacks['report']
-    rows = np.isin(stack.balance, [BALANCES.index(b) for b in gaps])
-    before = np.mean(leftover(stack, evidence.base.explanation)[rows]**2)
-    return float(np.mean(evidence.reported['left'][rows]**2)) > HOLDS * float(before)
-
-
-def _shrunk(evidence) -> float:
-    return shrink(evidence.reported['base'], evidence.reported['best'])
-
-
-def _gap(evidence) -> dict:
+def _gap(evidence: Evidence) -> dict:
     before, after = evidence.reported['base'], evidence.reported['best']
     low, high = bootstrap(before, after)
     given = evidence.reported['given']
@@ -252,7 +167,7 @@ def _gap(evidence) -> dict:
             'unit': 'share of the signal, root mean square over channels'}
 
 
-def _channels(evidence) -> dict[str, dict]:
+def _channels(evidence: Evidence) -> dict[str, dict]:
     given = evidence.reported['given']
     linear = evidence.servo.linear
     units = {'motor_position': 'm' if linear else 'rad', 'load_position': 'm' if linear else 'rad',
@@ -264,7 +179,7 @@ def _channels(evidence) -> dict[str, dict]:
         'rms_after': evidence.reported['best'].rms(channel)} for channel in given.squares}
 
 
-def _by_family(evidence) -> dict:
+def _by_family(evidence: Evidence) -> dict:
     """Shrink by excitation family and channel on the report recordings."""
     from .acceptance import run_over
     answer: dict[str, dict] = {}
@@ -281,7 +196,7 @@ def _by_family(evidence) -> dict:
     return answer
 
 
-def _waterfall(evidence) -> list[dict]:
+def _waterfall(evidence: Evidence) -> list[dict]:
     given, base = evidence.reported['given'], evidence.reported['base']
     bars = [{'step': 'as given', 'gap': given.total(base, excess=False)},
             {'step': 'values within tolerance', 'gap': base.total(base, excess=False)}]
@@ -299,7 +214,7 @@ def _unknown(left: Remainder | None) -> dict:
             'balance': left.balance, 'unit': UNITS[left.balance]}
 
 
-def _left(evidence, balance: str) -> float:
+def _left(evidence: Evidence, balance: str) -> float:
     """Root mean square of what is left in a balance, as a share of its largest term."""
     stack = evidence.stacks['screen']
     rows = stack.balance == (BALANCES.index(balance) if balance else -1)
@@ -311,7 +226,7 @@ def _left(evidence, balance: str) -> float:
     return float(size / (np.sqrt(np.mean(np.square(signal))) or 1.0))
 
 
-def _spoken(evidence, named: list[str]) -> list[str]:
+def _spoken(evidence: Evidence, named: list[str]) -> list[str]:
     """Return what a person is told of the causes: the side too where a name is there twice."""
     bends = any(is_spring(choice.candidate) for choice in evidence.choices)
     spoken = [RIGID if bends and name == SPRING_NAME else name for name in named]
@@ -321,28 +236,29 @@ def _spoken(evidence, named: list[str]) -> list[str]:
             for name, word in zip(named, spoken, strict=True)]
 
 
-def _sentence(status, named, balance, gap, open_share, worst, left) -> str:
+def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left: float) -> str:
+    worst = found.worst
     where = PEOPLE.get(balance, balance)
-    if status == 'no_gap':
+    if found.status == 'no_gap':
         return ('No gap: within its tolerances the twin does what the rig does, down to the noise '
                 'floor and the practical margin.')
-    if status == 'unknown':
+    if found.status == 'unknown':
         shape = ''
         if worst is not None and worst.depends_on:
             shape = f' It depends on {" and ".join(worst.depends_on[:2])}'
             shape += f' and is {worst.parity} in the direction of motion.'
         return (f'The twin departs from the rig at {where}, by {100 * left:.2g} % of what acts '
                 f'there, and no effect known here explains it.{shape}')
-    causes = ', '.join(n.replace('_', ' ') for n in named)
+    causes = ', '.join(n.replace('_', ' ') for n in spoken)
     text = (f'The twin departs from the rig at {where}: it lacks {causes}; with '
-            f'{"it" if len(named) == 1 else "them"} ')
+            f'{"it" if len(spoken) == 1 else "them"} ')
     gone = round(100 * gap['shrink'])
     if gone > 0:
         text += f'the gap shrinks by {gone} % on recordings nobody fitted to.'
     else:
         text += ('the balances close, but the gap of a twin run anew over recordings nobody '
                  f'fitted to does not shrink ({gone} %).')
-    if status == 'partly_explained' and open_share >= 0.005:
-        text += (f' About {100 * open_share:.0f} % of it still follows a law that is not known '
+    if found.status == 'partly_explained' and found.share >= 0.005:
+        text += (f' About {100 * found.share:.0f} % of it still follows a law that is not known '
                  'here.')
     return text

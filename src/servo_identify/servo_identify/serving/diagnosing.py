@@ -12,8 +12,9 @@ import sys
 from servo_twin import servo_file
 from servo_twin.bag import read_recording
 
-from ..gap.diagnose import diagnose, STAGES
+from ..gap.diagnose import diagnose
 from ..gap.page import write_page
+from ..gap.stages import STAGES
 from .job import report
 
 

@@ -1,0 +1,129 @@
+"""Everything that was seen of a gap and of its causes, from which verdict and page are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+
+from .acceptance import leftover, run_over, Trial, tried
+from .balance import Balance, BALANCES
+from .completeness import Remainder, remainder, repeatable
+from .explanation import augmented, fit
+from .resimulation import Diverged, Gap
+from .screening import Screening
+from .selection import Choice, Selection
+from .splitting import Split
+from .stack import Stack
+from .stages import Stages
+
+NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
+FAR_ABOVE = 2.0  # the same that is no noise any more
+ERRATIC = 4.0  # the same where replicates have nothing in common and no cause was found
+
+
+@dataclass(frozen=True)
+class Findings:
+    """
+    What is known before any cause is taken.
+
+    ``purposes`` and ``stacks`` are balances and residuals by purpose, ``start`` the residuals of
+    the screen recordings with no cause, ``given`` the gap on the report recordings with the servo
+    file as it came, ``base`` the twin with its values within tolerance.
+    """
+
+    servo: Servo
+    split: Split
+    purposes: dict[str, list[Balance]]
+    stacks: dict[str, Stack]
+    start: np.ndarray
+    given: Gap
+    base: Trial
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything behind a report that the page draws."""
+
+    servo: Servo
+    augmented: Servo
+    split: Split
+    stacks: dict[str, Stack]
+    start: np.ndarray
+    left: np.ndarray
+    choices: tuple[Choice, ...]
+    base: Trial
+    best: Trial
+    remainders: tuple[Remainder, ...]
+    reported: dict
+
+
+def gathered(known: Findings, screening: Screening, kept: list[int], stages: Stages) -> Evidence:
+    """Fit some causes, run the twin with them, and describe what they leave."""
+    purposes, stacks = known.purposes, known.stacks
+    best = tried(screening, kept, purposes['accept'])
+    names = tuple(f'{r.name}@{r.digest[:12]}' if r.digest else r.name for r in known.split.screen)
+    better = augmented(known.servo, stacks['screen'], best.explanation, names)
+    choices = tuple(Selection(screening).explain(kept))
+    stages.begin('completeness')
+    left = screening.residual(kept)
+    remainders = _remainders(stacks, left, best, bool(kept))
+    stages.begin('shrink')
+    reported = {
+        'given': known.given,
+        'base': run_over(known.base.explanation, purposes['report']),
+        'best': run_over(best.explanation, purposes['report']),
+        'steps': _steps(screening, kept, purposes),
+        'left': leftover(stacks['report'], best.explanation),
+    }
+    return Evidence(known.servo, better, known.split, stacks, known.start, left, choices,
+                    known.base, best, remainders, reported)
+
+
+def _remainders(stacks: dict[str, Stack], left: np.ndarray, best: Trial,
+                found: bool) -> tuple[Remainder, ...]:
+    """Describe what is left in each balance that still shows a gap."""
+    screen, accepting = stacks['screen'], stacks['accept']
+    remainders = [remainder(screen, left, BALANCES[i]) for i in np.unique(screen.balance)
+                  if np.mean(left[screen.balance == i]**2) > NOTICED]
+    common = repeatable(screen, left, accepting, leftover(accepting, best.explanation))
+    return tuple(replace(r, predictable=_unexplained(r, common, found)) for r in remainders)
+
+
+def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> float:
+    """
+    Mean square that some law must explain.
+
+    Without replicates all that is far above the noise. With them what they have in common; but
+    where nothing was found, so much that no sensor can have made it is a gap though erratic.
+    """
+    above = left.square - 1.0
+    if left.balance in common:
+        erratic = above if not found and left.square > ERRATIC else 0.0
+        return max(left.predictable, common[left.balance], erratic)
+    return max(left.predictable, above if left.square > FAR_ABOVE else 0.0)
+
+
+def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
+    """Gaps with the causes added one by one, and with each alone and left out."""
+    sets: dict[tuple[int, ...], dict] = {}
+
+    def gaps(chosen: list[int]) -> dict:
+        key = tuple(sorted(chosen))
+        if key not in sets:
+            explanation = fit(screening, list(key))
+            try:
+                sets[key] = {purpose: run_over(explanation, purposes[purpose])
+                             for purpose in ('accept', 'report')}
+            except Diverged:  # a part of the causes alone need not be a machine that runs
+                sets[key] = gaps([])
+        return sets[key]
+
+    steps = []
+    for number, one in enumerate(kept):
+        ways = {'upto': kept[:number + 1], 'rest': [c for c in kept if c != one], 'alone': [one]}
+        steps.append({purpose: {way: gaps(chosen)[purpose] for way, chosen in ways.items()}
+                      for purpose in ('accept', 'report')})
+    return steps

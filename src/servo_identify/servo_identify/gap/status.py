@@ -1,0 +1,112 @@
+"""What the evidence amounts to: no gap, explained, in part or unknown; which causes are named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .acceptance import leftover
+from .balance import BALANCES
+from .completeness import Remainder
+from .evidence import Evidence, NOTICED
+from .resimulation import shrink
+from .selection import Choice
+from .stack import Stack
+
+LAWFUL = 0.25  # predictable mean square, in squares of noise and margin: below, a gap is noise
+OPEN = 0.1  # predictable share of a gap above which it is not explained
+STILL = 0.6  # the same in squares of noise and margin, however large the gap was
+WRONG = 0.35  # and above which what was found is not the cause
+WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
+TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
+HOLDS = 0.5  # of the square of the balances there; if less is left, it stands all the same
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """
+    A status and its reasons.
+
+    ``squares`` is by balance what was there before any cause (mean squares of noise and margin),
+    ``gaps`` the balances that have one; ``named`` the causes that are named, ``share`` what of the
+    gap still follows a law that is not known here, ``worst`` where.
+    """
+
+    status: str
+    squares: dict[str, float]
+    gaps: set[str]
+    named: tuple[str, ...] = ()
+    share: float = 0.0
+    worst: Remainder | None = None
+
+
+def judged(evidence: Evidence) -> Judgement:
+    """
+    Return the status that the evidence asks for, and what goes with it.
+
+    A cause is named when its own balances are explained with it; another balance may be open.
+    What only mends a cause that is not named is none either.
+    Where they close and yet the twin run anew is no nearer to the rig, that is a part only.
+    """
+    squares = squares_of(evidence.stacks['screen'], evidence.start)
+    gaps = {b for b, square in squares.items() if square > NOTICED}
+    lawful = {r.balance for r in evidence.remainders
+              if r.predictable > LAWFUL and r.predictable > OPEN * (squares[r.balance] - 1.0)}
+    if not evidence.choices and not gaps & lawful:
+        return Judgement('no_gap', squares, gaps)
+    total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
+    still, worst = {}, None
+    for left in evidence.remainders:
+        excess = max(0.0, squares[left.balance] - 1.0)
+        if left.balance not in gaps or excess < 0.05 * total or left.square < NOTICED:
+            continue
+        still[left.balance] = left.predictable / excess
+        if still[left.balance] >= max(still.values()):
+            worst = left
+    share = max(still.values(), default=0.0)
+    wrong = [choice for choice in evidence.choices
+             if max((still.get(b, 0.0) for b in choice.balances), default=0.0)
+             > (WRONG_VALUE if choice.candidate.switch is None else WRONG)]
+    named = [choice.candidate.name for choice in evidence.choices
+             if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
+    if not evidence.choices:
+        worst = max((r for r in evidence.remainders if r.balance in gaps),
+                    key=lambda r: r.predictable, default=None)
+    if not named or _refuted(evidence, gaps):
+        return Judgement('unknown', squares, gaps, (), share, worst)
+    square = max((r.predictable for r in evidence.remainders if r.balance in still), default=0.0)
+    whole = (share <= OPEN and square <= STILL and len(named) == len(evidence.choices)
+             and shrunk(evidence) > 0.0)
+    if whole:
+        return Judgement('explained', squares, gaps, tuple(named), share)
+    return Judgement('partly_explained', squares, gaps, tuple(named), share, worst)
+
+
+def _mends(one: Choice, other: Choice) -> bool:
+    """Tell whether a cause takes from the same balance as another, and less: it mends that one."""
+    return bool(set(one.balances) & set(other.balances)) and one.gain < other.gain
+
+
+def _refuted(evidence: Evidence, gaps: set[str]) -> bool:
+    """
+    Tell whether the report recordings speak against what was accepted.
+
+    Their balances resolve what no channel does: a cause that halves them stands.
+    """
+    if shrunk(evidence) >= -TOLD:
+        return False
+    stack = evidence.stacks['report']
+    rows = np.isin(stack.balance, [BALANCES.index(b) for b in gaps])
+    before = np.mean(leftover(stack, evidence.base.explanation)[rows]**2)
+    return float(np.mean(evidence.reported['left'][rows]**2)) > HOLDS * float(before)
+
+
+def shrunk(evidence) -> float:
+    return shrink(evidence.reported['base'], evidence.reported['best'])
+
+
+def squares_of(stack: Stack, residual: np.ndarray) -> dict[str, float]:
+    """Return the mean square of a residual by balance, in squares of noise and margin."""
+    return {BALANCES[i]: float(np.mean(residual[stack.balance == i]**2))
+            for i in np.unique(stack.balance)}
