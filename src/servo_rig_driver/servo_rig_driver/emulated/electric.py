@@ -38,7 +38,7 @@ def advance_current(P, S, h):
     """Step the winding by h, exactly where command and speed stand still meanwhile."""
     u = command_at_drive(P, S, h)
     emf = P.machine_torque_constant * S.motor_speed
-    supply = P.drive_supply - P.withheld_supply_sag * abs(S.current)
+    supply = max(0.0, P.drive_supply - P.withheld_supply_sag * abs(S.current))
     inductance = P.drive_inductance * P.drive_current_lag
     if P.drive_current_loop > 0.5:
         wanted = P.drive_gain * (1.0 + P.withheld_drive_gain) * u
