@@ -13,9 +13,12 @@ ROOT = Path(__file__).resolve().parent.parent
 LAST_DOMAIN = 101  # above it, DDS ports reach into the range that the kernel hands out
 _domain_locks = []
 
-# The first call of a compiled law takes seconds, which is no failure of the law.
-settings.register_profile('workspace', deadline=None)
-settings.load_profile('workspace')
+# The first call of a compiled law takes seconds, which is no failure of the law. The examples are
+# the same each time, so that a change is judged by what it changed; HYPOTHESIS_PROFILE=search
+# looks for new ones.
+settings.register_profile('workspace', deadline=None, derandomize=True)
+settings.register_profile('search', deadline=None, max_examples=1000)
+settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'workspace'))
 
 
 def _claim_domain() -> int:
