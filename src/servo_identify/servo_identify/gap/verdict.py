@@ -256,8 +256,8 @@ def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left
     if gone > 0:
         text += f'the gap shrinks by {gone} % on recordings nobody fitted to.'
     else:
-        text += ('the balances close, but the gap of a twin run anew over recordings nobody '
-                 f'fitted to does not shrink ({gone} %).')
+        text += ('less is left of the balances, but the gap of a twin run anew over recordings '
+                 f'nobody fitted to does not shrink ({gone} %).')
     if found.status == 'partly_explained' and found.share >= 0.005:
         text += (f' About {100 * found.share:.0f} % of it still follows a law that is not known '
                  'here.')
