@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,11 +12,13 @@ from scipy.optimize import lsq_linear
 from synthetic import PERIOD, sampled
 
 from servo_identify.gap.balance import Balance
+from servo_identify.gap.candidates import Candidate
 from servo_identify.gap.checks import CannotDiagnose, unsaturated
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.observation import observe
 from servo_identify.gap.regression import bounded
 from servo_identify.gap.scales import orders
+from servo_identify.gap.selection import Selection
 from servo_identify.gap.splitting import split
 from servo_identify.gap.weak_form import Bump, count_of, noise_of
 from servo_twin import servo_file
@@ -130,6 +133,42 @@ def test_a_missing_effect_that_the_catalogue_lacks_is_called_unknown():
     first, second, third = three(rig)
     report = diagnose([first], SERVO, [second], [third], FEW).report
     assert report.verdict['status'] in ('unknown', 'partly_explained')
+
+
+def test_a_torque_that_reads_wrong_is_not_taken_for_two_causes_at_either_side_of_it():
+    rig = with_effect('torque_sensor_gain', 'torque', excess=0.12)
+    first, second, third = three(rig)
+    report = diagnose([first], SERVO, [second], [third], FEW).report
+    assert report.verdict['status'] == 'unknown' and report.which == ()
+    assert 'reading of the torque is wrong' in report.verdict['sentence']
+
+
+def test_a_torque_that_reads_wrong_is_named_where_the_catalogue_has_it():
+    rig = with_effect('torque_sensor_gain', 'torque', excess=0.12)
+    first, second, third = three(rig)
+    few = tuple(name for name in FEW if name != 'torque_sensor_gain')
+    report = diagnose([first], SERVO, [second], [third], few).report
+    assert report.verdict['effects'] == ['torque_sensor_gain']
+
+
+def test_laws_of_one_kind_act_on_the_same_variables_at_the_same_place():
+    kind = {(name, site): Candidate(name, site, (), (), effect=find(name)).kind
+            for name, site in (('gravity', 'load'), ('spring_load', 'load'), ('cogging', 'motor'),
+                               ('friction_drift', 'load'), ('load_dependent_friction', 'load'))}
+    assert kind['gravity', 'load'] == kind['spring_load', 'load'] != kind['cogging', 'motor']
+    assert kind['friction_drift', 'load'] != kind['load_dependent_friction', 'load']
+    assert find('load_dependent_friction').variables() == {'torque', 'direction'}
+    assert Candidate('parameter:stiffness', '', (), ()).kind is None
+
+
+@pytest.mark.parametrize(('gain', 'kept'), ((14.0, [0]), (16.0, [0, 1])))
+def test_a_law_that_only_mends_the_shape_of_another_is_no_cause(gain, kept):
+    spring, weight = (Candidate(n, 'load', (), (), effect=find(n))
+                      for n in ('spring_load', 'gravity'))
+    left = {(): 120.0, (1,): 101.0, (0,): 1.0 + gain, (0, 1): 1.0}
+    screening = SimpleNamespace(library=SimpleNamespace(candidates=[spring, weight]),
+                                loss=lambda chosen: left[tuple(chosen)])
+    assert Selection(screening)._of_their_own([0, 1]) == kept
 
 
 def test_what_cannot_be_judged_is_said():

@@ -51,6 +51,17 @@ class Candidate:
         return self.name, self.site
 
     @property
+    def kind(self) -> tuple | None:
+        """
+        Where its law acts and on what: port, site, variables, memory; None for a parameter.
+
+        Two laws of one kind can take each other's shape.
+        """
+        if self.effect is None:
+            return None
+        return self.effect.port, self.site, self.effect.variables(), bool(self.effect.memory)
+
+    @property
     def label(self) -> str:
         """For people."""
         return f'{self.name} ({self.site})' if self.site else self.name

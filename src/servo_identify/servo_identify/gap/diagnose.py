@@ -25,8 +25,9 @@ from .shape_values import shape_values
 from .splitting import Split, split
 from .stack import Stack
 from .stages import Stages
-from .status import judged
+from .status import judged, stands_in
 from .verdict import report_of
+from .wrong_reading import wrong_reading
 
 ROUNDS = 3  # of fitting the tolerances of a mesh with a gap, the last one for the columns
 
@@ -80,12 +81,16 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         warnings.append(f'{library.candidates[dropped].label} makes the twin diverge on the '
                         'report recordings and is not taken')
 
-    known = Findings(servo, parts, purposes, stacks, start, given, base)
+    known = Findings(servo, parts, purposes, stacks, start, given, base,
+                     wrong_reading(screening, kept))
     evidence = gathered(known, screening, kept, stages)
-    if kept and judged(evidence).status == 'unknown':
+    unknown = judged(evidence).status == 'unknown'
+    dropped = [one for one, choice in zip(kept, evidence.choices, strict=True)
+               if unknown or stands_in(choice, evidence.reading)]
+    if dropped:
         warnings.append('explains a part, but not as its cause, and is not taken: '
-                        + ', '.join(library.candidates[one].label for one in kept))
-        kept = []
+                        + ', '.join(library.candidates[one].label for one in dropped))
+        kept = [one for one in kept if one not in dropped]
         evidence = gathered(known, screening, kept, stages)
     following = next_experiment(evidence, screening, kept)
     stages.end()

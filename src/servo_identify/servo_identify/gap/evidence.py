@@ -31,7 +31,8 @@ class Findings:
 
     ``purposes`` and ``stacks`` are balances and residuals by purpose, ``start`` the residuals of
     the screen recordings with no cause, ``given`` the gap on the report recordings with the servo
-    file as it came, ``base`` the twin with its values within tolerance.
+    file as it came, ``base`` the twin with its values within tolerance, ``reading`` the channel
+    whose wrong reading would be all that departs ('' where there is none).
     """
 
     servo: Servo
@@ -41,6 +42,7 @@ class Findings:
     start: np.ndarray
     given: Gap
     base: Trial
+    reading: str
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Evidence:
     best: Trial
     remainders: tuple[Remainder, ...]
     reported: dict
+    reading: str = ''
 
 
 def gathered(known: Findings, screening: Screening, kept: list[int], stages: Stages) -> Evidence:
@@ -79,7 +82,7 @@ def gathered(known: Findings, screening: Screening, kept: list[int], stages: Sta
         'left': leftover(stacks['report'], best.explanation),
     }
     return Evidence(known.servo, better, known.split, stacks, known.start, left, choices,
-                    known.base, best, remainders, reported)
+                    known.base, best, remainders, reported, known.reading)
 
 
 def _remainders(stacks: dict[str, Stack], left: np.ndarray, best: Trial,

@@ -28,6 +28,7 @@ OPENS = 2.0  # times by which a cause may not raise the square of a balance, noi
 SURELY = 3.5  # standard deviations over blocks by which the better of two laws is told
 LITTLE = 0.05  # and the share of what it leaves, or all laws but the exact one were surely worse
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
+SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
 
 
@@ -68,7 +69,7 @@ class Selection:
             chosen = self._tidied(chosen, limit)
             current = screening.residual(chosen)
             tick((step + 1) / MOST)
-        return chosen
+        return self._of_their_own(chosen)
 
     def explain(self, chosen: list[int]) -> list[Choice]:
         """Say of each choice what it gains and what could take its place."""
@@ -123,6 +124,21 @@ class Selection:
                          and self._as_good(left[c], least, 1.6, 0.5)))]
         best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
         return refined(screening, best, chosen, closely=True)
+
+    def _of_their_own(self, chosen: list[int]) -> list[int]:
+        """
+        Return the causes that do more than mend the shape of another.
+
+        No law of a catalogue is quite that of a machine: what it leaves, another law of the same
+        variables at the same place takes up in part. Only now that all are found: while they are
+        sought, a less fitting one would stand in for it.
+        """
+        screening = self.screening
+        now = screening.loss(chosen)
+        gains = {c: screening.loss([o for o in chosen if o != c]) - now for c in chosen}
+        kinds = {c: screening.library.candidates[c].kind for c in chosen}
+        return [c for c in chosen if kinds[c] is None or all(
+            gains[c] >= SHAPE * gains[o] for o in chosen if kinds[o] == kinds[c])]
 
     def _surely_worse(self, one: int, most: int, chosen: list[int]) -> bool:
         """Tell whether a candidate leaves more than another in a balance, little but for sure."""

@@ -13,12 +13,15 @@ from .evidence import Evidence, NOTICED
 from .resimulation import shrink
 from .selection import Choice
 from .stack import Stack
+from .wrong_reading import ENTERS
 
 LAWFUL = 0.25  # predictable mean square, in squares of noise and margin: below, a gap is noise
 OPEN = 0.1  # predictable share of a gap above which it is not explained
 STILL = 0.6  # the same in squares of noise and margin, however large the gap was
 WRONG = 0.35  # and above which what was found is not the cause
 WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
+FAR = 200.0  # the same in squares of noise and margin: no detail, however large the gap was
+FAR_VALUE = 10.0  # and of a value
 TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
 HOLDS = 0.5  # of the square of the balances there; if less is left, it stands all the same
 
@@ -46,7 +49,8 @@ def judged(evidence: Evidence) -> Judgement:
     Return the status that the evidence asks for, and what goes with it.
 
     A cause is named when its own balances are explained with it; another balance may be open.
-    What only mends a cause that is not named is none either.
+    What only mends a cause that is not named is none either, nor is what stands in for a sensor that
+    reads wrong.
     Where they close and yet the twin run anew is no nearer to the rig, that is a part only.
     """
     squares = squares_of(evidence.stacks['screen'], evidence.start)
@@ -57,17 +61,18 @@ def judged(evidence: Evidence) -> Judgement:
         return Judgement('no_gap', squares, gaps)
     total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
     still, worst = {}, None
-    for left in evidence.remainders:
-        excess = max(0.0, squares[left.balance] - 1.0)
-        if left.balance not in gaps or excess < 0.05 * total or left.square < NOTICED:
+    for one in evidence.remainders:
+        excess = max(0.0, squares[one.balance] - 1.0)
+        if one.balance not in gaps or excess < 0.05 * total or one.square < NOTICED:
             continue
-        still[left.balance] = left.predictable / excess
-        if still[left.balance] >= max(still.values()):
-            worst = left
+        still[one.balance] = one.predictable / excess
+        if still[one.balance] >= max(still.values()):
+            worst = one
     share = max(still.values(), default=0.0)
+    left = {r.balance: r.predictable for r in evidence.remainders if r.balance in still}
     wrong = [choice for choice in evidence.choices
-             if max((still.get(b, 0.0) for b in choice.balances), default=0.0)
-             > (WRONG_VALUE if choice.candidate.switch is None else WRONG)]
+             if _leaves_too_much(choice, still, left) or _is_a_piece(choice, evidence, left)
+             or stands_in(choice, evidence.reading)]
     named = [choice.candidate.name for choice in evidence.choices
              if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
     if not evidence.choices:
@@ -75,12 +80,34 @@ def judged(evidence: Evidence) -> Judgement:
                     key=lambda r: r.predictable, default=None)
     if not named or _refuted(evidence, gaps):
         return Judgement('unknown', squares, gaps, (), share, worst)
-    square = max((r.predictable for r in evidence.remainders if r.balance in still), default=0.0)
-    whole = (share <= OPEN and square <= STILL and len(named) == len(evidence.choices)
-             and shrunk(evidence) > 0.0)
-    if whole:
+    closed = share <= OPEN and max(left.values(), default=0.0) <= STILL
+    if closed and len(named) == len(evidence.choices) and shrunk(evidence) > 0.0:
         return Judgement('explained', squares, gaps, tuple(named), share)
     return Judgement('partly_explained', squares, gaps, tuple(named), share, worst)
+
+
+def stands_in(choice: Choice, reading: str) -> bool:
+    """Tell whether a cause would only do what a wrong reading ('' for none) does."""
+    return set(choice.balances) <= set(ENTERS.get(reading, ()))
+
+
+def _leaves_too_much(choice: Choice, share: dict[str, float], square: dict[str, float]) -> bool:
+    """Tell whether what still follows a law in a cause's balances speaks against it."""
+    value = choice.candidate.switch is None
+    return any(share.get(b, 0.0) > (WRONG_VALUE if value else WRONG)
+               or square.get(b, 0.0) > (FAR_VALUE if value else FAR) for b in choice.balances)
+
+
+def _is_a_piece(choice: Choice, evidence: Evidence, square: dict[str, float]) -> bool:
+    """
+    Tell whether a cause is one of several that together imitate another.
+
+    Laws of the same variables at the same place can be put together to nearly any other; when they
+    still leave something lawful, they are not what acts there.
+    """
+    kind = choice.candidate.kind
+    alike = [o for o in evidence.choices if kind is not None and o.candidate.kind == kind]
+    return len(alike) > 1 and any(square.get(b, 0.0) > STILL for b in choice.balances)
 
 
 def _mends(one: Choice, other: Choice) -> bool:

@@ -15,6 +15,7 @@ from .noise import signal_of
 from .resimulation import bootstrap, drawn, Gap, shrink
 from .spring import NAME as SPRING_NAME
 from .status import judged, Judgement, squares_of
+from .wrong_reading import ENTERS
 
 ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
@@ -34,13 +35,15 @@ def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: d
     status, gaps, named = found.status, found.gaps, list(found.named)
     where = _where(evidence, gaps)
     which = _which(evidence)
-    balance = max(gaps, key=lambda name: found.squares[name]) if gaps else ''
+    taken = [b for choice in evidence.choices if choice.candidate.name in named
+             for b in choice.balances]
+    # a cause may show within the noise, where no balance by itself has a gap
+    balance = max(gaps or taken[:1], key=lambda name: found.squares[name], default='')
+    said_at = taken[0] if taken else balance
     gap = _gap(evidence)
-    said_at = next((b for choice in evidence.choices if choice.candidate.name in named
-                    for b in choice.balances), balance)
     verdict = {'status': status, 'effects': named, 'balance': balance,
                'sentence': _sentence(found, _spoken(evidence, named), said_at, gap,
-                                     _left(evidence, balance))}
+                                     _left(evidence, balance), evidence.reading)}
     explanation = evidence.best.explanation
     if explanation.at_bound:
         warnings = [*warnings, 'at the edge of its bounds, so not identified: '
@@ -236,7 +239,8 @@ def _spoken(evidence: Evidence, named: list[str]) -> list[str]:
             for name, word in zip(named, spoken, strict=True)]
 
 
-def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left: float) -> str:
+def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left: float,
+              reading: str) -> str:
     worst = found.worst
     where = PEOPLE.get(balance, balance)
     if found.status == 'no_gap':
@@ -247,6 +251,9 @@ def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left
         if worst is not None and worst.depends_on:
             shape = f' It depends on {" and ".join(worst.depends_on[:2])}'
             shape += f' and is {worst.parity} in the direction of motion.'
+        if reading:
+            shape = (f' {_both(reading)} depart as one, as they do when the reading of the '
+                     f'{reading} is wrong.{shape}')
         return (f'The twin departs from the rig at {where}, by {100 * left:.2g} % of what acts '
                 f'there, and no effect known here explains it.{shape}')
     causes = ', '.join(n.replace('_', ' ') for n in spoken)
@@ -262,3 +269,8 @@ def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left
         text += (f' About {100 * found.share:.0f} % of it still follows a law that is not known '
                  'here.')
     return text
+
+
+def _both(reading: str) -> str:
+    first, second = (PEOPLE[balance] for balance in ENTERS[reading][:2])
+    return f'{first[0].upper()}{first[1:]} and {second}'

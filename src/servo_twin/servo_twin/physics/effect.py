@@ -91,6 +91,11 @@ class Effect(Declared):
         return tuple(n for n, p in cls.parameters.items() if p.off is not None)
 
     @classmethod
+    def variables(cls) -> frozenset[str]:
+        """Names of what its law reads of the motion that its port shows it."""
+        return frozenset(cls.law.__code__.co_names).intersection(cls.motion._fields)
+
+    @classmethod
     def shapes(cls) -> tuple[str, ...]:
         """Names of the parameters that have no value at which they vanish."""
         return tuple(n for n, p in cls.parameters.items() if p.off is None)
