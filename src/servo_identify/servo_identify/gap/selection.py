@@ -18,7 +18,7 @@ from .shapes import refined
 CHANCE = 0.01  # that any of all candidates gets in by luck, per step
 WORTH = 0.05  # share of a balance's remaining square that a cause must take away
 FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
-LATER = 0.015  # share of a balance's first square that a later cause must take away
+LATER = 0.004  # share of a balance's first square that a later cause must take away
 STILL = 1.3  # square of a balance below which there is nothing left for a later cause
 MOST = 6  # causes in one diagnosis
 MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
