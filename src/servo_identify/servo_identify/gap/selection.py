@@ -4,7 +4,7 @@ Which causes the recordings ask for: forward selection, pruned, and what could s
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,8 @@ LITTLE = 0.05  # and the share of what it leaves, or all laws but the exact one 
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
+SEEN = (1.2, 0.05)  # times and squares of the scale by which one leaves more, so that it is seen
+LIKELY = 2.0  # standard deviations over blocks by which a richer law must leave less to be listed
 
 
 @dataclass(frozen=True)
@@ -77,25 +79,73 @@ class Selection:
         answers = []
         for one in chosen:
             rest = [c for c in chosen if c != one]
-            start = screening.loss(rest)
-            gain, significance = start - screening.loss(chosen), screening.significance(one, rest)
-            alike = {}
-            taken = {screening.library.candidates[c].key for c in chosen}
-            left = screening.squares(chosen)
-            for c, other in enumerate(list(screening.library.candidates)):
-                if other.key in taken:
-                    continue
-                share = (start - screening.loss([*rest, c])) / max(gain, 1e-12)
-                if share < ALIKE or share <= alike.get(other.key, (0.0, None))[0]:
-                    continue
-                closer = refined(screening, c, rest)
-                if self._as_good(screening.squares([*rest, closer]), left, 1.5, 0.3):
-                    alike[other.key] = (share, other)
-            ranked = sorted(alike.values(), key=lambda pair: -pair[0])
-            answers.append(Choice(screening.library.candidates[one], gain, significance,
-                                  self._taken(rest, chosen),
+            gain = screening.loss(rest) - screening.loss(chosen)
+            ranked = sorted(self._alike(one, chosen, gain), key=lambda pair: -pair[0])
+            answers.append(Choice(screening.library.candidates[one], gain,
+                                  screening.significance(one, rest), self._taken(rest, chosen),
                                   tuple(other for _, other in ranked)))
         return answers
+
+    def _alike(self, one: int, chosen: list[int],
+               gain: float) -> Iterator[tuple[float, Candidate]]:
+        """Yield (share of the gain, version) of each other cause that could be there instead."""
+        screening = self.screening
+        rest = [c for c in chosen if c != one]
+        start, shares = screening.loss(rest), {}
+        taken = {screening.library.candidates[c].key for c in chosen}
+        for c, other in enumerate(screening.library.candidates):
+            if other.key in taken:
+                continue
+            share = (start - screening.loss([*rest, c])) / max(gain, 1e-12)
+            if share >= ALIKE:
+                shares.setdefault(other.key, []).append((share, c))
+        for versions in shares.values():
+            for share, c in sorted(versions, reverse=True):
+                if self.stands_in(one, refined(screening, c, rest), rest):
+                    yield share, screening.library.candidates[c]
+                    break
+
+    def stands_in(self, one: int, other: int, rest: list[int]) -> bool:
+        """
+        Tell whether these recordings leave open that another cause is there instead of one.
+
+        It may leave no more that counts in any balance, nor surely more where a recording shows
+        it. One with more numbers must be likely to leave less: as good as anything is its limit
+        at which it is the simpler law, and no recording could tell it from that.
+        """
+        screening = self.screening
+        kept, instead = [*rest, one], [*rest, other]
+        if not self._as_good(screening.squares(instead), screening.squares(kept), 1.5, 0.3):
+            return False
+        if self._complexity(other) > self._complexity(one):
+            drop = screening.residual(kept)**2 - screening.residual(instead)**2
+            return self._sureness(drop) > LIKELY
+        return max(self.shown(kept, instead).values()) <= 1.0 or not self._surely_worse(
+            other, one, rest)
+
+    def shown(self, kept: list[int], instead: list[int]) -> dict[int, float]:
+        """
+        Return by recording how plainly it shows that other causes leave more than those kept.
+
+        Mean squares of what they leave over the least that is seen, in the balance in which that
+        is most: above 1 it is seen.
+        """
+        stack, screening = self.screening.stack, self.screening
+        least, left = screening.residual(kept)**2, screening.residual(instead)**2
+        times, more = SEEN
+        ratios: dict[int, float] = {}
+        for number in np.unique(stack.recording):
+            for index in np.unique(stack.balance):
+                rows = (stack.recording == number) & (stack.balance == index)
+                if rows.any():
+                    ratio = float(np.mean(left[rows]) / (times * np.mean(least[rows]) + more))
+                    ratios[int(number)] = max(ratio, ratios.get(int(number), 0.0))
+        return ratios
+
+    def _sureness(self, drop: np.ndarray) -> float:
+        """Return a sum of what rows lose in standard deviations, over blocks."""
+        drop = np.bincount(self.screening.blocks, drop)
+        return float(drop.sum() / (np.sqrt(len(drop)) * np.std(drop) + 1e-12))
 
     def _best(self, chosen: list[int]) -> int | None:
         screening = self.screening
