@@ -284,7 +284,7 @@ def test_it_names_near_cases_when_there_is_none():
     ('speed_ladder', {'speeds': [0.1, 0.4, 1.0]}), ('slow_reversals', {'speed': 0.1, 'period': 2}),
     ('turns', {'speed': 1.0}), ('load_steps', {'speed': 0.3, 'torque': 60.0}),
     ('chirp', {'amplitude': 1.4, 'from': 0.5, 'to': 15.0}),
-    ('multisine', {'amplitude': 1.4, 'frequencies': [0.5, 1.3, 9.7]}),
+    ('multisine', {'amplitude': 1.4, 'from': 0.5, 'to': 10.0, 'lines': 8}),
     ('sine', {'amplitude': 1.6, 'frequency': 0.5})])
 def test_it_has_the_rig_make_what_is_proposed(name, settings):
     order = resolution.as_order(machines()['rv_plain'], name, {**settings, 'duration': 10.0})
@@ -314,6 +314,20 @@ def test_it_scores_ambiguous_pairs_by_the_recording_proposed(tmp_path, monkeypat
     outcome = replace(judged(single, first), resolved=answer)
     assert figure([outcome], 'resolved by the proposed recording').met
     assert figure([outcome], 'resolved by a random one').value == 0.0
+
+
+def test_an_ambiguous_pair_without_a_proposal_counts_as_not_resolved(tmp_path, monkeypatch):
+    single = a_case('single', ('gravity', 1.0))
+    told = {'separates': ['gravity', 'spring_load'], 'family': '', 'settings': {}}
+    (tmp_path / 'diagnosis').mkdir()
+    first = a_report(cause('gravity', 'load', ('spring_load',))) | {'next_experiment': told}
+    (tmp_path / 'diagnosis' / 'report.json').write_text(json.dumps(first))
+    monkeypatch.setattr(resolution, 'make_bags', lambda orders, servo, place: [
+        place / order['name'] for order in orders])
+    resolution.resolve(single, {'screen': [], 'accept': [], 'report': []}, tmp_path,
+                       lambda bags, folder: a_report(cause('gravity', 'load')))
+    answer = json.loads((tmp_path / 'resolved.json').read_text())
+    assert (answer['by_proposed'], answer['by_random']) == (False, True)
 
 
 def run(folder, *options):

@@ -127,6 +127,12 @@ def test_a_page_without_causes_leaves_out_what_they_would_fill(diagnosis):
     assert 'Shrink by excitation' not in text and 'could not be told apart' not in text
 
 
+def test_a_page_says_that_no_recording_would_separate_a_pair(diagnosis):
+    following = {'separates': ['gravity', 'spring_load'], 'family': '', 'settings': {}}
+    text = text_of(page_of(judged(diagnosis, 'explained', next_experiment=following)))
+    assert 'no recording of ten seconds would separate gravity from spring load' in text
+
+
 def test_a_page_of_a_poor_rig_greys_what_it_cannot_observe(poor):
     text = text_of(page_of(poor))
     assert 'motor, load' in text and 'mesh not observable' in text

@@ -3,6 +3,7 @@ Whether the recording that a diagnosis proposes tells an ambiguous pair apart.
 
 The rig makes the proposed recording twice, and once more a recording drawn at random from the
 families of the machine; the diagnosis is asked again with each of them beside the first ones.
+An ambiguous pair for which no recording is proposed counts as not resolved.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from .rig import make_bags
 
 REPLICATES = 2
 _RENAMED = {'chirp': {'from': 'first', 'to': 'last'},
+            'multisine': {'from': 'first', 'to': 'last'},
             'slow_reversals': {'speed': 'amplitude'}}
 
 
@@ -47,10 +49,14 @@ def resolve(case: Case, bags: Mapping[str, Sequence[Path]], place: Path,
             ('proposed', as_order(machine, proposed['family'], proposed.get('settings', {}))),
             ('random', {'family': family, 'settings': told['settings'],
                         'duration': told['duration']})):
+        seeds = [int(rng.integers(1, 2**31)) for _ in range(REPLICATES)]
+        if not order['family']:  # nothing of the menu separates them: that resolves nothing
+            answers[f'by_{name}'] = False
+            continue
         more = make_bags(
             [{**order, 'name': f'{name}-{number + 1}', 'rig': str(machine.rig_path),
-              'set': case.set, 'seed': int(rng.integers(1, 2**31)), 'replicate': number + 1}
-             for number in range(REPLICATES)], machine.servo_path, place)
+              'set': case.set, 'seed': seed, 'replicate': number + 1}
+             for number, seed in enumerate(seeds)], machine.servo_path, place)
         again = ask({**bags, 'screen': [*bags['screen'], *more]}, place / name)
         answers[f'by_{name}'] = bool(again) and _resolved(case, again, pair)
     (place / 'resolved.json').write_text(json.dumps(answers, indent=1) + '\n')
@@ -65,9 +71,6 @@ def as_order(machine: Machine, family: str, settings: Mapping[str, Any]) -> dict
         speeds = given.pop('speeds')
         given |= {'lowest': min(speeds), 'highest': max(speeds), 'steps': len(speeds),
                   'dwell': 0.5 * duration / len(speeds)}
-    if 'frequencies' in given:
-        tones = given.pop('frequencies')
-        given |= {'first': min(tones), 'last': max(tones), 'lines': len(tones)}
     if family == 'turns':
         given['angle'] = max(0.5 * duration - 0.5, 0.5) * given['speed']
     if family == 'load_steps':

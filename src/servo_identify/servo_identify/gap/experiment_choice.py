@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from servo_twin.physics.servo import Servo
@@ -11,46 +13,114 @@ from servo_twin.recording import Recording
 
 from .balance import Balance
 from .candidates import Candidate
+from .joined import joined
 from .observation import observe
 from .screening import Screening
+from .selection import Selection
+from .shapes import refined
 from .stack import Stack
 
-DURATION = 10.0  # s of each simulated recording of the menu
+DURATION = 10.0  # s of each recording of the menu: what separates most does so per second too
+BEYOND = 1.2  # times the largest torque and speed seen that a recording may reach
+FOREMOST = 3  # recordings of the menu for which the other cause is refined before it is judged
+PAIRS = 2  # pairs looked at before none is found that a recording separates
 
 
 def next_experiment(evidence, screening: Screening, kept: list[int]) -> dict:
     """
-    Return ``{separates, family, settings}``, empty where nothing is ambiguous.
+    Return ``{separates, family, settings, expected_ratio}``, empty where nothing is ambiguous.
 
-    Each recording of a menu is simulated with the augmented twin under the noise of the rig; the
-    best is the one in which the effect of one cause, at its fitted size, is least imitated by the
-    other. ``settings`` are SI: amplitudes in V or rad/s at the load, frequencies in Hz.
+    Each recording of a menu is simulated with the augmented twin under the noise of the rig and
+    put beside the recordings that are there. The best is the one that shows most plainly what the
+    other cause leaves, at the shapes and values within tolerance with which it explains them all.
+    ``expected_ratio`` is what it leaves there, as mean squares over the least that is seen (1).
+    Where none reaches that, ``family`` is empty. ``settings`` are SI: amplitudes in V or rad/s at
+    the load, frequencies in Hz, accelerations in rad/s2.
     """
-    pair = _pair(evidence.choices)
-    if pair is None:
-        return {}
-    one, other = pair
-    best = {}
+    pairs = _pairs(evidence.choices, kept)
+    menu = list(_recorded(evidence)) if pairs else []
+    for one, other in pairs[:PAIRS]:
+        best, told = _most_telling(menu, screening, kept, one, other)
+        if told > 1.0:
+            family, settings, _ = menu[best]
+            return {'separates': _names(screening, one, other), 'family': family,
+                    'settings': {**settings, 'duration': DURATION}, 'expected_ratio': told}
+    if pairs:
+        return {'separates': _names(screening, *pairs[0]), 'family': '', 'settings': {}}
+    return {}
+
+
+def separation(screening: Screening, more: Stack, kept: list[int], one: int,
+               other: Candidate, closely: bool = True) -> float:
+    """
+    Return how plainly further recordings would show that it is one cause and not another.
+
+    Mean squares that the other leaves of ``more`` over the least that is seen: above 1 it is told
+    apart. The other takes, of its shapes in the library, those with which it explains all
+    recordings best, ``closely`` refined.
+    """
+    versions = [c for c, known in enumerate(screening.library.candidates)
+                if known.key == other.key]
+    together = joined(screening, more, [*kept, *versions])
+    rest = [number for number, c in enumerate(kept) if c != one]
+    others = range(len(kept), len(kept) + len(versions))
+    best = min(others, key=lambda number: together.loss([*rest, number]))
+    if closely:
+        best = refined(together, best, rest)
+    shown = Selection(together).shown([*rest, kept.index(one)], [*rest, best])
+    first = len(screening.stack.balances)
+    return max((ratio for number, ratio in shown.items() if number >= first), default=0.0)
+
+
+def _pairs(choices, kept: list[int]) -> list[tuple[int, Candidate]]:
+    return [(one, other) for choice, one in zip(choices, kept, strict=True)
+            for other in choice.ambiguous]
+
+
+def _names(screening: Screening, one: int, other: Candidate) -> list[str]:
+    return [screening.library.candidates[one].name, other.name]
+
+
+def _most_telling(menu, screening: Screening, kept: list[int], one: int,
+                  other: Candidate) -> tuple[int, float]:
+    """Return (number in the menu, separation) of the recording that separates two causes most."""
+    roughly = [separation(screening, more, kept, one, other, closely=False)
+               for _, _, more in menu]
+    foremost = [number for number in np.argsort(roughly)[::-1][:FOREMOST] if roughly[number] > 1.0]
+    told = {number: separation(screening, menu[number][2], kept, one, other)
+            for number in foremost}
+    best = max(told, key=told.get, default=-1)
+    return int(best), told.get(best, 0.0)
+
+
+def _recorded(evidence) -> Iterator[tuple[str, dict, Stack]]:
+    """Yield (family, settings, residuals) of the recordings of the menu that can be made."""
+    extended = evidence.stacks['screen'].extended
+    speed, torque = _reach([one.seen.recording for one in evidence.stacks['screen'].balances])
     for family, settings in _menu(evidence):
         recording = _simulated(evidence.augmented, family, settings, evidence)
         if recording is None:
             continue
-        told = _separation(recording, evidence, screening, one, other)
-        if not best or told > best['_told']:
-            best = {'separates': [one.name, other.name], 'family': family,
-                    'settings': {**settings, 'duration': DURATION}, '_told': told}
-    told = best.pop('_told', 0.0)
-    if best:
-        best['expected_ratio'] = told
-    return best
+        faster, harder = _reach([recording])
+        if faster > BEYOND * speed or harder > BEYOND * torque:
+            continue
+        seen = observe([recording], evidence.servo)[0]
+        more = Stack([Balance(extended.servo, seen, extended.given, extended.theta)], extended)
+        if len(more.base):
+            yield family, settings, more
 
 
-def _pair(choices) -> tuple[Candidate, Candidate] | None:
-    for choice in choices:
-        for other in choice.ambiguous:
-            if other.name != choice.candidate.name or other.site != choice.candidate.site:
-                return choice.candidate, other
-    return None
+def _reach(recordings: list[Recording]) -> tuple[float, float]:
+    """Return the largest speed, rad/s, and torque, N m (0 where unmeasured), of recordings."""
+    speed = torque = 0.0
+    for one in recordings:
+        name = 'load_position' if one.has('load_position') else 'motor_position'
+        step = max(1, round(0.02 / one.period))
+        way = one[name][step:] - one[name][:-step]
+        speed = max(speed, float(np.nanmax(np.abs(way), initial=0.0)) / (step * one.period))
+        if one.has('torque'):
+            torque = max(torque, float(np.nanmax(np.abs(one['torque']))))
+    return speed, torque
 
 
 def _menu(evidence) -> list[tuple[str, dict]]:
@@ -61,16 +131,33 @@ def _menu(evidence) -> list[tuple[str, dict]]:
     load = max(float(np.max(np.abs(b.seen.external))) for b in balances)
     menu: list[tuple[str, dict]] = []
     if evidence.servo.controller.parameters:
-        menu += [('speed_ladder', {'speeds': [share * speed for share in (0.05, 0.2, 0.5, 1.0)]}),
-                 ('slow_reversals', {'speed': 0.05 * speed, 'period': 2.0}),
-                 ('slow_reversals', {'speed': 0.3 * speed, 'period': 4.0}),
-                 ('turns', {'speed': speed})]
+        rise = {'acceleration': _acceleration(balances, speed)}
+        ladder = np.geomspace(0.05 * speed, speed, 4).tolist()
+        menu += [('speed_ladder', {'speeds': ladder, **rise}),
+                 ('slow_reversals', {'speed': 0.02 * speed, 'period': 2.5}),
+                 ('slow_reversals', {'speed': 0.1 * speed, 'period': 2.5}),
+                 ('slow_reversals', {'speed': 0.5 * speed, 'period': 2.5}),
+                 ('turns', {'speed': 0.2 * speed, **rise}), ('turns', {'speed': speed, **rise})]
         if load > 0.0:
-            menu.append(('load_steps', {'speed': 0.3 * speed, 'torque': load}))
-    menu += [('chirp', {'amplitude': 0.7 * volts, 'from': 0.5, 'to': 15.0}),
-             ('multisine', {'amplitude': 0.7 * volts, 'frequencies': [0.5, 1.3, 2.9, 5.3, 9.7]}),
-             ('sine', {'amplitude': 0.8 * volts, 'frequency': 0.5})]
+            menu += [('load_steps', {'speed': share * speed, 'torque': part * load, **rise})
+                     for share, part in ((0.3, 1.0), (0.03, 1.0), (0.03, 0.3))]
+    menu += [('chirp', {'amplitude': share * volts, 'from': 0.5, 'to': 15.0})
+             for share in (0.7, 0.25)]
+    menu += [('multisine', {'amplitude': share * volts, 'from': 0.5, 'to': 10.0, 'lines': 8})
+             for share in (0.9, 0.3)]
+    menu += [('sine', {'amplitude': 0.8 * volts, 'frequency': 0.5}),
+             ('sine', {'amplitude': 0.4 * volts, 'frequency': 2.0})]
     return menu
+
+
+def _acceleration(balances: list[Balance], speed: float) -> float:
+    """Return the largest acceleration that was asked for, rad/s2: what the rig is known to do."""
+    asked = 0.0
+    for one in balances:
+        reference = one.seen.recording['reference_velocity']
+        steps = np.abs(np.diff(reference))
+        asked = max(asked, float(np.max(steps[np.isfinite(steps)], initial=0.0)) / one.seen.period)
+    return asked if asked > 0.0 else 10.0 * speed
 
 
 def _simulated(servo: Servo, family: str, settings: dict, evidence) -> Recording | None:
@@ -78,32 +165,13 @@ def _simulated(servo: Servo, family: str, settings: dict, evidence) -> Recording
     samples = int(DURATION / period)
     t = np.arange(samples) * period
     columns = {name: np.full(samples, np.nan) for name in INPUTS}
-    columns['external_torque'] = np.zeros(samples)
     mode = 'measured_input' if 'amplitude' in settings else 'closed_loop'
+    reference, columns['external_torque'] = _waves(family, settings, t)
     if mode == 'closed_loop':
-        speed = np.zeros(samples)
-        if family == 'speed_ladder':
-            steps = [s * way for s in settings['speeds'] for way in (1.0, -1.0)]
-            speed = np.array(steps)[np.minimum((t / DURATION * len(steps)).astype(int),
-                                               len(steps) - 1)]
-        elif family == 'slow_reversals':
-            speed = settings['speed'] * np.where(t % settings['period'] < settings['period'] / 2,
-                                                 1.0, -1.0)
-        else:
-            speed = settings['speed'] * np.where(t < DURATION / 2, 1.0, -1.0)
-        columns['reference_velocity'] = speed
-        columns['reference_position'] = np.cumsum(speed) * period
-        if family == 'load_steps':
-            torque = settings['torque'] * np.array((0.0, 0.5, 1.0, -0.5, -1.0))
-            columns['external_torque'] = torque[(t * 2.0 % len(torque)).astype(int)]
-    elif family == 'chirp':
-        rate = (settings['to'] - settings['from']) / DURATION
-        columns['voltage'] = settings['amplitude'] * np.sin(
-            2.0 * np.pi * (settings['from'] + 0.5 * rate * t) * t)
+        columns['reference_velocity'] = reference
+        columns['reference_position'] = np.cumsum(reference) * period
     else:
-        waves = settings.get('frequencies', [settings.get('frequency', 1.0)])
-        columns['voltage'] = settings['amplitude'] / np.sqrt(len(waves)) * sum(
-            np.sin(2.0 * np.pi * f * t + 1.7 * i * i) for i, f in enumerate(waves))
+        columns['voltage'] = reference
     y = simulate(servo, inputs_of(columns), period, initial_state(servo), mode)
     if not np.isfinite(y).all():
         return None
@@ -120,22 +188,43 @@ def _simulated(servo: Servo, family: str, settings: dict, evidence) -> Recording
     return Recording(family, period, measured, family=family)
 
 
-def _separation(recording, evidence, screening, one: Candidate, other: Candidate) -> float:
-    """How large the effect of one cause stays when the other may imitate it, in noise units."""
-    extended = evidence.stacks['screen'].extended
-    seen = observe([recording], evidence.servo)[0]
-    stack = Stack([Balance(extended.servo, seen, extended.given)], extended)
-    if not len(stack.base):
-        return 0.0
-    _, nuisances, _, _ = stack.nuisances()
-    explanation = evidence.best.explanation
-    sizes = np.array([explanation.theta[extended.slot(p, e)] - extended.theta[extended.slot(p, e)]
-                      for p, e in zip(one.paths, one.elements, strict=True)])
-    sizes = np.where(np.abs(sizes) > 0.0, sizes, 1e-9)
-    mine = stack.columns(one, sizes) @ sizes
-    index = next(i for i, c in enumerate(screening.library.candidates) if c == other)
-    theirs = stack.columns(other, screening.library.amplitudes[index])
-    table = np.column_stack((nuisances, theirs))
-    weight = np.sqrt((table**2).sum(axis=0)) + 1e-300
-    fitted = np.linalg.lstsq(table / weight, mine, rcond=1e-9)[0]
-    return float(np.sqrt(np.sum((mine - table / weight @ fitted)**2)))
+def _waves(family: str, settings: dict, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return reference (V, or rad/s at the load) and external torque, N m, shape of t each."""
+    still = np.zeros(len(t))
+    if family == 'slow_reversals':
+        phase = 2.0 * np.pi * t / settings['period']
+        return settings['speed'] * 2.0 / np.pi * np.arcsin(np.sin(phase)), still
+    if family == 'sine':
+        return settings['amplitude'] * np.sin(2.0 * np.pi * settings['frequency'] * t), still
+    if family == 'chirp':
+        rate = np.log(settings['to'] / settings['from']) / DURATION
+        turns = settings['from'] * np.expm1(rate * t) / rate
+        return settings['amplitude'] * np.sin(2.0 * np.pi * turns), still
+    if family == 'multisine':
+        tones = np.geomspace(settings['from'], settings['to'], settings['lines'])
+        wave = sum(np.sin(2.0 * np.pi * f * t + 1.7 * i * i) for i, f in enumerate(tones))
+        return settings['amplitude'] * wave / np.abs(wave).max(), still
+    speed, torque = still, still
+    if family == 'speed_ladder':
+        levels = np.repeat(settings['speeds'], 2)
+        place = (t / DURATION * len(levels)).astype(int)
+        speed = levels[place] * np.where(place % 2, -1.0, 1.0)
+    elif family == 'turns':
+        way = np.where(t < DURATION / 2, 1.0, -1.0)
+        speed = settings['speed'] * np.where(t % (DURATION / 2) < DURATION / 2 - 0.5, way, 0.0)
+    elif family == 'load_steps':
+        levels = np.linspace(-1.0, 1.0, 5)
+        cycle = np.concatenate((levels, levels[-2:0:-1]))
+        place = (t / 0.5).astype(int)
+        speed = settings['speed'] * np.where(place // len(cycle) % 2, -1.0, 1.0)
+        torque = settings['torque'] * cycle[place % len(cycle)]
+    return _eased(speed, settings['acceleration'] * (t[1] - t[0])), torque
+
+
+def _eased(wanted: np.ndarray, most: float) -> np.ndarray:
+    """Return a speed that follows another one from rest, by ``most`` from sample to sample."""
+    eased, now = np.empty(len(wanted)), 0.0
+    for i, speed in enumerate(wanted):
+        now += min(max(speed - now, -most), most)
+        eased[i] = now
+    return eased

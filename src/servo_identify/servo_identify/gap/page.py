@@ -26,7 +26,8 @@ STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
 PURPOSES = {'screen': 'selected the causes', 'accept': 'had to confirm them',
             'report': 'measured the shrink'}
 SETTINGS = {'amplitude': 'V', 'speed': 'rad/s', 'speeds': 'rad/s', 'torque': 'N m', 'period': 's',
-            'duration': 's', 'from': 'Hz', 'to': 'Hz', 'frequency': 'Hz', 'frequencies': 'Hz'}
+            'duration': 's', 'from': 'Hz', 'to': 'Hz', 'frequency': 'Hz',
+            'acceleration': 'rad/s2'}
 """Units of the settings of a recording that is proposed."""
 
 
@@ -160,7 +161,11 @@ def _ambiguous(report: GapReport, linear: bool) -> list[str]:
     lines = [f'{c.effect} at {c.site}: these recordings cannot tell it from '
              f'{", ".join(c.ambiguous_with)}.' for c in report.which if c.ambiguous_with]
     following = report.next_experiment
-    if following:
+    if following and not following['family']:
+        one, other = following['separates']
+        lines.append(f'Of what the rig was seen to do, no recording of ten seconds would separate '
+                     f'{one} from {other}.')
+    elif following:
         settings = ', '.join(f'{name} {_setting(name, v, linear)}'
                              for name, v in following['settings'].items())
         one, other = following['separates']

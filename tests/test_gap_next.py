@@ -1,0 +1,146 @@
+"""What stays ambiguous after a diagnosis, and the recording that it proposes for it."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from synthetic import PERIOD, sampled
+
+from servo_identify.blind.definitions import machines
+from servo_identify.blind.resolution import as_order
+from servo_identify.gap import experiment_choice
+from servo_identify.gap.balance import Balance
+from servo_identify.gap.candidates import candidates_of, extend
+from servo_identify.gap.experiment_choice import DURATION, next_experiment, separation
+from servo_identify.gap.library import build_library
+from servo_identify.gap.observation import observe
+from servo_identify.gap.screening import Screening
+from servo_identify.gap.selection import Selection
+from servo_identify.gap.shape_values import shape_values
+from servo_identify.gap.stack import Stack
+from servo_rig_driver.emulated.excitation import family
+from servo_twin import servo_file
+from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.servo import Placed
+
+BENCH = servo_file.load(
+    Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
+SERVO = replace(BENCH, tolerance={**BENCH.tolerance, 'effects.coulomb.level': (20.0, 24.0)})
+CATALOGUE = ('presliding_friction', 'friction_drift', 'gravity', 'spring_load')
+FEW = tuple(n for n in names() if n not in CATALOGUE)
+SIDES, CHANNELS = ('motor', 'load'), ('motor_position', 'load_position', 'torque', 'current')
+
+
+def quick(rig, seed, seconds=6.0):
+    """Return a recording that stays within a part of a turn."""
+    time = np.arange(int(seconds / PERIOD)) * PERIOD
+    command = sum(1.6 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (1.3, 2.1, 3.1))
+    return replace(sampled(rig, command, seed=seed), name=f'quick {seed}', family='multisine')
+
+
+def wide(rig, seed):
+    """Return a recording that goes far out and back."""
+    time = np.arange(int(10.0 / PERIOD)) * PERIOD
+    command = 2.0 * np.sin(2.0 * np.pi * 0.1 * time)
+    return replace(sampled(rig, command, seed=seed), name='wide', family='sine')
+
+
+def stacked(recordings, extended):
+    return Stack([Balance(extended.servo, seen, extended.given, extended.theta)
+                  for seen in observe(recordings, SERVO)], extended)
+
+
+def screened(rig):
+    """Return a screening of two recordings of a rig with the small catalogue."""
+    extended = extend(SERVO, SIDES, CHANNELS, FEW)
+    stack = stacked([quick(rig, 1), quick(rig, 2)], extended)
+    candidates = candidates_of(extended, shape_values(stack, stack.base))
+    return Screening(stack, build_library(stack, candidates, lambda share: None))
+
+
+def chosen_of(screening):
+    return Selection(screening).select(lambda share: None)
+
+
+@pytest.fixture(scope='module')
+def weighted():
+    """Return a rig with a weight at its load, and its screening."""
+    rig = SERVO.with_effects(Placed('w', find('gravity'), 'load'), values={
+        'effects.w.sine': 3.0, 'effects.w.cosine': 1.0})
+    return rig, screened(rig)
+
+
+def test_a_coulomb_level_is_not_ambiguous_with_laws_of_which_it_is_the_limit():
+    screening = screened(SERVO.with_values({'effects.coulomb.level': 40.0}))
+    chosen = chosen_of(screening)
+    known = screening.library.candidates
+    assert [known[c].name for c in chosen] == ['parameter:coulomb.level']
+    start, gain = screening.loss([]), screening.loss([]) - screening.loss(chosen)
+    as_good = {known[c].name for c in range(len(known))
+               if start - screening.loss([c]) > 0.99 * gain}
+    assert 'presliding_friction' in as_good  # it explains as much, with numbers of its own
+    assert Selection(screening).explain(chosen)[0].ambiguous == ()
+
+
+def test_a_simpler_law_is_no_stand_in_where_a_recording_shows_what_it_leaves(weighted):
+    _, screening = weighted
+    best = chosen_of(screening)
+    assert screening.library.candidates[best[0]].name == 'gravity'
+    level = next(c for c, known in enumerate(screening.library.candidates)
+                 if known.name == 'parameter:coulomb.level')
+    assert not Selection(screening).stands_in(best[0], level, [])
+    assert Selection(screening).stands_in(best[0], best[0], [])
+
+
+def test_a_recording_that_goes_round_separates_a_weight_from_a_spring(weighted):
+    rig, screening = weighted
+    weight = chosen_of(screening)[:1]
+    spring = next(c for c in screening.library.candidates if c.name == 'spring_load')
+    extended = screening.stack.extended
+    told = {recording.name: separation(screening, stacked([recording], extended), weight,
+                                       weight[0], spring)
+            for recording in (quick(rig, 1), wide(rig, 3))}
+    assert told['wide'] > 2.0 * told['quick 1']
+    assert told['wide'] > 1.0
+
+
+def proposed(monkeypatch, told):
+    """Return what is proposed where the recordings of a menu separate as far as is told."""
+    menu = [('sine', {'amplitude': 1.0, 'frequency': 0.5}, 0),
+            ('chirp', {'amplitude': 1.0, 'from': 0.5, 'to': 15.0}, 1)]
+    monkeypatch.setattr(experiment_choice, '_recorded', lambda evidence: iter(menu))
+    monkeypatch.setattr(experiment_choice, 'separation',
+                        lambda screening, more, kept, one, other, closely=True: told[more])
+    gravity, spring = SimpleNamespace(name='gravity'), SimpleNamespace(name='spring_load')
+    evidence = SimpleNamespace(choices=(SimpleNamespace(ambiguous=(spring,)),))
+    screening = SimpleNamespace(library=SimpleNamespace(candidates=[gravity]))
+    return next_experiment(evidence, screening, [0])
+
+
+def test_the_recording_is_proposed_that_separates_most(monkeypatch):
+    answer = proposed(monkeypatch, (2.0, 5.0))
+    assert (answer['separates'], answer['family']) == (['gravity', 'spring_load'], 'chirp')
+    assert answer['settings']['duration'] == DURATION and answer['expected_ratio'] == 5.0
+
+
+def test_none_is_proposed_where_none_would_separate(monkeypatch):
+    assert proposed(monkeypatch, (0.4, 0.9)) == {
+        'separates': ['gravity', 'spring_load'], 'family': '', 'settings': {}}
+
+
+@pytest.mark.parametrize('name, settings', [
+    ('speed_ladder', {'speeds': [0.1, 0.2, 0.4, 0.8], 'acceleration': 4.0}),
+    ('slow_reversals', {'speed': 0.1, 'period': 2.5}),
+    ('turns', {'speed': 0.5, 'acceleration': 4.0}),
+    ('load_steps', {'speed': 0.3, 'torque': 60.0, 'acceleration': 4.0}),
+    ('chirp', {'amplitude': 1.4, 'from': 0.5, 'to': 15.0}),
+    ('sine', {'amplitude': 1.6, 'frequency': 0.5})])
+def test_what_is_simulated_is_what_the_rig_makes_of_the_proposal(name, settings):
+    time = np.arange(int(DURATION / PERIOD)) * PERIOD
+    order = as_order(machines()['rv_plain'], name, {**settings, 'duration': DURATION})
+    theirs = family(name).waves(time, order['settings'])
+    for ours, made in zip(experiment_choice._waves(name, settings, time), theirs, strict=True):
+        off = np.mean((ours - made)**2) / max(np.mean(made**2), 1e-12)
+        assert off < 0.02
