@@ -45,7 +45,8 @@ class VoltageDrive(MotorDrive):
     @staticmethod
     def law(p, current, command, speed, h):
         drop = p.gain * command - p.back_emf * speed
-        return (p.inductance * current + h * drop) / (p.inductance + h * p.resistance)
+        stiff = 1.0 / (p.inductance + h * p.resistance)  # once, before the first step
+        return stiff * (p.inductance * current + h * drop)
 
 
 class CurrentAmplifier(MotorDrive):
@@ -78,7 +79,8 @@ class CurrentAmplifier(MotorDrive):
         wanted = min(max(p.gain * command, -p.current_limit), p.current_limit)
         kept = p.inductance * current - h * p.back_emf * speed
         stiff = p.inductance + h * p.resistance
-        after = (kept + h * p.proportional * wanted) / (stiff + h * p.proportional)
+        looped = 1.0 / (stiff + h * p.proportional)  # once, before the first step
+        after = looped * (kept + h * p.proportional * wanted)
         volts = p.proportional * (wanted - after)
         if abs(volts) <= p.supply:
             return after

@@ -32,4 +32,4 @@ class DiscBrake(Friction):
     def law(p, s, motion, h):
         cosine, sine = cos_sin(motion.angle)
         level = 1.0 + p.gain + p.cosine * cosine + p.sine * sine
-        return p.asked * (level + p.grip * exp(-((motion.speed / p.fade) ** 2)))
+        return p.asked * (level + p.grip * exp(-((motion.speed * (1.0 / p.fade)) ** 2)))

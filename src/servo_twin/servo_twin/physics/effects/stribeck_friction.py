@@ -22,4 +22,4 @@ class StribeckFriction(Friction):
 
     @staticmethod
     def law(p, s, motion, h):
-        return p.excess * exp(-((motion.speed / p.fade) ** 2))
+        return p.excess * exp(-((motion.speed * (1.0 / p.fade)) ** 2))

@@ -55,41 +55,42 @@ class Rigid(Mechanism):
 
     @staticmethod
     def step(p, theta, on, x, current_torque, external, temperature, h):
+        turns = 1.0 / p.ratio  # quotients of constants are taken once, before the first step
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
         carried = p.load_inertia + x[ADDED]
-        inertia = p.rotor_inertia + carried / p.ratio**2
+        inertia = p.rotor_inertia + carried * turns**2
         travel = abs(motor - x[MOTOR_REVERSAL])
-        felt = x[TORQUE] / p.ratio
+        felt = x[TORQUE] * turns
 
         # everything that pushes, seen from the motor shaft
         at_motor = Shaft(motor, x[MOTOR_SPEED], x[MOTOR_DIRECTION], felt, travel, x[CURRENT],
                          temperature, time)
-        at_load = Shaft(load, x[LOAD_SPEED], x[MOTOR_DIRECTION], x[TORQUE], travel / p.ratio,
+        at_load = Shaft(load, x[LOAD_SPEED], x[MOTOR_DIRECTION], x[TORQUE], travel * turns,
                         x[CURRENT], temperature, time)
         on_motor = current_torque + motor_torque(theta, on, x, at_motor, h)
         on_load = load_torque(theta, on, x, at_load, h) - external
         on_load -= x[SWELL] * x[LOAD_SPEED]
-        push = on_motor + on_load / p.ratio
-        way = 1.0 if x[MOTOR_SPEED] + h * push / inertia > 0.0 else -1.0
+        push = on_motor + on_load * turns
+        way = 1.0 if x[MOTOR_SPEED] + h / inertia * push > 0.0 else -1.0
 
         # everything that resists
         at_motor = Shaft(motor, x[MOTOR_SPEED], way, felt, travel, x[CURRENT], temperature, time)
-        at_load = Shaft(load, x[LOAD_SPEED], way, x[TORQUE], travel / p.ratio, x[CURRENT],
+        at_load = Shaft(load, x[LOAD_SPEED], way, x[TORQUE], travel * turns, x[CURRENT],
                         temperature, time)
         motor_budget = max(0.0, motor_friction(theta, on, x, at_motor, h))
-        load_budget = max(0.0, load_friction(theta, on, x, at_load, h)) / p.ratio
+        load_budget = max(0.0, load_friction(theta, on, x, at_load, h)) * turns
         before = x[MOTOR_SPEED]
         budget = motor_budget + load_budget
         resisted = slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, inertia, h)
 
         # the load follows; what the mesh carries is what the load side took
         share = load_budget / budget if budget > 0.0 else 0.0
-        speed_up = (x[MOTOR_SPEED] - before) / h / p.ratio
+        speed_up = (x[MOTOR_SPEED] - before) * (turns / h)
         x[TORQUE] = carried * speed_up - on_load - share * resisted * p.ratio
-        teeth = Teeth(x[MOTOR_ANGLE], load, x[MOTOR_DIRECTION], travel / p.ratio, x[TORQUE])
-        x[LOAD_ANGLE] = x[MOTOR_ANGLE] / p.ratio - x[ZERO] - mesh_error(theta, on, x, teeth, h)
-        x[LOAD_SPEED] = x[MOTOR_SPEED] / p.ratio
+        teeth = Teeth(x[MOTOR_ANGLE], load, x[MOTOR_DIRECTION], travel * turns, x[TORQUE])
+        x[LOAD_ANGLE] = x[MOTOR_ANGLE] * turns - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        x[LOAD_SPEED] = x[MOTOR_SPEED] * turns
         x[LOAD_DIRECTION] = x[MOTOR_DIRECTION]
-        x[LOAD_REVERSAL] = x[MOTOR_REVERSAL] / p.ratio
+        x[LOAD_REVERSAL] = x[MOTOR_REVERSAL] * turns
 
         x[TIME] = time + h

@@ -24,4 +24,4 @@ def slide(x, angle, direction, push, budget, inertia, h):
     if speed * x[direction] < 0.0 or (x[direction] == 0.0 and speed != 0.0):
         x[direction] = 1.0 if speed > 0.0 else -1.0
         x[direction + 1] = x[angle] - h * speed
-    return (speed - free) * inertia / h
+    return (speed - free) * (inertia / h)
