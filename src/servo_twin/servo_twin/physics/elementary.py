@@ -21,9 +21,9 @@ _E5, _E6, _E7 = 0.008333333333330065, 0.0013888888917196719, 0.00019841269863040
 _E8, _E9 = 2.4801521322368692e-05, 2.7557268480310024e-06
 _E10, _E11 = 2.7620075879983367e-07, 2.5100375832561234e-08
 
-_PARTS = 256  # of a turn, that the table of cosines and sines has
-_PER_PART = 40.74366543152521
-_PART_HIGH, _PART_LOW = 0.02454369260617026, 9.567553118338697e-19  # a part of a turn, in two numbers
+_PARTS = 512  # of a turn, that the table of cosines and sines has
+_PER_PART = 81.48733086305042
+_PART_HIGH, _PART_LOW = 0.01227184630308513, 4.783776559169348e-19  # their sum is a part, rad
 
 
 @intrinsic
@@ -116,5 +116,5 @@ def cos_sin(x):
     r = fused(-count, _PART_LOW, fused(-count, _PART_HIGH, x))
     z = r * r
     sine = fused(r * z, fused(z, 1.0 / 120.0, -1.0 / 6.0), r)
-    less = z * fused(z, fused(z, 1.0 / 720.0, -1.0 / 24.0), 0.5)  # 1 - cosine
+    less = z * fused(z, -1.0 / 24.0, 0.5)  # 1 - cosine
     return fused(-c, less, fused(-s, sine, c)), fused(-s, less, fused(c, sine, s))

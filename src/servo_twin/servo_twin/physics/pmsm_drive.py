@@ -96,7 +96,8 @@ class PmsmDrive(DigitalDrive):
         if s[TO_CURRENT] < 0.5 * h:
             if s[TO_VELOCITY] < 0.5:
                 s[TO_VELOCITY] += round(p.velocity_cycle / p.current_cycle)
-                error = p.speed_gain * command - (angle - s[LAST_ANGLE]) / p.velocity_cycle
+                seen = (angle - s[LAST_ANGLE]) * (1.0 / p.velocity_cycle)
+                error = p.speed_gain * command - seen
                 s[LAST_ANGLE] = angle
                 gain = p.velocity_gain * p.tuned_inertia / p.torque_constant
                 summed = s[VELOCITY_SUM] + gain * p.velocity_cycle / p.velocity_time * error

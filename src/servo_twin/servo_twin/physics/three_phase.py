@@ -46,8 +46,8 @@ def turned_back(d, q, angle):
     By the series of sine and cosine: good to 1e-9 of it while abs(angle) is below 0.05 rad.
     """
     square = angle * angle
-    c = 1.0 - square * (0.5 - square / 24.0)
-    s = angle * (1.0 - square * (1.0 / 6.0 - square / 120.0))
+    c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
+    s = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     return c * d + s * q, c * q - s * d
 
 

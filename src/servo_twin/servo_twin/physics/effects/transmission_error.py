@@ -29,7 +29,7 @@ class TransmissionError(MeshError):
 
     @staticmethod
     def law(p, s, motion, h):
-        backwards = min(1.0, motion.travel / p.blend)
+        backwards = min(1.0, motion.travel * (1.0 / p.blend))
         if motion.direction > 0.0:
             backwards = 1.0 - backwards
         once_cos, once_sin = cos_sin(p.order * motion.load_angle)

@@ -41,7 +41,7 @@ def axial_compliance(p, table):
     The screw is held at both ends; its nut stays within it, a twentieth of the span from either.
     """
     place = min(max(p.nut_place + table, 0.05 * p.span), 0.95 * p.span)
-    screw = place * (p.span - place) / (p.modulus * p.section * p.span)
+    screw = place * (p.span - place) * (1.0 / (p.modulus * p.section * p.span))
     nut = 0.8 * p.nut_stiffness * (p.preload / (0.1 * p.preload_rating)) ** (1.0 / 3.0)
     return screw + 1.0 / nut + 1.0 / (p.bearing_stiffness + p.far_bearing_stiffness)
 
