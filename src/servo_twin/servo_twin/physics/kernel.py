@@ -131,7 +131,7 @@ def _source(servo: Servo) -> tuple[str, int]:
     folds_text, size = _folds(servo, slots)
     drive, mechanism, _ = starts(servo)
     parts = [_HEADER, f'THETA_SIZE, STATE_SIZE = {len(servo.theta)}, {size}\n'
-             f'MECHANISM = {mechanism}\n']
+             f'EFFECTS, MECHANISM = {len(servo.effects)}, {mechanism}\n']
     for kind, part in (('drive', servo.drive), ('mechanism', servo.mechanism),
                        ('controller', servo.controller), ('observer', Correction)):
         parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")
@@ -151,6 +151,7 @@ def _source(servo: Servo) -> tuple[str, int]:
     parts.append(f"control_law = compiled(servo.CONTROLLERS["
                  f"{_key_of('CONTROLLERS', servo.controller)!r}].law)\n")
     parts.append(folds_text)
+    parts.append(_vanishing(servo, slots))
     for name, thing in _borrowed(servo).items():
         take = f'_mechanism.step.__globals__[{name!r}]'
         take = f'compiled({take})' if isinstance(thing, FunctionType) else take
@@ -220,6 +221,23 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
         texts.append(f'\n@compiled\ndef {fold.__name__}(theta, on, x, motion, h):\n'
                      f'    total = {start}\n{lines}    return total\n')
     return '\n'.join(texts), memory
+
+
+def _vanishing(servo: Servo, slots: dict[str, slice]) -> str:
+    """
+    Write what switches off the effects whose every amplitude is off, so that they cost nothing.
+
+    Not those with a memory: it has to be right when the values change.
+    """
+    lines = []
+    for index, placed in enumerate(servo.effects):
+        seen = []
+        for name in () if placed.effect.memory else placed.effect.amplitudes():
+            slot, off = slots[f'effects.{placed.name}.{name}'], placed.effect.parameters[name].off
+            seen += [f'(theta[{k}] != {off!r})' for k in range(slot.start, slot.stop)]
+        if seen:
+            lines.append(f'    on[{index}] &= {" | ".join(seen)}\n')
+    return f'@compiled\ndef switch_off_vanished(theta, on):\n{"".join(lines)}    return\n'
 
 
 def _member(index: int, placed: Placed, call: str) -> str:

@@ -31,8 +31,9 @@ def run(theta, on, x, u, y, substeps, h, mode):
     Row k of `y` is what stands at the instant of sample k, before its command acts; the state is
     left at the instant of the sample after the last. Each sample lasts `substeps` steps of `h`.
     """
-    on, given, u, y = borrowed(on), borrowed(x), borrowed(u), borrowed(y)
-    theta, x = own(theta, THETA_SIZE), own(x, STATE_SIZE)
+    given, u, y = borrowed(x), borrowed(u), borrowed(y)
+    theta, on, x = own(theta, THETA_SIZE), own(on, EFFECTS), own(x, STATE_SIZE)
+    switch_off_vanished(theta, on)
     drive = drive_of(theta)
     mechanism = mechanism_of(theta)
     controller = controller_of(theta)

@@ -28,7 +28,7 @@ def borrowed(typing_context, array):
 @intrinsic(prefer_literal=True)
 def own(typing_context, array, size):
     """
-    Return a copy of an array of ``size`` float64, a constant, on the stack.
+    Return a copy of an array of ``size`` numbers or switches, a constant, on the stack.
 
     The compiler takes out of loops what it knows to be nobody else's, and loops over what it knows
     the length of. Only for use within the caller; refuses an array that is not contiguous.
@@ -39,9 +39,11 @@ def own(typing_context, array, size):
 
     def code(context, builder, signature, arguments):
         kind = signature.args[0]
-        count, width = (context.get_constant(types.intp, n) for n in (size, 8))
+        element = context.get_data_type(kind.dtype)
+        count, width = (context.get_constant(types.intp, n)
+                        for n in (size, context.get_abi_sizeof(element)))
         given = context.make_array(kind)(context, builder, arguments[0])
-        room = cgutils.alloca_once(builder, context.get_data_type(kind.dtype), size=size)
+        room = cgutils.alloca_once(builder, element, size=size)
         cgutils.raw_memcpy(builder, room, given.data, count, width)
         view = context.make_array(kind)(context, builder)
         populate_array(view, room, [count], [width], width, None)
