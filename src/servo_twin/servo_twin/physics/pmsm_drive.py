@@ -93,6 +93,7 @@ class PmsmDrive(DigitalDrive):
             s[STARTED], s[LAST_ANGLE] = 1.0, angle - p.velocity_cycle * speed
 
         # the loops, each at the step nearest to the end of its cycle
+        since = angle - s[FROM]
         if s[TO_CURRENT] < 0.5 * h:
             if s[TO_VELOCITY] < 0.5:
                 s[TO_VELOCITY] += round(p.velocity_cycle / p.current_cycle)
@@ -123,6 +124,7 @@ class PmsmDrive(DigitalDrive):
                 alpha, beta = averaged(alpha, beta, p.bus_voltage)
                 voltage_d, voltage_q = park(alpha, beta, c, sine)
             s[VOLTAGE_D], s[VOLTAGE_Q], s[FROM] = voltage_d, voltage_q, angle
+            since = 0.0
             s[TO_CURRENT] += p.current_cycle
 
         # the winding, under what stands in the stator while the rotor turns on
@@ -131,7 +133,7 @@ class PmsmDrive(DigitalDrive):
         if p.switching > 0.5:
             s[D], s[Q] = through_edges(p, s, angle, omega, flux, h)
         else:
-            turned = p.pole_pairs * (angle - s[FROM]) + 0.5 * h * omega
+            turned = p.pole_pairs * since + 0.5 * h * p.pole_pairs * speed
             voltage_d, voltage_q = turned_back(s[VOLTAGE_D], s[VOLTAGE_Q], turned)
             s[D], s[Q] = winding(s[D], s[Q], voltage_d, voltage_q, omega, p.phase_resistance,
                                  p.d_inductance, p.q_inductance, flux, h)

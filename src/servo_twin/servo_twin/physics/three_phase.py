@@ -47,7 +47,7 @@ def turned_back(d, q, angle):
     """
     square = angle * angle
     c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
-    s = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+    s = angle - angle * square * (1.0 / 6.0 - square * (1.0 / 120.0))
     return c * d + s * q, c * q - s * d
 
 
@@ -123,10 +123,11 @@ def winding(d, q, voltage_d, voltage_q, omega, resistance, d_inductance, q_induc
     half = 0.5 * h
     inverse_d = 1.0 / (d_inductance + half * resistance)
     inverse_q = 1.0 / (q_inductance + half * resistance)
-    given_d, given_q = d_inductance * d + half * voltage_d, q_inductance * q + half * voltage_q
     turn = half * omega
-    middle_d = (given_d + turn * (q_inductance * q)) * inverse_d
-    middle_q = (given_q - turn * (d_inductance * d + flux)) * inverse_q
+    given_d = d_inductance * d + half * voltage_d
+    given_q = q_inductance * q - turn * flux + half * voltage_q
+    middle_d = (given_d + turn * q_inductance * q) * inverse_d
+    middle_q = (given_q - turn * d_inductance * d) * inverse_q
     again_d = (given_d + turn * q_inductance * middle_q) * inverse_d
-    again_q = (given_q - turn * (d_inductance * middle_d + flux)) * inverse_q
+    again_q = (given_q - turn * d_inductance * middle_d) * inverse_q
     return again_d + again_d - d, again_q + again_q - q

@@ -41,9 +41,9 @@ def axial_compliance(p, table):
     The screw is held at both ends; its nut stays within it, a twentieth of the span from either.
     """
     place = min(max(p.nut_place + table, 0.05 * p.span), 0.95 * p.span)
-    screw = place * (p.span - place) * (1.0 / (p.modulus * p.section * p.span))
+    screw = 1.0 / (p.modulus * p.section * p.span) * place * (p.span - place)
     nut = 0.8 * p.nut_stiffness * (p.preload / (0.1 * p.preload_rating)) ** (1.0 / 3.0)
-    return screw + 1.0 / nut + 1.0 / (p.bearing_stiffness + p.far_bearing_stiffness)
+    return 1.0 / nut + 1.0 / (p.bearing_stiffness + p.far_bearing_stiffness) + screw
 
 
 @njit(error_model='numpy')
@@ -128,8 +128,7 @@ class BallScrew(Mechanism):
         # the screw, as long as it is between bearing and nut
         soft = compliance(p, load)
         series = 1.0 + p.deformation * (p.stiffness * turns * turns) * soft
-        both = 1.0 / (soft * series)
-        carried = twist * series * both + p.twist_damping * twist_rate
+        carried = twist / soft + p.twist_damping * twist_rate
 
         # the flanks of the nut
         teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
@@ -138,7 +137,7 @@ class BallScrew(Mechanism):
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0
         rate = (screw_speed * turns - load_speed) if touching else 0.0
-        pressed = turns * (p.stiffness * wind_up + p.damping * rate) * (soft * both)
+        pressed = turns * (p.stiffness * wind_up + p.damping * rate) / series
         pressed += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h) / drive
         force = drive * pressed
         x[TORQUE] = force
