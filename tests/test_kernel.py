@@ -101,6 +101,21 @@ def test_many_runs_on_several_threads_are_the_single_runs_to_the_last_bit():
         assert np.array_equal(simulate(servo, u, 1e-3, x.copy(), theta=theta), y)
 
 
+def test_an_effect_that_vanished_takes_part_again_once_its_amplitude_is_there():
+    place = Placed('c', find('cogging'), 'motor')
+    servo = Servo('a', CurrentDrive, Rigid, Open, (), (place,))
+    gone = servo.with_values({'effects.c.cosine': (0.0,), 'effects.c.sine': (0.0,)})
+    u, on = every_effect.inputs(50, voltage=0.5), servo.switches
+    x = initial_state(gone, 0.3)
+    simulate(gone, u, 1e-3, x, on=on)
+    assert on.all()
+    there, switched_off = x.copy(), x.copy()
+    felt = simulate(servo, u, 1e-3, there)
+    assert not np.array_equal(felt, simulate(servo, u, 1e-3, switched_off, on=~on))
+    assert np.array_equal(simulate(gone, u, 1e-3, x.copy()),
+                          simulate(gone, u, 1e-3, x.copy(), on=~on))
+
+
 def test_the_rows_of_an_effect_are_filled_up_to_the_longest():
     place = Placed('te', find('cogging'), 'motor')
     servo = Servo('a', CurrentDrive, Rigid, Open, (), (place,),
