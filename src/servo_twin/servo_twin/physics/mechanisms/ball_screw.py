@@ -3,6 +3,7 @@
 from numba import njit
 
 from ..effect import Parameter
+from ..elementary import fused
 from ..folds import (
     load_friction,
     load_torque,
@@ -34,23 +35,36 @@ from .slide import slide
 
 
 @njit(error_model='numpy')
-def axial_compliance(p, table):
+def reach(p, table):
     """
-    Return 1/K_Z, m/N, with the table at ``table`` (m): screw, nut and bearings (eq. 5 to 7).
+    Return the product of the nut's distances from either bearing, m2, the table at ``table`` (m).
 
     The screw is held at both ends; its nut stays within it, a twentieth of the span from either.
     """
     place = min(max(p.nut_place + table, 0.05 * p.span), 0.95 * p.span)
-    screw = 1.0 / (p.modulus * p.section * p.span) * place * (p.span - place)
+    return place * (p.span - place)
+
+
+@njit(error_model='numpy')
+def softness(p):
+    """
+    Return (a, b) of 1/K_L = a + b reach, rad/(N m) and per m2 of it, seen from the motor (eq. 3).
+
+    Along the screw (eq. 5 to 7): nut and bearings, and the screw itself between them; and in
+    torsion (eq. 4).
+    """
     nut = 0.8 * p.nut_stiffness * (p.preload / (0.1 * p.preload_rating)) ** (1.0 / 3.0)
-    return 1.0 / nut + 1.0 / (p.bearing_stiffness + p.far_bearing_stiffness) + screw
+    held = 1.0 / nut + 1.0 / (p.bearing_stiffness + p.far_bearing_stiffness)
+    torsional = 1.0 / p.coupling_stiffness + 1.0 / p.screw_stiffness
+    lever = p.efficiency * p.ratio * p.ratio
+    return lever * held + torsional, lever / (p.modulus * p.section * p.span)
 
 
 @njit(error_model='numpy')
 def compliance(p, table):
-    """Return 1/K_L, rad/(N m), seen from the motor (eq. 3): along the screw, and in torsion."""
-    torsional = 1.0 / p.coupling_stiffness + 1.0 / p.screw_stiffness  # eq. 4
-    return p.efficiency * p.ratio * p.ratio * axial_compliance(p, table) + torsional
+    """Return 1/K_L, rad/(N m), with the table at ``table`` (m)."""
+    fixed, along = softness(p)
+    return fixed + along * reach(p, table)
 
 
 class BallScrew(Mechanism):
@@ -126,13 +140,16 @@ class BallScrew(Mechanism):
         screw_speed = motor_speed - twist_rate
 
         # the screw, as long as it is between bearing and nut
-        soft = compliance(p, load)
-        series = 1.0 + p.deformation * (p.stiffness * turns * turns) * soft
+        fixed, along = softness(p)
+        taken, apart = p.deformation * (p.stiffness * turns * turns), reach(p, load)
+        soft = fixed + along * apart
+        # 1 + taken * soft, but from the table to its force is what every step waits for
+        series = fused(taken * along, apart, 1.0 + taken * fixed)
         carried = twist / soft + p.twist_damping * twist_rate
 
         # the flanks of the nut
         teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
-        wind_up = (motor - twist) * turns - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        wind_up = (motor - twist) * turns - x[ZERO] - mesh_error(theta, on, x, teeth, h) - load
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0
@@ -162,7 +179,7 @@ class BallScrew(Mechanism):
         travel = abs(load - x[LOAD_REVERSAL])
         shaft = Shaft(load, load_speed, x[LOAD_DIRECTION], force, travel, x[CURRENT],
                       temperature, time)
-        push = force - external + load_torque(theta, on, x, shaft, h)
+        push = force + (load_torque(theta, on, x, shaft, h) - external)
         way = 1.0 if load_speed + h / p.load_inertia * push > 0.0 else -1.0
         shaft = Shaft(load, load_speed, way, force, travel, x[CURRENT], temperature, time)
         budget = max(0.0, load_friction(theta, on, x, shaft, h))
