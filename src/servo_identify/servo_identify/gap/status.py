@@ -48,8 +48,8 @@ def judged(evidence: Evidence) -> Judgement:
     Return the status that the evidence asks for, and what goes with it.
 
     A cause is named when its own balances are explained with it; another balance may be open.
-    What only mends a cause that is not named is none either, nor is what stands in for a sensor that
-    reads wrong.
+    What only mends a cause that is not named is none either, nor is what stands in for a sensor
+    that reads wrong.
     Where they close and yet the twin run anew is no nearer to the rig, that is a part only.
     """
     squares = squares_of(evidence.stacks['screen'], evidence.start)

@@ -10,6 +10,8 @@ from math import sqrt
 
 from numba import njit
 
+from .elementary import fused
+
 _ROOT3 = sqrt(3.0)
 
 
@@ -46,9 +48,9 @@ def turned_back(d, q, angle):
     By the series of sine and cosine: good to 1e-9 of it while abs(angle) is below 0.05 rad.
     """
     square = angle * angle
-    c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
-    s = angle - angle * square * (1.0 / 6.0 - square * (1.0 / 120.0))
-    return c * d + s * q, c * q - s * d
+    c = fused(square, fused(square, 1.0 / 24.0, -0.5), 1.0)
+    s = fused(angle * square, fused(square, 1.0 / 120.0, -1.0 / 6.0), angle)
+    return fused(c, d, s * q), fused(c, q, -s * d)
 
 
 @njit(error_model='numpy')
@@ -123,11 +125,10 @@ def winding(d, q, voltage_d, voltage_q, omega, resistance, d_inductance, q_induc
     half = 0.5 * h
     inverse_d = 1.0 / (d_inductance + half * resistance)
     inverse_q = 1.0 / (q_inductance + half * resistance)
-    turn = half * omega
-    given_d = d_inductance * d + half * voltage_d
-    given_q = q_inductance * q - turn * flux + half * voltage_q
-    middle_d = (given_d + turn * q_inductance * q) * inverse_d
-    middle_q = (given_q - turn * d_inductance * d) * inverse_q
-    again_d = (given_d + turn * q_inductance * middle_q) * inverse_d
-    again_q = (given_q - turn * d_inductance * middle_d) * inverse_q
-    return again_d + again_d - d, again_q + again_q - q
+    turn_d = half * q_inductance * inverse_d * omega
+    turn_q = half * d_inductance * inverse_q * omega
+    given_d = fused(d_inductance * inverse_d, d, half * inverse_d * voltage_d)
+    given_q = fused(q_inductance * inverse_q, q, half * inverse_q * fused(-omega, flux, voltage_q))
+    middle_d, middle_q = fused(turn_d, q, given_d), fused(-turn_q, d, given_q)
+    again_d, again_q = fused(turn_d, middle_q, given_d), fused(-turn_q, middle_d, given_q)
+    return fused(2.0, again_d, -d), fused(2.0, again_q, -q)
