@@ -10,10 +10,11 @@ from synthetic import PERIOD, sampled
 
 from servo_identify.blind.definitions import machines
 from servo_identify.blind.resolution import as_order
-from servo_identify.gap import experiment_choice
+from servo_identify.gap import experiment_choice, menu
+from servo_identify.gap.ambiguity import explain, stands_in
 from servo_identify.gap.balance import Balance
 from servo_identify.gap.candidates import candidates_of, extend
-from servo_identify.gap.experiment_choice import DURATION, next_experiment, separation
+from servo_identify.gap.experiment_choice import next_experiment, separation
 from servo_identify.gap.library import build_library
 from servo_identify.gap.observation import observe
 from servo_identify.gap.screening import Screening
@@ -81,7 +82,7 @@ def test_a_coulomb_level_is_not_ambiguous_with_laws_of_which_it_is_the_limit():
     as_good = {known[c].name for c in range(len(known))
                if start - screening.loss([c]) > 0.99 * gain}
     assert 'presliding_friction' in as_good  # it explains as much, with numbers of its own
-    assert Selection(screening).explain(chosen)[0].ambiguous == ()
+    assert explain(screening, chosen)[0].ambiguous == ()
 
 
 def test_a_simpler_law_is_no_stand_in_where_a_recording_shows_what_it_leaves(weighted):
@@ -90,8 +91,8 @@ def test_a_simpler_law_is_no_stand_in_where_a_recording_shows_what_it_leaves(wei
     assert screening.library.candidates[best[0]].name == 'gravity'
     level = next(c for c, known in enumerate(screening.library.candidates)
                  if known.name == 'parameter:coulomb.level')
-    assert not Selection(screening).stands_in(best[0], level, [])
-    assert Selection(screening).stands_in(best[0], best[0], [])
+    assert not stands_in(screening, best[0], level, [])
+    assert stands_in(screening, best[0], best[0], [])
 
 
 def test_a_recording_that_goes_round_separates_a_weight_from_a_spring(weighted):
@@ -108,9 +109,10 @@ def test_a_recording_that_goes_round_separates_a_weight_from_a_spring(weighted):
 
 def proposed(monkeypatch, told):
     """Return what is proposed where the recordings of a menu separate as far as is told."""
-    menu = [('sine', {'amplitude': 1.0, 'frequency': 0.5}, 0),
+    made = [('sine', {'amplitude': 1.0, 'frequency': 0.5}, 0),
             ('chirp', {'amplitude': 1.0, 'from': 0.5, 'to': 15.0}, 1)]
-    monkeypatch.setattr(experiment_choice, '_recorded', lambda evidence: iter(menu))
+    monkeypatch.setattr(experiment_choice, 'recordings_of_the_menu',
+                        lambda evidence: iter(made))
     monkeypatch.setattr(experiment_choice, 'separation',
                         lambda screening, more, kept, one, other, closely=True: told[more])
     gravity, spring = SimpleNamespace(name='gravity'), SimpleNamespace(name='spring_load')
@@ -122,7 +124,7 @@ def proposed(monkeypatch, told):
 def test_the_recording_is_proposed_that_separates_most(monkeypatch):
     answer = proposed(monkeypatch, (2.0, 5.0))
     assert (answer['separates'], answer['family']) == (['gravity', 'spring_load'], 'chirp')
-    assert answer['settings']['duration'] == DURATION and answer['expected_ratio'] == 5.0
+    assert answer['settings']['duration'] == menu.DURATION and answer['expected_ratio'] == 5.0
 
 
 def test_none_is_proposed_where_none_would_separate(monkeypatch):
@@ -138,9 +140,9 @@ def test_none_is_proposed_where_none_would_separate(monkeypatch):
     ('chirp', {'amplitude': 1.4, 'from': 0.5, 'to': 15.0}),
     ('sine', {'amplitude': 1.6, 'frequency': 0.5})])
 def test_what_is_simulated_is_what_the_rig_makes_of_the_proposal(name, settings):
-    time = np.arange(int(DURATION / PERIOD)) * PERIOD
-    order = as_order(machines()['rv_plain'], name, {**settings, 'duration': DURATION})
+    time = np.arange(int(menu.DURATION / PERIOD)) * PERIOD
+    order = as_order(machines()['rv_plain'], name, {**settings, 'duration': menu.DURATION})
     theirs = family(name).waves(time, order['settings'])
-    for ours, made in zip(experiment_choice._waves(name, settings, time), theirs, strict=True):
+    for ours, made in zip(menu._waves(name, settings, time), theirs, strict=True):
         off = np.mean((ours - made)**2) / max(np.mean(made**2), 1e-12)
         assert off < 0.02

@@ -9,12 +9,12 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 
 from .acceptance import leftover, run_over, Trial, tried
+from .ambiguity import Choice, explain
 from .balance import Balance, BALANCES
 from .completeness import Remainder, remainder, repeatable
 from .explanation import augmented, fit
 from .resimulation import Diverged, Gap
 from .screening import Screening
-from .selection import Choice, Selection
 from .splitting import Split
 from .stack import Stack
 from .stages import Stages
@@ -69,7 +69,7 @@ def gathered(known: Findings, screening: Screening, kept: list[int], stages: Sta
     best = tried(screening, kept, purposes['accept'])
     names = tuple(f'{r.name}@{r.digest[:12]}' if r.digest else r.name for r in known.split.screen)
     better = augmented(known.servo, stacks['screen'], best.explanation, names)
-    choices = tuple(Selection(screening).explain(kept))
+    choices = tuple(explain(screening, kept))
     stages.begin('completeness')
     left = screening.residual(kept)
     remainders = _remainders(stacks, left, best, bool(kept))

@@ -1,17 +1,14 @@
-"""
-Which causes the recordings ask for: forward selection, pruned, and what could stand in for each.
-"""
+"""Which causes the recordings ask for: forward selection, pruned and swapped."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import norm
 
-from .balance import BALANCES
-from .candidates import Candidate
+from .comparison import as_good, complexity, surely_worse
 from .screening import Screening
 from .shapes import refined
 
@@ -21,28 +18,11 @@ FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does
 LATER = 0.004  # share of a balance's first square that a later cause must take away
 STILL = 1.3  # square of a balance below which there is nothing left for a later cause
 MOST = 6  # causes in one diagnosis
-MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
-SURELY = 3.5  # standard deviations over blocks by which the better of two laws is told
-LITTLE = 0.05  # and the share of what it leaves, or all laws but the exact one were surely worse
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
-ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
-SEEN = (1.2, 0.05)  # times and squares of the scale by which one leaves more, so that it is seen
-LIKELY = 2.0  # standard deviations over blocks by which a richer law must leave less to be listed
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A cause that the screening took, with what else would have done."""
-
-    candidate: Candidate
-    gain: float  # cross-validated drop of the sum of squares
-    significance: float  # standard deviations of the drop over blocks
-    balances: tuple[str, ...] = ()  # those in which it takes most away
-    ambiguous: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,80 +53,6 @@ class Selection:
             tick((step + 1) / MOST)
         return self._of_their_own(chosen)
 
-    def explain(self, chosen: list[int]) -> list[Choice]:
-        """Say of each choice what it gains and what could take its place."""
-        screening = self.screening
-        answers = []
-        for one in chosen:
-            rest = [c for c in chosen if c != one]
-            gain = screening.loss(rest) - screening.loss(chosen)
-            ranked = sorted(self._alike(one, chosen, gain), key=lambda pair: -pair[0])
-            answers.append(Choice(screening.library.candidates[one], gain,
-                                  screening.significance(one, rest), self._taken(rest, chosen),
-                                  tuple(other for _, other in ranked)))
-        return answers
-
-    def _alike(self, one: int, chosen: list[int],
-               gain: float) -> Iterator[tuple[float, Candidate]]:
-        """Yield (share of the gain, version) of each other cause that could be there instead."""
-        screening = self.screening
-        rest = [c for c in chosen if c != one]
-        start, shares = screening.loss(rest), {}
-        taken = {screening.library.candidates[c].key for c in chosen}
-        for c, other in enumerate(screening.library.candidates):
-            if other.key in taken:
-                continue
-            share = (start - screening.loss([*rest, c])) / max(gain, 1e-12)
-            if share >= ALIKE:
-                shares.setdefault(other.key, []).append((share, c))
-        for versions in shares.values():
-            for share, c in sorted(versions, reverse=True):
-                if self.stands_in(one, refined(screening, c, rest), rest):
-                    yield share, screening.library.candidates[c]
-                    break
-
-    def stands_in(self, one: int, other: int, rest: list[int]) -> bool:
-        """
-        Tell whether these recordings leave open that another cause is there instead of one.
-
-        It may leave no more that counts in any balance, nor surely more where a recording shows
-        it. One with more numbers must be likely to leave less: as good as anything is its limit
-        at which it is the simpler law, and no recording could tell it from that.
-        """
-        screening = self.screening
-        kept, instead = [*rest, one], [*rest, other]
-        if not self._as_good(screening.squares(instead), screening.squares(kept), 1.5, 0.3):
-            return False
-        if self._complexity(other) > self._complexity(one):
-            drop = screening.residual(kept)**2 - screening.residual(instead)**2
-            return self._sureness(drop) > LIKELY
-        return max(self.shown(kept, instead).values()) <= 1.0 or not self._surely_worse(
-            other, one, rest)
-
-    def shown(self, kept: list[int], instead: list[int]) -> dict[int, float]:
-        """
-        Return by recording how plainly it shows that other causes leave more than those kept.
-
-        Mean squares of what they leave over the least that is seen, in the balance in which that
-        is most: above 1 it is seen.
-        """
-        stack, screening = self.screening.stack, self.screening
-        least, left = screening.residual(kept)**2, screening.residual(instead)**2
-        times, more = SEEN
-        ratios: dict[int, float] = {}
-        for number in np.unique(stack.recording):
-            for index in np.unique(stack.balance):
-                rows = (stack.recording == number) & (stack.balance == index)
-                if rows.any():
-                    ratio = float(np.mean(left[rows]) / (times * np.mean(least[rows]) + more))
-                    ratios[int(number)] = max(ratio, ratios.get(int(number), 0.0))
-        return ratios
-
-    def _sureness(self, drop: np.ndarray) -> float:
-        """Return a sum of what rows lose in standard deviations, over blocks."""
-        drop = np.bincount(self.screening.blocks, drop)
-        return float(drop.sum() / (np.sqrt(len(drop)) * np.std(drop) + 1e-12))
-
     def _best(self, chosen: list[int]) -> int | None:
         screening = self.screening
         taken = {screening.library.candidates[c].key for c in chosen}
@@ -168,11 +74,11 @@ class Selection:
         most = max(gains, key=gains.get)
         least = screening.squares([*chosen, most])
         left = {c: screening.squares([*chosen, c]) for c in gains}
-        near = [c for c in gains if not self._surely_worse(c, most, chosen)
-                and (self._as_good(left[c], least, 1.2, 0.15)
+        near = [c for c in gains if not surely_worse(screening, c, most, chosen)
+                and (as_good(left[c], least, 1.2, 0.15)
                      or (gains[c] >= SAME * gains[most]
-                         and self._as_good(left[c], least, 1.6, 0.5)))]
-        best = min(near, key=lambda c: (self._complexity(c), -gains[c]))
+                         and as_good(left[c], least, 1.6, 0.5)))]
+        best = min(near, key=lambda c: (complexity(screening, c), -gains[c]))
         return refined(screening, best, chosen, closely=True)
 
     def _of_their_own(self, chosen: list[int]) -> list[int]:
@@ -189,20 +95,6 @@ class Selection:
         kinds = {c: screening.library.candidates[c].kind for c in chosen}
         return [c for c in chosen if kinds[c] is None or all(
             gains[c] >= SHAPE * gains[o] for o in chosen if kinds[o] == kinds[c])]
-
-    def _surely_worse(self, one: int, most: int, chosen: list[int]) -> bool:
-        """Tell whether a candidate leaves more than another in a balance, little but for sure."""
-        screening = self.screening
-        stack = screening.stack
-        behind = screening.residual([*chosen, one])**2 - screening.residual([*chosen, most])**2
-        left = screening.residual([*chosen, most])**2
-        for index in np.unique(stack.balance):
-            rows = stack.balance == index
-            drop = np.bincount(screening.blocks[rows], behind[rows])
-            sure = drop.sum() > SURELY * np.sqrt(len(drop)) * np.std(drop)
-            if sure and drop.sum() > LITTLE * float(np.sum(left[rows])):
-                return True
-        return False
 
     def _foremost(self, ranked: list[tuple[float, int]], before: dict[int, float],
                   chosen: list[int]) -> list[int]:
@@ -285,27 +177,4 @@ class Selection:
             shares.append(float(np.sum(before[rows] ** 2 - after[rows] ** 2)) / max(gap, 1e-12))
         return max(shares, default=0.0)
 
-    def _complexity(self, one: int) -> int:
-        """
-        How many numbers a candidate may choose.
 
-        A shape with a grid is one, an order too: it was read off the residual.
-        """
-        screening = self.screening
-        shapes = screening.library.candidates[one].shapes
-        return len(screening.members[one]) + sum(
-            bool(screening.stack.extended.declaration(path).grid) for path, _ in shapes)
-
-    @staticmethod
-    def _as_good(left: dict[int, float], least: dict[int, float], times: float,
-                 more: float) -> bool:
-        return all(square <= times * least[b] + more for b, square in left.items())
-
-    def _taken(self, rest: list[int], chosen: list[int]) -> tuple[str, ...]:
-        """Balances in which a cause takes away a good part of what it takes away in all."""
-        screening = self.screening
-        drop = screening.residual(rest)**2 - screening.residual(chosen)**2
-        taken = {int(b): float(drop[screening.stack.balance == b].sum())
-                 for b in np.unique(screening.stack.balance)}
-        return tuple(BALANCES[b] for b, part in taken.items()
-                     if part > 0.0 and part >= MAINLY * max(taken.values()))

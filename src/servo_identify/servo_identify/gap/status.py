@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .acceptance import leftover
+from .ambiguity import Choice
 from .balance import BALANCES
 from .completeness import Remainder
 from .evidence import Evidence, NOTICED
 from .resimulation import shrink
-from .selection import Choice
 from .stack import Stack
 from .wrong_reading import ENTERS
 

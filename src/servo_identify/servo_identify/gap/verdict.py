@@ -11,21 +11,14 @@ from .candidates import Candidate
 from .completeness import Remainder
 from .evidence import Evidence
 from .explanation import is_spring, spring_of
-from .noise import signal_of
 from .resimulation import bootstrap, drawn, Gap, shrink
+from .sentence import sentence
 from .spring import NAME as SPRING_NAME
-from .status import judged, Judgement, squares_of
-from .wrong_reading import ENTERS
+from .status import judged, squares_of
 
 ALIASES = {
     'torque_constant_error': 'parameter:torque_constant',
     'stiffness_error': 'parameter:stiffness',
-}
-RIGID = 'the compliance of the transmission (its mechanism is rigid)'
-PEOPLE = {
-    'drive': 'the drive', 'motor': 'the motor shaft', 'transmission': 'the transmission',
-    'load': 'the load shaft', 'torque': 'the torque balance of motor and load',
-    'controller': 'the controller', 'sensor': 'the sensors',
 }
 
 
@@ -39,11 +32,10 @@ def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: d
              for b in choice.balances]
     # a cause may show within the noise, where no balance by itself has a gap
     balance = max(gaps or taken[:1], key=lambda name: found.squares[name], default='')
-    said_at = taken[0] if taken else balance
     gap = _gap(evidence)
     verdict = {'status': status, 'effects': named, 'balance': balance,
-               'sentence': _sentence(found, _spoken(evidence, named), said_at, gap,
-                                     _left(evidence, balance), evidence.reading)}
+               'sentence': sentence(found, evidence, taken[0] if taken else balance,
+                                    gap['shrink'])}
     explanation = evidence.best.explanation
     if explanation.at_bound:
         warnings = [*warnings, 'at the edge of its bounds, so not identified: '
@@ -215,62 +207,3 @@ def _unknown(left: Remainder | None) -> dict:
     return {'depends_on': list(left.depends_on), 'parity': left.parity,
             'orders': list(left.orders), 'memory': left.memory, 'drift': left.drift,
             'balance': left.balance, 'unit': UNITS[left.balance]}
-
-
-def _left(evidence: Evidence, balance: str) -> float:
-    """Root mean square of what is left in a balance, as a share of its largest term."""
-    stack = evidence.stacks['screen']
-    rows = stack.balance == (BALANCES.index(balance) if balance else -1)
-    if not rows.any():
-        return 0.0
-    signal = [signal_of(one, balance, stack.extended.theta) for one in stack.balances
-              if balance in one.names]
-    size = np.sqrt(np.mean((evidence.left[rows] * stack.scale[rows])**2))
-    return float(size / (np.sqrt(np.mean(np.square(signal))) or 1.0))
-
-
-def _spoken(evidence: Evidence, named: list[str]) -> list[str]:
-    """Return what a person is told of the causes: the side too where a name is there twice."""
-    bends = any(is_spring(choice.candidate) for choice in evidence.choices)
-    spoken = [RIGID if bends and name == SPRING_NAME else name for name in named]
-    sites = {name: [c.candidate.site for c in evidence.choices if c.candidate.name == name]
-             for name in named}
-    return [f'{word} ({sites[name].pop(0)})' if named.count(name) > 1 and sites[name] else word
-            for name, word in zip(named, spoken, strict=True)]
-
-
-def _sentence(found: Judgement, spoken: list[str], balance: str, gap: dict, left: float,
-              reading: str) -> str:
-    worst = found.worst
-    where = PEOPLE.get(balance, balance)
-    if found.status == 'no_gap':
-        return ('No gap: within its tolerances the twin does what the rig does, down to the noise '
-                'floor and the practical margin.')
-    if found.status == 'unknown':
-        shape = ''
-        if worst is not None and worst.depends_on:
-            shape = f' It depends on {" and ".join(worst.depends_on[:2])}'
-            shape += f' and is {worst.parity} in the direction of motion.'
-        if reading:
-            shape = (f' {_both(reading)} depart as one, as they do when the reading of the '
-                     f'{reading} is wrong.{shape}')
-        return (f'The twin departs from the rig at {where}, by {100 * left:.2g} % of what acts '
-                f'there, and no effect known here explains it.{shape}')
-    causes = ', '.join(n.replace('_', ' ') for n in spoken)
-    text = (f'The twin departs from the rig at {where}: it lacks {causes}; with '
-            f'{"it" if len(spoken) == 1 else "them"} ')
-    gone = round(100 * gap['shrink'])
-    if gone > 0:
-        text += f'the gap shrinks by {gone} % on recordings nobody fitted to.'
-    else:
-        text += ('less is left of the balances, but the gap of a twin run anew over recordings '
-                 f'nobody fitted to does not shrink ({gone} %).')
-    if found.status == 'partly_explained' and found.share >= 0.005:
-        text += (f' About {100 * found.share:.0f} % of it still follows a law that is not known '
-                 'here.')
-    return text
-
-
-def _both(reading: str) -> str:
-    first, second = (PEOPLE[balance] for balance in ENTERS[reading][:2])
-    return f'{first[0].upper()}{first[1:]} and {second}'

@@ -1,0 +1,110 @@
+"""What each cause that was chosen gains, and what else could be there in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .balance import BALANCES
+from .candidates import Candidate
+from .comparison import as_good, complexity, surely_worse, sureness
+from .screening import Screening
+from .shapes import refined
+
+MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
+ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
+SEEN = (1.2, 0.05)  # times and squares of the scale by which one leaves more, so that it is seen
+LIKELY = 2.0  # standard deviations over blocks by which a richer law must leave less to be listed
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A cause that the screening took, with what else would have done."""
+
+    candidate: Candidate
+    gain: float  # cross-validated drop of the sum of squares
+    significance: float  # standard deviations of the drop over blocks
+    balances: tuple[str, ...] = ()  # those in which it takes most away
+    ambiguous: tuple[Candidate, ...] = ()
+
+
+def explain(screening: Screening, chosen: list[int]) -> list[Choice]:
+    """Say of each choice what it gains and what could take its place."""
+    answers = []
+    for one in chosen:
+        rest = [c for c in chosen if c != one]
+        gain = screening.loss(rest) - screening.loss(chosen)
+        ranked = sorted(_alike(screening, one, chosen, gain), key=lambda pair: -pair[0])
+        answers.append(Choice(screening.library.candidates[one], gain,
+                              screening.significance(one, rest), _taken(screening, rest, chosen),
+                              tuple(other for _, other in ranked)))
+    return answers
+
+
+def _alike(screening: Screening, one: int, chosen: list[int],
+           gain: float) -> Iterator[tuple[float, Candidate]]:
+    """Yield (share of the gain, version) of each other cause that could be there instead."""
+    rest = [c for c in chosen if c != one]
+    start, shares = screening.loss(rest), {}
+    taken = {screening.library.candidates[c].key for c in chosen}
+    for c, other in enumerate(screening.library.candidates):
+        if other.key in taken:
+            continue
+        share = (start - screening.loss([*rest, c])) / max(gain, 1e-12)
+        if share >= ALIKE:
+            shares.setdefault(other.key, []).append((share, c))
+    for versions in shares.values():
+        for share, c in sorted(versions, reverse=True):
+            if stands_in(screening, one, refined(screening, c, rest), rest):
+                yield share, screening.library.candidates[c]
+                break
+
+
+def stands_in(screening: Screening, one: int, other: int, rest: list[int]) -> bool:
+    """
+    Tell whether these recordings leave open that another cause is there instead of one.
+
+    It may leave no more that counts in any balance, nor surely more where a recording shows
+    it. One with more numbers must be likely to leave less: as good as anything is its limit
+    at which it is the simpler law, and no recording could tell it from that.
+    """
+    kept, instead = [*rest, one], [*rest, other]
+    if not as_good(screening.squares(instead), screening.squares(kept), 1.5, 0.3):
+        return False
+    if complexity(screening, other) > complexity(screening, one):
+        drop = screening.residual(kept)**2 - screening.residual(instead)**2
+        return sureness(screening, drop) > LIKELY
+    if max(shown(screening, kept, instead).values()) <= 1.0:
+        return True
+    return not surely_worse(screening, other, one, rest)
+
+
+def shown(screening: Screening, kept: list[int], instead: list[int]) -> dict[int, float]:
+    """
+    Return by recording how plainly it shows that other causes leave more than those kept.
+
+    Mean squares of what they leave over the least that is seen, in the balance in which that
+    is most: above 1 it is seen.
+    """
+    stack = screening.stack
+    least, left = screening.residual(kept)**2, screening.residual(instead)**2
+    times, more = SEEN
+    ratios: dict[int, float] = {}
+    for number in np.unique(stack.recording):
+        for index in np.unique(stack.balance):
+            rows = (stack.recording == number) & (stack.balance == index)
+            if rows.any():
+                ratio = float(np.mean(left[rows]) / (times * np.mean(least[rows]) + more))
+                ratios[int(number)] = max(ratio, ratios.get(int(number), 0.0))
+    return ratios
+
+
+def _taken(screening: Screening, rest: list[int], chosen: list[int]) -> tuple[str, ...]:
+    """Balances in which a cause takes away a good part of what it takes away in all."""
+    drop = screening.residual(rest)**2 - screening.residual(chosen)**2
+    taken = {int(b): float(drop[screening.stack.balance == b].sum())
+             for b in np.unique(screening.stack.balance)}
+    return tuple(BALANCES[b] for b, part in taken.items()
+                 if part > 0.0 and part >= MAINLY * max(taken.values()))
