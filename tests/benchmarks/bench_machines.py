@@ -6,8 +6,9 @@ The time of one step and of the first start of every machine, beside the two-ine
 For each servo file in `config/servos`, or those named: processor time a step, the best of many
 short runs of 20 steps a sample, and how much that is of the two inertias with Coulomb and viscous
 friction (`config/servos/rv_plain.yaml`), and of the same with the ten effects of bench_step.py;
-goal: at most twice. With --starts each is also compiled by a new process into an empty cache, and
-started by another one that finds it there: goals 5 s, and next to nothing.
+goal: at most twice. An effect whose amplitudes are zero in the file costs nothing; "all at work"
+is the machine with amplitudes for these too. With --starts each is also compiled by a new process
+into an empty cache, and started by another one that finds it there: goals 5 s, next to nothing.
 """
 
 from __future__ import annotations
@@ -62,6 +63,19 @@ def step_of(servo: Servo) -> float:
     return 1e9 * min(taken) / (SAMPLES * STEPS)
 
 
+def at_work(servo: Servo) -> Servo:
+    """Return the servo with an amplitude for every effect that has none."""
+    values = {}
+    for placed in servo.effects:
+        for name in placed.effect.amplitudes():
+            parameter = placed.effect.parameters[name]
+            path = f'effects.{placed.name}.{name}'
+            if not np.any(np.asarray(servo.values[path]) != parameter.off):
+                small = parameter.off + 1e-4
+                values[path] = (small,) * np.size(servo.values[path]) if parameter.row else small
+    return servo.with_values(values)
+
+
 def starts_of(path: Path) -> tuple[float, float]:
     """Return seconds until the first sample, with an empty cache and with a filled one."""
     with tempfile.TemporaryDirectory() as cache:
@@ -79,12 +93,15 @@ def main() -> None:
     arguments = parser.parse_args()
     reference = step_of(servo_file.load(SERVOS / f'{REFERENCE}.yaml'))
     ten = step_of(servo_with((*NINE, 'gravity')))
-    head = f'{"machine":24}{"ns a step":>10}{"of " + REFERENCE:>14}{"of ten effects":>16}'
+    head = (f'{"machine":24}{"ns a step":>10}{"of " + REFERENCE:>14}{"of ten effects":>16}'
+            f'{"all at work":>13}')
     print(head + (f'{"compiled, s":>13}{"started, s":>12}' if arguments.starts else ''))
     for name in arguments.servos:
         path = SERVOS / f'{name}.yaml'
-        taken = step_of(servo_file.load(path))
-        line = f'{name:24}{taken:10.0f}{taken / reference:14.2f}{taken / ten:16.2f}'
+        servo = servo_file.load(path)
+        taken, whole = step_of(servo), step_of(at_work(servo))
+        line = (f'{name:24}{taken:10.0f}{taken / reference:14.2f}{taken / ten:16.2f}'
+                f'{whole / reference:13.2f}')
         if arguments.starts:
             line += '{:13.2f}{:12.2f}'.format(*starts_of(path))
         print(line, flush=True)

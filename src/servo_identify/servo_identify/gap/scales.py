@@ -31,9 +31,9 @@ class Scales:
         self.balances = balances
 
     def reached(self, name: str) -> float:
-        """Return the 98th percentile of the size of a motion column over all recordings."""
-        tops = [np.nanpercentile(np.abs(one.motion(name)), 98) for one in self.balances]
-        tops = [t for t in tops if np.isfinite(t)]
+        """Return the 98th percentile of the size of a motion column, 0 where it is not there."""
+        sizes = [np.abs(one.motion(name)) for one in self.balances]
+        tops = [np.nanpercentile(size, 98) for size in sizes if np.isfinite(size).any()]
         return float(max(tops, default=0.0))
 
     def wind_up(self) -> float:
