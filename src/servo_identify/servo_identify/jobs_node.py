@@ -45,7 +45,8 @@ class Jobs(Node):
                          use_global_arguments=False)
         self.models = models
         self._ring, self._folder, self._loaded = ring, folder, loaded
-        self._busy, self._closing = Lock(), Event()
+        # what somebody asked for waits while a trial is judged, and is refused beside another
+        self._asked, self._busy, self._closing = Lock(), Lock(), Event()
         self._number = 0
         self._augmented: Path | None = None
         group = ReentrantCallbackGroup()
@@ -77,7 +78,7 @@ class Jobs(Node):
             pass
 
     def _take(self, _: object) -> GoalResponse:
-        if self._busy.locked():
+        if self._asked.locked():
             self.get_logger().warning('refused: a job is running; cancel it or wait')
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT
@@ -89,7 +90,7 @@ class Jobs(Node):
         nan = float('nan')
         result.loss_before = result.loss_after = nan
         feedback = Retrain.Feedback(stage='starting', loss=nan, time_left=nan)
-        with self._busy:
+        with self._asked, self._busy:
             try:
                 folder = self._next_folder('retrain')
                 spec, output = folder / 'spec.json', folder / 'servo.yaml'
@@ -127,7 +128,7 @@ class Jobs(Node):
 
     def _diagnose(self, handle: ServerGoalHandle) -> Diagnose.Result:
         goal, result = handle.request, Diagnose.Result()
-        with self._busy:
+        with self._asked, self._busy:
             try:
                 folder = self._next_folder('diagnose')
                 output = Path(goal.output) if goal.output else folder / 'report'
