@@ -161,7 +161,7 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
                 continue
             position = read_recording(bag)['load_position']
             speed = (position[20:] - position[:-20]) / 0.02
-            if 1.2 < abs(speed).max() < 1.5:  # a stalled machine is stopped too early or too late
+            if abs(speed).max() > 1.2:  # a stalled machine is stopped with more in hand
                 break
         assert 'ended early: speed: ' in said and 'the limit is 1.5 rad/s' in said
         assert 1.2 < abs(speed).max() < 1.5
