@@ -9,7 +9,7 @@ import numpy as np
 
 from .balance import BALANCES
 from .candidates import Candidate
-from .comparison import as_good, complexity, surely_worse, sureness
+from .comparison import as_good, complexity, surely_worse
 from .screening import Screening
 from .shapes import refined
 
@@ -75,7 +75,7 @@ def stands_in(screening: Screening, one: int, other: int, rest: list[int]) -> bo
         return False
     if complexity(screening, other) > complexity(screening, one):
         drop = screening.residual(kept)**2 - screening.residual(instead)**2
-        return sureness(screening, drop) > LIKELY
+        return screening.sureness(drop) > LIKELY
     if max(shown(screening, kept, instead).values()) <= 1.0:
         return True
     return not surely_worse(screening, other, one, rest)

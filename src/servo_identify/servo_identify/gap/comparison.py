@@ -29,12 +29,6 @@ def surely_worse(screening: Screening, one: int, most: int, chosen: list[int]) -
     return False
 
 
-def sureness(screening: Screening, drop: np.ndarray) -> float:
-    """Return a sum of what rows lose in standard deviations, over blocks."""
-    drop = np.bincount(screening.blocks, drop)
-    return float(drop.sum() / (np.sqrt(len(drop)) * np.std(drop) + 1e-12))
-
-
 def complexity(screening: Screening, one: int) -> int:
     """
     How many numbers a candidate may choose.

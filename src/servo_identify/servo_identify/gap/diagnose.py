@@ -25,7 +25,7 @@ from .shape_values import shape_values
 from .splitting import Split, split
 from .stack import Stack
 from .stages import Stages
-from .status import judged, stands_in
+from .status import judged, mimics_reading
 from .verdict import report_of
 from .wrong_reading import wrong_reading
 
@@ -86,7 +86,7 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     evidence = gathered(known, screening, kept, stages)
     unknown = judged(evidence).status == 'unknown'
     dropped = [one for one, choice in zip(kept, evidence.choices, strict=True)
-               if unknown or stands_in(choice, evidence.reading)]
+               if unknown or mimics_reading(choice, evidence.reading)]
     if dropped:
         warnings.append('explains a part, but not as its cause, and is not taken: '
                         + ', '.join(library.candidates[one].label for one in dropped))

@@ -160,9 +160,12 @@ class Screening:
         blocks, and that of the held-out gain, which holds where much else is still unexplained.
         """
         before, after = self.residual(chosen), self.residual([*chosen, one])
-        drop = np.bincount(self.blocks, before**2 - after**2)
-        paired = float(drop.sum() / (np.std(drop) * np.sqrt(len(drop)) + 1e-12))
-        return max(paired, self._wald(one, chosen))
+        return max(self.sureness(before**2 - after**2), self._wald(one, chosen))
+
+    def sureness(self, drop: np.ndarray) -> float:
+        """Return a sum of what rows lose in standard deviations, over blocks."""
+        drop = np.bincount(self.blocks, drop)
+        return float(drop.sum() / (np.std(drop) * np.sqrt(len(drop)) + 1e-12))
 
     def _wald(self, one: int, chosen: list[int]) -> float:
         """Return Wald's test of a candidate's amplitudes, as standard deviations."""

@@ -45,8 +45,8 @@ class VoltageDrive(MotorDrive):
     @staticmethod
     def law(p, current, command, speed, h):
         drop = p.gain * command - p.back_emf * speed
-        stiff = 1.0 / (p.inductance + h * p.resistance)  # once, before the first step
-        return stiff * (p.inductance * current + h * drop)
+        inverse = 1.0 / (p.inductance + h * p.resistance)  # once, before the first step
+        return inverse * (p.inductance * current + h * drop)
 
 
 class CurrentAmplifier(MotorDrive):
