@@ -157,12 +157,13 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
             asked = started(bag.parent, 'coast_down', '--amplitudes', '3.5', '--max-speed', '1.5')
             _, said = asked.communicate(timeout=60)
             assert asked.returncode == 1, said
-            if 'the driver says' in said:
-                continue
-            position = read_recording(bag)['load_position']
-            speed = (position[20:] - position[:-20]) / 0.02
-            if abs(speed).max() > 1.2:  # a stalled machine is stopped with more in hand
+            if 'the driver says' not in said:
                 break
         assert 'ended early: speed: ' in said and 'the limit is 1.5 rad/s' in said
-        assert 1.2 < abs(speed).max() < 1.5
+        # what the guard promises hangs on no machine: a reaction after it speaks all is well yet
+        position = read_recording(bag)['load_position']
+        guard = Guard(Limits(speed=1.5), position[0], 1e-3)
+        spoke = next(k for k, angle in enumerate(position) if guard.see(position=angle))
+        speed = abs(position[20:] - position[:-20]) / 0.02
+        assert 0.75 < speed[:spoke + round(REACTION / 1e-3) - 20 + 1].max() < 1.5
         assert np.ptp(position[-50:]) < 1e-4
