@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from os import cpu_count
 
 import numpy as np
 
@@ -54,11 +56,10 @@ def accept(screening: Screening, chosen: list[int], balances: list[Balance], oth
     kept, fallen = list(chosen), []
     full = _tried_or_none(screening, kept, balances)
     for round_number in range(len(chosen)):
-        verdicts = []
-        for one in kept:
-            rest = [c for c in kept if c != one]
-            without = _tried_or_none(screening, rest, balances)
-            verdicts.append(_judge(without, full, others))
+        rests = [[c for c in kept if c != one] for one in kept]
+        with ThreadPoolExecutor(cpu_count()) as pool:
+            trials = pool.map(lambda rest: _tried_or_none(screening, rest, balances), rests)
+            verdicts = [_judge(without, full, others) for without in trials]
         tick((round_number + 1) / max(1, len(chosen)))
         failing = [(gain, one, why) for one, (passes, gain, why) in
                    zip(kept, verdicts, strict=True) if not passes]

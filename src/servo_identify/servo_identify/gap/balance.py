@@ -52,6 +52,11 @@ class Balance:
         self._kernel = kernel_of(self.servo)
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
+        sensors = tuple(f'effects.{p.name}.' for p in self.servo.effects if p.effect.port == 'sensor')
+        self._of_sensors = np.concatenate([np.arange(s.start, s.stop) for p, s in
+                                           self.servo.slots().items() if p.startswith(sensors)]
+                                          + [np.zeros(0, int)])
+        self._last_read = None, None
         self._off = np.arange(len(self.servo.effects)) < self.given
         self._zero = 0.0 if self.has_gap else None
         self._settings, self._push = {}, 0.0
@@ -114,10 +119,7 @@ class Balance:
         wanted = [n for n in self.names if only is None or n in only]
         if not wanted:
             return {}
-        channels, motion, meshed = self.seen.channels, self._static, self.meshed
-        if (on & self._sensor_members).any():
-            channels = self._corrected(channels, theta, on)
-            motion, meshed = self._motions(channels)
+        channels, motion, meshed = self._read(theta, on)
         current = self._current(theta, on, motion) if (
             'drive' in wanted or not self.seen.has('current')) else None
         answer = {}
@@ -141,9 +143,7 @@ class Balance:
 
     def corrected_motion(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Return the smooth motion with the sensor effects taken off the readings."""
-        if not (on & self._sensor_members).any():
-            return self._static.rows
-        return self._motions(self._corrected(self.seen.channels, theta, on))[0].rows
+        return self._read(theta, on)[1].rows
 
     def weighed(self, name: str, balance: str = 'torque') -> np.ndarray:
         """Return a column of the smooth motion at the centres of a mechanical balance."""
@@ -263,13 +263,24 @@ class Balance:
         self._kernel.lose(theta, on, fresh_state(self._kernel), rows, out, self.seen.period)
         return self.under(out, self.seen.mesh)
 
-    def _corrected(self, channels: Channels, theta, on) -> Channels:
+    def _read(self, theta, on) -> tuple[Channels, Motion, Motion]:
+        """Return readings and motions with the sensor effects taken off; the last are kept."""
+        used = on & self._sensor_members
+        if not used.any():
+            return self.seen.channels, self._static, self.meshed
+        key = self._zero, used.tobytes(), theta[self._of_sensors].tobytes()
+        last = self._last_read  # once: several threads may ask
+        if key != last[0]:
+            channels = self._corrected(self.seen.channels, theta, used)
+            self._last_read = last = key, (channels, *self._motions(channels))
+        return last[1]
+
+    def _corrected(self, channels: Channels, theta, keep) -> Channels:
         """Find the readings that the sensor effects turn into those that were recorded."""
         rows = channels.as_rows()
         measured = np.isfinite(rows)
         recorded = np.where(measured, rows, 0.0)
         truth, readings = recorded.copy(), np.empty_like(recorded)
-        keep = on & self._sensor_members
         for _ in range(SENSOR_ROUNDS):
             self._kernel.sense(theta, keep, fresh_state(self._kernel), truth, readings,
                                self.seen.period)

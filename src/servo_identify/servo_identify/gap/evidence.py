@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from os import cpu_count
 
 import numpy as np
 
@@ -111,22 +113,19 @@ def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> floa
 
 def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
     """Gaps with the causes added one by one, and with each alone and left out."""
-    sets: dict[tuple[int, ...], dict] = {}
+    def gaps(chosen: tuple[int, ...]) -> dict:
+        explanation = fit(screening, list(chosen))
+        try:
+            return {purpose: run_over(explanation, purposes[purpose])
+                    for purpose in ('accept', 'report')}
+        except Diverged:  # a part of the causes alone need not be a machine that runs
+            return gaps(())
 
-    def gaps(chosen: list[int]) -> dict:
-        key = tuple(sorted(chosen))
-        if key not in sets:
-            explanation = fit(screening, list(key))
-            try:
-                sets[key] = {purpose: run_over(explanation, purposes[purpose])
-                             for purpose in ('accept', 'report')}
-            except Diverged:  # a part of the causes alone need not be a machine that runs
-                sets[key] = gaps([])
-        return sets[key]
-
-    steps = []
-    for number, one in enumerate(kept):
-        ways = {'upto': kept[:number + 1], 'rest': [c for c in kept if c != one], 'alone': [one]}
-        steps.append({purpose: {way: gaps(chosen)[purpose] for way, chosen in ways.items()}
-                      for purpose in ('accept', 'report')})
-    return steps
+    ways = [{'upto': tuple(sorted(kept[:number + 1])), 'alone': (one,),
+             'rest': tuple(sorted(c for c in kept if c != one))}
+            for number, one in enumerate(kept)]
+    sets = sorted({chosen for way in ways for chosen in way.values()})
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        found = dict(zip(sets, pool.map(gaps, sets), strict=True))
+    return [{purpose: {name: found[chosen][purpose] for name, chosen in way.items()}
+             for purpose in ('accept', 'report')} for way in ways]

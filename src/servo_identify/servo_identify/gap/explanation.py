@@ -9,8 +9,9 @@ from scipy.optimize import least_squares
 
 from servo_twin.physics.servo import Placed, Provenance, Servo
 
+from .balance import BALANCES
 from .candidates import Candidate
-from .regression import less
+from .regression import bounded
 from .screening import Screening
 from .spring import SPRING, spring_values, sprung
 from .stack import Stack
@@ -66,7 +67,7 @@ def fit(screening: Screening, chosen: list[int]) -> Explanation:
 
     Each set of causes is fitted once for a screening: acceptance and shrink ask for the same ones.
     """
-    key = tuple(chosen)
+    key = tuple(sorted(chosen))
     if key not in screening.fits:
         screening.fits[key] = _fitted(screening, chosen)
     return screening.fits[key]
@@ -109,44 +110,88 @@ def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
 
 
 def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Explanation:
-    stack = screening.stack
-    # the linear nuisances that are no parameters of a servo: zeros and instants of sampling
-    values = stack.extended.servo.values
-    free = [n for n in screening.nuisance if screening.labels[n] not in values]
-    nuisance = screening.columns[:, free]
-    slots = [stack.extended.slot(u.path, u.element) for u in unknowns]
-    scale = np.array([_scale(u, v) for u, v in zip(unknowns, start, strict=True)])
-
-    def place(x):
-        moved = theta.copy()
-        for slot, unknown, value in zip(slots, unknowns, x * scale, strict=True):
-            moved[slot] = np.exp(value) if unknown.logarithmic else value
-        return moved
-
-    def left(x):
-        residual = less(stack.at(place(x), on), nuisance, screening.low[free],
-                        screening.high[free])
-        return np.clip(residual, -60.0, 60.0)
-
     if not unknowns:
         return Explanation(causes, theta, on, (), np.zeros(0))
-    x = np.array([np.log(v) if u.logarithmic else v for u, v in zip(unknowns, start, strict=True)])
-    low = np.array([np.log(u.low) if u.logarithmic else u.low for u in unknowns]) / scale
-    high = np.array([np.log(u.high) if u.logarithmic else u.high for u in unknowns]) / scale
-    x = np.clip(x / scale, low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
-    found = least_squares(left, x, bounds=(low, high), diff_step=1e-3, max_nfev=6, ftol=1e-4)
-    best = found.x if np.sum(left(found.x)**2) <= np.sum(left(x)**2) else x
+    logarithmic = np.array([u.logarithmic for u in unknowns])
+    scale = np.array([_scale(u, v) for u, v in zip(unknowns, start, strict=True)])
+
+    def scaled(values):
+        values = np.asarray(values, dtype=float)
+        return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values) / scale
+
+    low, high = scaled([u.low for u in unknowns]), scaled([u.high for u in unknowns])
+    line = _Scaled(screening, unknowns, theta, on, scale, (low, high))
+    x = np.clip(scaled(start), low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
+    found = least_squares(line.left, x, jac=line.slopes, bounds=(low, high), max_nfev=6, ftol=1e-4)
+    best = found.x if np.sum(found.fun**2) <= np.sum(line.left(x)**2) else x
     inside = np.minimum(best - low, high - best) > 1e-3 * np.maximum(np.abs(best), 1e-9)
     std = _spread(found.jac, found.fun, screening.blocks) * scale
     # what its bound holds does not spread, and what trades with it no more
     std[inside] = _spread(found.jac[:, inside], found.fun, screening.blocks) * scale[inside]
     values = best * scale
-    for i, unknown in enumerate(unknowns):
-        if unknown.logarithmic:
-            std[i] *= np.exp(values[i])
+    std = np.where(logarithmic, std * np.exp(np.where(logarithmic, values, 0.0)), std)
     bound = tuple(u.path for u, v, a, b in zip(unknowns, best, low, high, strict=True)
                   if min(v - a, b - v) < 1e-3 * max(abs(v), 1e-9) and not u.logarithmic)
-    return Explanation(causes, place(best), on, tuple(unknowns), std, bound)
+    return Explanation(causes, line.place(best), on, tuple(unknowns), std, bound)
+
+
+class _Scaled:
+    """What is left of the balances as a function of scaled unknowns, with its slopes."""
+
+    def __init__(self, screening: Screening, unknowns, theta, on, scale, bounds) -> None:
+        self._stack, self._on, self._theta, self._scale = screening.stack, on, theta, scale
+        self._weight = screening.weight
+        # the linear nuisances that are no parameters of a servo: zeros and instants of sampling
+        values = self._stack.extended.servo.values
+        free = [n for n in screening.nuisance if screening.labels[n] not in values]
+        free = np.array(free, dtype=int)
+        self._nuisance = np.asfortranarray(screening.columns(free) * self._weight[:, None])
+        self._products = self._nuisance.T @ self._nuisance
+        self._low, self._high = screening.low[free], screening.high[free]
+        self._low_of, self._high_of = bounds
+        self._logarithmic = [u.logarithmic for u in unknowns]
+        self._slots = [self._stack.extended.slot(u.path, u.element) for u in unknowns]
+        self._moves: list[tuple[str, ...] | None] = [None] * len(unknowns)
+        self._last: tuple[np.ndarray, np.ndarray] | None = None
+
+    def place(self, x: np.ndarray) -> np.ndarray:
+        """Return the values of the servo at some scaled unknowns."""
+        moved = self._theta.copy()
+        for slot, logarithmic, value in zip(self._slots, self._logarithmic, x * self._scale,
+                                            strict=True):
+            moved[slot] = np.exp(value) if logarithmic else value
+        return moved
+
+    def left(self, x: np.ndarray) -> np.ndarray:
+        """Return what is left at some unknowns with the nuisances fitted."""
+        self._last = x.copy(), self._stack.at(self.place(x), self._on)
+        return self._less(self._last[1])
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """
+        Return the change of what is left for one unit of each unknown, by differences.
+
+        An unknown is asked only of the balances that it moved when it first moved any.
+        """
+        if self._last is None or not np.array_equal(x, self._last[0]):
+            self.left(x)
+        whole, here = self._last[1], self._less(self._last[1])
+        table = np.empty((len(here), len(x)))
+        for i in range(len(x)):
+            there = x.copy()
+            step = 1e-3 * (x[i] or 1.0)
+            there[i] += step if self._low_of[i] <= x[i] + step <= self._high_of[i] else -step
+            moved = self._stack.at(self.place(there), self._on, self._moves[i], whole)
+            if not self._moves[i]:
+                changed = np.unique(self._stack.balance[moved != whole])
+                self._moves[i] = tuple(BALANCES[b] for b in changed) or None
+            table[:, i] = (self._less(moved) - here) / (there[i] - x[i])
+        return table
+
+    def _less(self, residual: np.ndarray) -> np.ndarray:
+        residual = residual * self._weight
+        moved = bounded(self._products, residual @ self._nuisance, self._low, self._high)
+        return np.clip(residual + self._nuisance @ moved, -60.0, 60.0)
 
 
 def _scale(unknown: Unknown, value: float) -> float:

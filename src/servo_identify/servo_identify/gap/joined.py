@@ -53,7 +53,7 @@ class Joined:
         """Return (names, columns, low, high) as Stack.nuisances does."""
         known, size = self.known, len(self.known.nuisance)
         labels, low, high = list(known.labels), list(known.low[:size]), list(known.high[:size])
-        upper = known.columns[:, :size]
+        upper = known.columns(known.nuisance)
         names, columns, least, most = self.more.nuisances()
         lower = np.zeros((len(self.more.base), size))
         fresh = []

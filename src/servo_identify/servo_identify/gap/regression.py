@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 
@@ -51,41 +53,79 @@ def less(residual: np.ndarray, columns: np.ndarray, low: np.ndarray,
 
 class Folds:
     """
-    Sums of products of a table of columns, by fold of blocks.
+    A table of columns with its sums of products by fold of blocks.
 
-    ``target`` has shape (rows,); a fit minimises the sum of squares of ``target + columns b``.
+    ``target`` has shape (rows,); a fit minimises the sum of squares of ``target + columns b``,
+    each row times its ``weight``. Inside, columns lie side by side in memory, for they come and
+    go, and rows by fold.
     """
 
     def __init__(self, target: np.ndarray, columns: np.ndarray, block: np.ndarray,
-                 folds: int) -> None:
-        self.fold = block % folds
-        table = np.column_stack((target, columns)).astype(np.float64)
-        self.rows = [np.flatnonzero(self.fold == k) for k in range(folds)]
-        self.parts = []
-        for rows in self.rows:
-            part = table[rows]
-            self.parts.append(part.T @ part)
-        self.total = np.sum(self.parts, axis=0)
+                 folds: int, weight: np.ndarray) -> None:
+        fold = block % folds
+        self._order = np.argsort(fold, kind='stable')
+        self._back = np.argsort(self._order)
+        ends = np.searchsorted(fold[self._order], np.arange(folds + 1))
+        self._rows = [slice(first, last) for first, last in itertools.pairwise(ends)]
+        self._weight = weight[self._order, None]
+        self._room = np.empty((len(target), 1 + columns.shape[1]), order='F')
+        self._room[:, 0], self._room[:, 1:] = target[self._order], columns[self._order]
+        self._size = self._room.shape[1]
+        self.parts = self._products(self._room, self._room * self._weight**2)
+        self.total = self.parts.sum(axis=0)
 
-    def grow(self, table: np.ndarray, more: np.ndarray) -> None:
-        """Take in further columns ``more`` beside the ``table`` of target and columns so far."""
-        for k, rows in enumerate(self.rows):
-            cross, own = table[rows].T @ more[rows], more[rows].T @ more[rows]
-            self.parts[k] = np.block([[self.parts[k], cross], [cross.T, own]])
-        self.total = np.sum(self.parts, axis=0)
+    def columns(self, members: np.ndarray) -> np.ndarray:
+        """Return some of the columns, shape (rows, members)."""
+        return self._room[:, members + 1][self._back]
+
+    def grow(self, more: np.ndarray) -> None:
+        """Take in further columns, behind those that are there."""
+        more = more[self._order]
+        self._join(self._room[:, :self._size], self.parts, more)
+        size = self._size + more.shape[1]
+        if size > self._room.shape[1]:
+            room = np.empty((len(self._room), 2 * size), order='F')
+            room[:, :self._size] = self._room[:, :self._size]
+            self._room = room
+        self._room[:, self._size:size] = more
+        self._size = size
+
+    def table(self, members: np.ndarray) -> np.ndarray:
+        """Return the target and some of the columns side by side, for :meth:`with_more`."""
+        return self._room[:, np.concatenate(([0], members + 1))]
 
     def with_more(self, known: np.ndarray, members: np.ndarray, more: np.ndarray) -> Folds:
         """
-        Return the folds of some of the columns with further ones behind them.
+        Return the sums of some of the columns with further ones behind them.
 
-        ``known`` is target and those columns side by side, shape (rows, 1 + members).
+        ``known`` is the :meth:`table` of those.
         """
         small = object.__new__(Folds)
+        small._rows, small._weight = self._rows, self._weight
         inner = np.concatenate(([0], members + 1))
-        small.fold, small.rows = self.fold, self.rows
-        small.parts = [part[np.ix_(inner, inner)] for part in self.parts]
-        small.grow(known, more)
+        small._join(known, self.parts[:, inner[:, None], inner], more[self._order])
         return small
+
+    def left(self, members: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return what is left of the target, each row predicted from the other folds."""
+        left, table = self._room[:, 0].copy(), self._room[:, members + 1]
+        for k, rows in enumerate(self._rows):
+            left[rows] += table[rows] @ self.fit(members, low, high, k)
+        return left[self._back]
+
+    def _join(self, known: np.ndarray, parts: np.ndarray, more: np.ndarray) -> None:
+        """Take the sums of products of known columns with each other and with further ones."""
+        old, new = known.shape[1], more.shape[1]
+        self.parts = np.empty((len(parts), old + new, old + new))
+        further = more * self._weight**2
+        cross = self._products(known, further)
+        self.parts[:, :old, :old] = parts
+        self.parts[:, :old, old:], self.parts[:, old:, :old] = cross, cross.swapaxes(1, 2)
+        self.parts[:, old:, old:] = self._products(more, further)
+        self.total = self.parts.sum(axis=0)
+
+    def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        return np.array([left[rows].T @ right[rows] for rows in self._rows])
 
     def fit(self, members: np.ndarray, low: np.ndarray, high: np.ndarray,
             without: int | None = None) -> np.ndarray:

@@ -7,6 +7,7 @@ is fitted anew beside every choice, inside its bounds.
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -20,6 +21,7 @@ from .shapes import Shapes
 from .stack import Stack
 
 FOLDS = 8
+KEPT = 64  # residuals that are remembered: each is asked for many times over
 FAR = 4.0  # times by which a parameter beyond its tolerance may be off
 
 
@@ -46,21 +48,35 @@ class Screening:
             bounds = np.array([self._room(candidate, i) for i in range(table.shape[1])])
             lows.append(bounds[:, 0])
             highs.append(bounds[:, 1])
-        self.columns = np.column_stack(tables)
         self.low, self.high = np.concatenate(lows), np.concatenate(highs)
         self.nuisance = np.arange(nuisances.shape[1])
         self.shapes = Shapes(self.stack, self.library.candidates)
         self.members = starts
-        self.folds = Folds(self.stack.base, self.columns, self.stack.block, FOLDS)
-        self._known = (), np.zeros((0, 0))
+        self._many = at
+        self._weigh(np.column_stack(tables), {})
         self.blocks = np.unique(self.stack.block, return_inverse=True)[1]
+
+    def weigh(self, squares: dict[int, float]) -> None:
+        """Have each balance count in fits and losses by what it is over a mean square of its."""
+        self._weigh(self.columns(np.arange(self._many)), squares)
+
+    def _weigh(self, columns: np.ndarray, squares: dict[int, float]) -> None:
+        self.weight = np.ones(len(self.stack.base))
+        for index, square in squares.items():
+            self.weight[self.stack.balance == index] = max(1.0, square) ** -0.5
+        self.folds = Folds(self.stack.base, columns, self.stack.block, FOLDS, self.weight)
+        self.fits, self._left = {}, OrderedDict()
+        self._known = (), np.zeros((0, 0))
+
+    def columns(self, used: np.ndarray) -> np.ndarray:
+        """Change of all rows for one unit of some nuisances and amplitudes, (rows, numbers)."""
+        return self.folds.columns(used)
 
     def add(self, candidate: Candidate, table: np.ndarray, amplitudes: np.ndarray) -> int:
         """Take in another candidate and return its number."""
-        known = np.column_stack((self.stack.base, self.columns))
-        self.folds.grow(known, table)
-        at = self.columns.shape[1]
-        self.columns = np.column_stack((self.columns, table))
+        at = self._many
+        self._many += table.shape[1]
+        self.folds.grow(table)
         self.members.append(np.arange(at, at + table.shape[1]))
         bounds = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         self.low = np.concatenate((self.low, bounds[:, 0]))
@@ -83,7 +99,7 @@ class Screening:
         room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         key = tuple(used)
         if key != self._known[0]:
-            self._known = key, np.column_stack((self.stack.base, self.columns[:, used]))
+            self._known = key, self.folds.table(used)
         folds = self.folds.with_more(self._known[1], used, table)
         return (folds, np.concatenate((self.low[used], room[:, 0])),
                 np.concatenate((self.high[used], room[:, 1])), np.arange(len(used) + len(room)))
@@ -138,13 +154,16 @@ class Screening:
         """Return what is left, each row predicted from the other folds unless told otherwise."""
         used = self.used(chosen)
         low, high = self.low[used], self.high[used]
-        left = self.stack.base.astype(float).copy()
         if not held_out:
-            return left + self.columns[:, used] @ self.folds.fit(used, low, high)
-        for k in range(FOLDS):
-            rows = self.folds.fold == k
-            left[rows] += self.columns[np.ix_(rows, used)] @ self.folds.fit(used, low, high, k)
-        return left
+            return self.stack.base + self.columns(used) @ self.folds.fit(used, low, high)
+        key = tuple(used)
+        if key not in self._left:
+            self._left[key] = self.folds.left(used, low, high)
+            self._left[key].flags.writeable = False
+            while len(self._left) > KEPT:
+                self._left.popitem(last=False)
+        self._left.move_to_end(key)
+        return self._left[key]
 
     def squares(self, chosen: list[int]) -> dict[int, float]:
         """Mean square of what is left, by balance."""
@@ -170,8 +189,8 @@ class Screening:
     def _wald(self, one: int, chosen: list[int]) -> float:
         """Return Wald's test of a candidate's amplitudes, as standard deviations."""
         used, fitted = self.coefficients([*chosen, one])
-        table = self.columns[:, used]
-        left = self.stack.base + table @ fitted
+        table = self.columns(used) * self.weight[:, None]
+        left = self.stack.base * self.weight + table @ fitted
         weight = np.sqrt((table**2).sum(axis=0)) + 1e-300
         table = table / weight
         scores = np.zeros((self.blocks.max() + 1, len(used)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +14,15 @@ from .shapes import refined
 
 CHANCE = 0.01  # that any of all candidates gets in by luck, per step
 WORTH = 0.05  # share of a balance's remaining square that a cause must take away
+MUCH = 0.25  # the same once much else is missing, where many laws take up a little
 FAINT = 0.12  # and in squares of the scale, so that nothing is chased that does not matter
 LATER = 0.004  # share of a balance's first square that a later cause must take away
 STILL = 1.3  # square of a balance below which there is nothing left for a later cause
 MOST = 6  # causes in one diagnosis
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
+CLEAR = 4.0  # square of a balance that is a gap without doubt
+ASKED = 0.5  # share of its first square that is left of a balance whose causes were sought
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
@@ -38,24 +41,36 @@ class Selection:
         causes = len({c.key for c in screening.library.candidates})
         limit = norm.isf(CHANCE / max(1, causes))
         start = current = screening.residual(chosen)
-        for step in range(MOST):
-            best = self._best(chosen)
+        first, faint = screening.squares(chosen), set()
+        while len(chosen) < MOST:
+            best = self._best(chosen, faint)
             if best is None:
                 break
             after = screening.residual([*chosen, best])
-            if screening.significance(best, chosen) < limit or self._worth(current, after) < WORTH:
+            worth = self._worth(current, after)
+            if screening.significance(best, chosen) < limit or worth < WORTH:
                 break
-            if self._share(start, current, after) < LATER:
-                break
-            chosen.append(best)
-            chosen = self._tidied(chosen, limit)
+            if self._share(start, current, after) < LATER or (faint and worth < MUCH):
+                if not self._unheard(first, chosen):
+                    break
+                faint.add(screening.library.candidates[best].key)
+            else:
+                chosen.append(best)
+                chosen = self._tidied(chosen, limit, MUCH if faint else 0.0)
+                tick(len(chosen) / MOST)
+            if faint:
+                screening.weigh(screening.squares(chosen))
             current = screening.residual(chosen)
-            tick((step + 1) / MOST)
         return self._of_their_own(chosen)
 
-    def _best(self, chosen: list[int]) -> int | None:
+    def _unheard(self, first: dict[int, float], chosen: list[int]) -> bool:
+        """Tell whether a balance has a clear gap that no cause was asked about yet."""
+        return any(square > CLEAR and square > ASKED * first[b]
+                   for b, square in self.screening.squares(chosen).items())
+
+    def _best(self, chosen: list[int], passed: Collection[tuple[str, str]] = ()) -> int | None:
         screening = self.screening
-        taken = {screening.library.candidates[c].key for c in chosen}
+        taken = {screening.library.candidates[c].key for c in chosen}.union(passed)
         start, by_key = screening.loss(chosen), {}
         for c, candidate in enumerate(screening.library.candidates):
             if candidate.key not in taken:
@@ -115,8 +130,12 @@ class Selection:
                 close.append(c)
         return close
 
-    def _tidied(self, chosen: list[int], limit: float) -> list[int]:
-        """Drop what later choices made needless; swap what another now does better."""
+    def _tidied(self, chosen: list[int], limit: float, least: float) -> list[int]:
+        """
+        Drop what later choices made needless; swap what another now does better.
+
+        That other takes away at least a share ``least`` of what is left of a balance.
+        """
         screening = self.screening
         for one in list(chosen):
             rest = [c for c in chosen if c != one]
@@ -135,7 +154,8 @@ class Selection:
             if better is not None and better != one:
                 gain = screening.loss(rest) - screening.loss(chosen)
                 other = screening.loss(rest) - screening.loss([*rest, better])
-                if other > 1.02 * gain:
+                worth = self._worth(before, screening.residual([*rest, better]))
+                if other > 1.02 * gain and worth >= least:
                     chosen = [*rest, better]
         return chosen
 

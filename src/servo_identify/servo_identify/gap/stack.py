@@ -71,13 +71,15 @@ class Stack:
         self.base = self.at(theta, on)
 
     def at(self, theta: np.ndarray, on: np.ndarray,
-           only: tuple[str, ...] | None = None) -> np.ndarray:
+           only: tuple[str, ...] | None = None, before: np.ndarray | None = None) -> np.ndarray:
         """
         Return all residuals at some values and switches, in units of their scale.
 
-        ``only`` names the balances that can have changed; the others are those of `base`.
+        ``only`` names the balances that can have changed; the others are those of ``before``,
+        which is `base` if it is not given.
         """
-        answer = np.zeros(len(self.scale)) if only is None else self.base.copy()
+        before = self.base if only is not None and before is None else before
+        answer = np.zeros(len(self.scale)) if only is None else before.copy()
         with np.errstate(over='ignore', invalid='ignore'):  # laws that run away: clipped below
             for number, one in enumerate(self.balances):
                 for name, values in one.residuals(theta, on, only).items():

@@ -28,7 +28,7 @@ def wrong_reading(screening: Screening, kept: list[int]) -> str:
     used, fitted = screening.coefficients(kept)
     causes = used >= len(screening.nuisance)
     departure = (screening.residual(kept, held_out=False)
-                 - screening.columns[:, used[causes]] @ fitted[causes])
+                 - screening.columns(used[causes]) @ fitted[causes])
     values = stack.extended.servo.values
     # an error e of the torque adds -e / ratio at the motor and e at the load; one of the current
     # adds e at the drive and gain * e at the motor
