@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from os import cpu_count
 
 import numpy as np
 
@@ -14,6 +12,7 @@ from .explanation import Explanation, fit
 from .regression import less
 from .resimulation import Diverged, Gap, gap_of, resimulate
 from .screening import Screening
+from .side_by_side import side_by_side
 from .stack import Stack
 
 AT_LEAST = 0.05  # shrink of a channel's gap that counts
@@ -57,9 +56,8 @@ def accept(screening: Screening, chosen: list[int], balances: list[Balance], oth
     full = _tried_or_none(screening, kept, balances)
     for round_number in range(len(chosen)):
         rests = [[c for c in kept if c != one] for one in kept]
-        with ThreadPoolExecutor(cpu_count()) as pool:
-            trials = pool.map(lambda rest: _tried_or_none(screening, rest, balances), rests)
-            verdicts = [_judge(without, full, others) for without in trials]
+        trials = side_by_side(lambda rest: _tried_or_none(screening, rest, balances), rests)
+        verdicts = [_judge(without, full, others) for without in trials]
         tick((round_number + 1) / max(1, len(chosen)))
         failing = [(gain, one, why) for one, (passes, gain, why) in
                    zip(kept, verdicts, strict=True) if not passes]

@@ -50,7 +50,7 @@ def _alike(screening: Screening, one: int, chosen: list[int],
     start, shares = screening.loss(rest), {}
     taken = {screening.library.candidates[c].key for c in chosen}
     for c, other in enumerate(screening.library.candidates):
-        if other.key in taken:
+        if other.key in taken or start - screening.least([*rest, c]) < ALIKE * gain:
             continue
         share = (start - screening.loss([*rest, c])) / max(gain, 1e-12)
         if share >= ALIKE:

@@ -52,10 +52,11 @@ class Balance:
         self._kernel = kernel_of(self.servo)
         self._sensor_members = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                          for p in self.servo.effects], dtype=bool)
-        sensors = tuple(f'effects.{p.name}.' for p in self.servo.effects if p.effect.port == 'sensor')
-        self._of_sensors = np.concatenate([np.arange(s.start, s.stop) for p, s in
-                                           self.servo.slots().items() if p.startswith(sensors)]
-                                          + [np.zeros(0, int)])
+        sensors = tuple(f'effects.{p.name}.' for p in self.servo.effects
+                        if p.effect.port == 'sensor')
+        self._of_sensors = np.array([slot for path, part in self.servo.slots().items()
+                                     if path.startswith(sensors)
+                                     for slot in range(part.start, part.stop)], dtype=int)
         self._last_read = None, None
         self._off = np.arange(len(self.servo.effects)) < self.given
         self._zero = 0.0 if self.has_gap else None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -92,11 +93,19 @@ class Extended:
         """Index of a parameter (or one number of a row) in theta."""
         if path in SPRING:
             return len(self.theta) - len(SPRING) + list(SPRING).index(path)
-        return self.servo.slots()[path].start + element
+        return self._slots[path].start + element
 
     def declaration(self, path: str) -> Parameter:
         """Declaration of a parameter."""
-        return SPRING[path] if path in SPRING else dict(self.servo.declarations())[path]
+        return SPRING[path] if path in SPRING else self._declared[path]
+
+    @cached_property
+    def _slots(self) -> dict[str, slice]:
+        return self.servo.slots()
+
+    @cached_property
+    def _declared(self) -> dict[str, Parameter]:
+        return dict(self.servo.declarations())
 
 
 def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from os import cpu_count
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from .completeness import Remainder, remainder, repeatable
 from .explanation import augmented, fit
 from .resimulation import Diverged, Gap
 from .screening import Screening
+from .side_by_side import side_by_side
 from .splitting import Split
 from .stack import Stack
 from .stages import Stages
@@ -125,7 +124,6 @@ def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
              'rest': tuple(sorted(c for c in kept if c != one))}
             for number, one in enumerate(kept)]
     sets = sorted({chosen for way in ways for chosen in way.values()})
-    with ThreadPoolExecutor(cpu_count()) as pool:
-        found = dict(zip(sets, pool.map(gaps, sets), strict=True))
+    found = dict(zip(sets, side_by_side(gaps, sets), strict=True))
     return [{purpose: {name: found[chosen][purpose] for name, chosen in way.items()}
              for purpose in ('accept', 'report')} for way in ways]

@@ -18,7 +18,7 @@ def joined(screening: Screening, more: Stack, candidates: list[int]) -> Screenin
     library = screening.library
     chosen = [library.candidates[c] for c in candidates]
     sizes = [library.amplitudes[c] for c in candidates]
-    tables = [np.vstack((library.tables[c], more.columns(candidate, size)))
+    tables = [np.vstack((screening.table(c), more.columns(candidate, size)))
               for c, candidate, size in zip(candidates, chosen, sizes, strict=True)]
     return Screening(Joined(screening, more), Library(chosen, tables, sizes))
 

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from os import cpu_count
 
 import numpy as np
 
 from .candidates import Candidate
+from .side_by_side import side_by_side
 from .signature_cache import SignatureCache
 from .stack import Stack
 
 
 @dataclass
 class Library:
-    """Candidates with their columns, aligned: rows of the stack."""
+    """
+    Candidates with their columns, aligned: rows of the stack.
+
+    ``tables`` is empty once a screening has taken the columns in: they are large.
+    """
 
     candidates: list[Candidate]
     tables: list[np.ndarray]
@@ -38,17 +41,15 @@ def build_library(stack: Stack, candidates: list[Candidate],
             cache.put(candidate, size, *known)
         return known
 
-    with ThreadPoolExecutor(cpu_count()) as pool:
-        scaled = pool.map(signature, candidates)
-        pairs = zip(candidates, scaled, strict=True)
-        for number, (candidate, (table, amplitude)) in enumerate(pairs):
-            moving = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitude) > 1e-6
-            if moving.any():
-                members = np.flatnonzero(moving)
-                kept.append(_only(candidate, members))
-                tables.append(table[:, members])
-                amplitudes.append(amplitude[members])
-            tick((number + 1) / len(candidates))
+    pairs = zip(candidates, side_by_side(signature, candidates), strict=True)
+    for number, (candidate, (table, amplitude)) in enumerate(pairs):
+        moving = np.sqrt(np.mean(table**2, axis=0)) * np.abs(amplitude) > 1e-6
+        if moving.any():
+            members = np.flatnonzero(moving)
+            kept.append(_only(candidate, members))
+            tables.append(table[:, members])
+            amplitudes.append(amplitude[members])
+        tick((number + 1) / len(candidates))
     return Library(kept, tables, amplitudes)
 
 

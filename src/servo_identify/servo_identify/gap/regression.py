@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import itertools
 
 import numpy as np
@@ -51,27 +52,37 @@ def less(residual: np.ndarray, columns: np.ndarray, low: np.ndarray,
     return residual + columns @ bounded(columns.T @ columns, columns.T @ residual, low, high)
 
 
+AHEAD = 3  # times the columns that room is kept for: what is not used costs no memory
+
+
 class Folds:
     """
     A table of columns with its sums of products by fold of blocks.
 
-    ``target`` has shape (rows,); a fit minimises the sum of squares of ``target + columns b``,
-    each row times its ``weight``. Inside, columns lie side by side in memory, for they come and
-    go, and rows by fold.
+    ``target`` has shape (rows,), ``tables`` (rows, columns) each; a fit minimises the sum of
+    squares of ``target + columns b``, each row times its ``weight``. Inside, columns lie side by
+    side in memory, for they come and go, and rows by fold.
     """
 
-    def __init__(self, target: np.ndarray, columns: np.ndarray, block: np.ndarray,
+    def __init__(self, target: np.ndarray, tables: Sequence[np.ndarray], block: np.ndarray,
                  folds: int, weight: np.ndarray) -> None:
         fold = block % folds
         self._order = np.argsort(fold, kind='stable')
         self._back = np.argsort(self._order)
         ends = np.searchsorted(fold[self._order], np.arange(folds + 1))
         self._rows = [slice(first, last) for first, last in itertools.pairwise(ends)]
+        columns = 1 + sum(table.shape[1] for table in tables)
+        self._room = np.empty((len(target), AHEAD * columns), order='F')
+        self._size = 0
+        for table in (target[:, None], *tables):
+            self._put(table[self._order])
+        self.weigh(weight)
+
+    def weigh(self, weight: np.ndarray) -> None:
+        """Have each row count by another weight."""
         self._weight = weight[self._order, None]
-        self._room = np.empty((len(target), 1 + columns.shape[1]), order='F')
-        self._room[:, 0], self._room[:, 1:] = target[self._order], columns[self._order]
-        self._size = self._room.shape[1]
-        self.parts = self._products(self._room, self._room * self._weight**2)
+        table = self._room[:, :self._size]
+        self.parts = self._products(table, table)
         self.total = self.parts.sum(axis=0)
 
     def columns(self, members: np.ndarray) -> np.ndarray:
@@ -82,13 +93,7 @@ class Folds:
         """Take in further columns, behind those that are there."""
         more = more[self._order]
         self._join(self._room[:, :self._size], self.parts, more)
-        size = self._size + more.shape[1]
-        if size > self._room.shape[1]:
-            room = np.empty((len(self._room), 2 * size), order='F')
-            room[:, :self._size] = self._room[:, :self._size]
-            self._room = room
-        self._room[:, self._size:size] = more
-        self._size = size
+        self._put(more)
 
     def table(self, members: np.ndarray) -> np.ndarray:
         """Return the target and some of the columns side by side, for :meth:`with_more`."""
@@ -113,19 +118,28 @@ class Folds:
             left[rows] += table[rows] @ self.fit(members, low, high, k)
         return left[self._back]
 
+    def _put(self, more: np.ndarray) -> None:
+        size = self._size + more.shape[1]
+        if size > self._room.shape[1]:
+            room = np.empty((len(self._room), AHEAD * size), order='F')
+            room[:, :self._size] = self._room[:, :self._size]
+            self._room = room
+        self._room[:, self._size:size] = more
+        self._size = size
+
     def _join(self, known: np.ndarray, parts: np.ndarray, more: np.ndarray) -> None:
         """Take the sums of products of known columns with each other and with further ones."""
         old, new = known.shape[1], more.shape[1]
         self.parts = np.empty((len(parts), old + new, old + new))
-        further = more * self._weight**2
-        cross = self._products(known, further)
+        cross = self._products(known, more)
         self.parts[:, :old, :old] = parts
         self.parts[:, :old, old:], self.parts[:, old:, :old] = cross, cross.swapaxes(1, 2)
-        self.parts[:, old:, old:] = self._products(more, further)
+        self.parts[:, old:, old:] = self._products(more, more)
         self.total = self.parts.sum(axis=0)
 
     def _products(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        return np.array([left[rows].T @ right[rows] for rows in self._rows])
+        return np.array([left[rows].T @ (right[rows] * self._weight[rows]**2)
+                         for rows in self._rows])
 
     def fit(self, members: np.ndarray, low: np.ndarray, high: np.ndarray,
             without: int | None = None) -> np.ndarray:
@@ -134,12 +148,16 @@ class Folds:
         inner = members + 1
         return bounded(products[np.ix_(inner, inner)], products[inner, 0], low, high)
 
+    def least(self, members: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
+        """Return the sum of squares of one fit to all rows, below which no :meth:`loss` lies."""
+        return _square(self.total, members + 1, self.fit(members, low, high))
+
     def loss(self, members: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
         """Return the cross-validated sum of squares."""
-        total = 0.0
-        for k, products in enumerate(self.parts):
-            b = self.fit(members, low, high, k)
-            inner = members + 1
-            total += (products[0, 0] + 2.0 * b @ products[inner, 0]
-                      + b @ products[np.ix_(inner, inner)] @ b)
-        return float(total)
+        return sum(_square(products, members + 1, self.fit(members, low, high, k))
+                   for k, products in enumerate(self.parts))
+
+
+def _square(products: np.ndarray, inner: np.ndarray, b: np.ndarray) -> float:
+    return float(products[0, 0] + 2.0 * b @ products[inner, 0]
+                 + b @ products[np.ix_(inner, inner)] @ b)

@@ -39,12 +39,11 @@ class Screening:
 
     def __post_init__(self) -> None:
         self.labels, nuisances, low, high = self.stack.nuisances()
-        tables, starts, at = [nuisances], [], nuisances.shape[1]
+        starts, at = [], nuisances.shape[1]
         lows, highs = [low], [high]
         for candidate, table in zip(self.library.candidates, self.library.tables, strict=True):
             starts.append(np.arange(at, at + table.shape[1]))
             at += table.shape[1]
-            tables.append(table)
             bounds = np.array([self._room(candidate, i) for i in range(table.shape[1])])
             lows.append(bounds[:, 0])
             highs.append(bounds[:, 1])
@@ -53,24 +52,29 @@ class Screening:
         self.shapes = Shapes(self.stack, self.library.candidates)
         self.members = starts
         self._many = at
-        self._weigh(np.column_stack(tables), {})
+        self.weight = np.ones(len(self.stack.base))
+        self.folds = Folds(self.stack.base, (nuisances, *self.library.tables), self.stack.block,
+                           FOLDS, self.weight)
+        self.library.tables.clear()
+        self._left: OrderedDict[tuple[int, ...], np.ndarray] = OrderedDict()
+        self._known = (), np.zeros((0, 0))
         self.blocks = np.unique(self.stack.block, return_inverse=True)[1]
 
     def weigh(self, squares: dict[int, float]) -> None:
         """Have each balance count in fits and losses by what it is over a mean square of its."""
-        self._weigh(self.columns(np.arange(self._many)), squares)
-
-    def _weigh(self, columns: np.ndarray, squares: dict[int, float]) -> None:
-        self.weight = np.ones(len(self.stack.base))
         for index, square in squares.items():
             self.weight[self.stack.balance == index] = max(1.0, square) ** -0.5
-        self.folds = Folds(self.stack.base, columns, self.stack.block, FOLDS, self.weight)
-        self.fits, self._left = {}, OrderedDict()
-        self._known = (), np.zeros((0, 0))
+        self.folds.weigh(self.weight)
+        self.fits.clear()
+        self._left.clear()
 
     def columns(self, used: np.ndarray) -> np.ndarray:
         """Change of all rows for one unit of some nuisances and amplitudes, (rows, numbers)."""
         return self.folds.columns(used)
+
+    def table(self, one: int) -> np.ndarray:
+        """Change of all rows for one unit of each amplitude of a candidate."""
+        return self.folds.columns(self.members[one])
 
     def add(self, candidate: Candidate, table: np.ndarray, amplitudes: np.ndarray) -> int:
         """Take in another candidate and return its number."""
@@ -82,13 +86,12 @@ class Screening:
         self.low = np.concatenate((self.low, bounds[:, 0]))
         self.high = np.concatenate((self.high, bounds[:, 1]))
         self.library.candidates.append(candidate)
-        self.library.tables.append(table)
         self.library.amplitudes.append(amplitudes)
         return len(self.members) - 1
 
     def size(self, one: int, chosen: list[int]) -> np.ndarray:
         """Return the amplitudes of a candidate fitted beside chosen ones."""
-        return self.fitted(chosen, self.library.candidates[one], self.library.tables[one],
+        return self.fitted(chosen, self.library.candidates[one], self.table(one),
                             self.library.amplitudes[one])
 
     def _beside(self, chosen: list[int], candidate: Candidate, table: np.ndarray):
@@ -98,9 +101,10 @@ class Screening:
                          or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
         room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         key = tuple(used)
-        if key != self._known[0]:
-            self._known = key, self.folds.table(used)
-        folds = self.folds.with_more(self._known[1], used, table)
+        known = self._known  # once: several threads may ask
+        if key != known[0]:
+            self._known = known = key, self.folds.table(used)
+        folds = self.folds.with_more(known[1], used, table)
         return (folds, np.concatenate((self.low[used], room[:, 0])),
                 np.concatenate((self.high[used], room[:, 1])), np.arange(len(used) + len(room)))
 
@@ -145,6 +149,11 @@ class Screening:
         used = self.used(chosen)
         return self.folds.loss(used, self.low[used], self.high[used])
 
+    def least(self, chosen: Iterable[int]) -> float:
+        """Return what is quickly known of a loss: that it is no smaller."""
+        used = self.used(chosen)
+        return self.folds.least(used, self.low[used], self.high[used])
+
     def coefficients(self, chosen: Iterable[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return (columns used, their values) fitted to all rows."""
         used = self.used(chosen)
@@ -178,8 +187,15 @@ class Screening:
         together: Wald's of the amplitudes, which does not punish an effect that shows in a few
         blocks, and that of the held-out gain, which holds where much else is still unexplained.
         """
+        return max(self._drop(one, chosen), self._wald(one, chosen))
+
+    def is_sure(self, one: int, chosen: list[int], limit: float) -> bool:
+        """Tell whether the :meth:`significance` of a candidate reaches a limit."""
+        return self._drop(one, chosen) >= limit or self._wald(one, chosen) >= limit
+
+    def _drop(self, one: int, chosen: list[int]) -> float:
         before, after = self.residual(chosen), self.residual([*chosen, one])
-        return max(self.sureness(before**2 - after**2), self._wald(one, chosen))
+        return self.sureness(before**2 - after**2)
 
     def sureness(self, drop: np.ndarray) -> float:
         """Return a sum of what rows lose in standard deviations, over blocks."""

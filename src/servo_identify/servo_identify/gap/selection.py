@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 import numpy as np
 from scipy.stats import norm
 
 from .comparison import as_good, complexity, surely_worse
 from .screening import Screening
-from .shapes import refined
+from .shapes import all_refined, refined
 
 CHANCE = 0.01  # that any of all candidates gets in by luck, per step
 WORTH = 0.05  # share of a balance's remaining square that a cause must take away
@@ -22,7 +23,8 @@ MOST = 6  # causes in one diagnosis
 CLOSE = 0.7  # share of the best gain from which a candidate is refined before it is judged
 REFINED = 5  # and how many of them
 CLEAR = 4.0  # square of a balance that is a gap without doubt
-ASKED = 0.5  # share of its first square that is left of a balance whose causes were sought
+HIDDEN = 0.5  # share of its first square that is left of a balance that no cause was found for
+PASSED = 12  # candidates that are passed over so that another balance is heard
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
@@ -48,43 +50,36 @@ class Selection:
                 break
             after = screening.residual([*chosen, best])
             worth = self._worth(current, after)
-            if screening.significance(best, chosen) < limit or worth < WORTH:
-                break
-            if self._share(start, current, after) < LATER or (faint and worth < MUCH):
-                if not self._unheard(first, chosen):
+            if (worth < (MUCH if faint else WORTH) or self._share(start, current, after) < LATER
+                    or not screening.is_sure(best, chosen, limit)):
+                if len(faint) == PASSED or not self._drowned(first, chosen):
                     break
+                if not faint:
+                    screening.weigh(screening.squares(chosen))
                 faint.add(screening.library.candidates[best].key)
             else:
                 chosen.append(best)
                 chosen = self._tidied(chosen, limit, MUCH if faint else 0.0)
+                if faint:
+                    screening.weigh(screening.squares(chosen))
                 tick(len(chosen) / MOST)
-            if faint:
-                screening.weigh(screening.squares(chosen))
             current = screening.residual(chosen)
         return self._of_their_own(chosen)
 
-    def _unheard(self, first: dict[int, float], chosen: list[int]) -> bool:
-        """Tell whether a balance has a clear gap that no cause was asked about yet."""
-        return any(square > CLEAR and square > ASKED * first[b]
-                   for b, square in self.screening.squares(chosen).items())
+    def _drowned(self, first: dict[int, float], chosen: list[int]) -> bool:
+        """Tell whether a balance has a clear gap that was hidden so far by that of another."""
+        left = self.screening.squares(chosen)
+        return any(CLEAR < square < max(left.values()) and square > HIDDEN * first[b]
+                   for b, square in left.items())
 
     def _best(self, chosen: list[int], passed: Collection[tuple[str, str]] = ()) -> int | None:
         screening = self.screening
-        taken = {screening.library.candidates[c].key for c in chosen}.union(passed)
-        start, by_key = screening.loss(chosen), {}
-        for c, candidate in enumerate(screening.library.candidates):
-            if candidate.key not in taken:
-                gain = start - screening.loss([*chosen, c])
-                if gain > by_key.get(candidate.key, (0.0, 0))[0]:
-                    by_key[candidate.key] = (gain, c)
-        close = self._foremost(sorted(by_key.values(), reverse=True), screening.squares(chosen),
-                               chosen)
+        close = self._foremost(chosen, passed)
         if not close:
             return None
-        gains = {}
-        for c in close:
-            better = refined(screening, c, chosen)
-            gains[better] = start - screening.loss([*chosen, better])
+        start = screening.loss(chosen)
+        gains = {c: start - screening.loss([*chosen, c])
+                 for c in all_refined(screening, close, chosen)}
         # among what leaves as little in every balance, the simplest
         most = max(gains, key=gains.get)
         least = screening.squares([*chosen, most])
@@ -111,8 +106,7 @@ class Selection:
         return [c for c in chosen if kinds[c] is None or all(
             gains[c] >= SHAPE * gains[o] for o in chosen if kinds[o] == kinds[c])]
 
-    def _foremost(self, ranked: list[tuple[float, int]], before: dict[int, float],
-                  chosen: list[int]) -> list[int]:
+    def _foremost(self, chosen: list[int], passed: Collection[tuple[str, str]]) -> list[int]:
         """
         Return the candidates that gain about as much as the best of them.
 
@@ -120,8 +114,8 @@ class Selection:
         """
         screening = self.screening
         close: list[int] = []
-        most = 0.0
-        for gain, c in ranked:
+        before, most = screening.squares(chosen), 0.0
+        for gain, c in self._ranked(chosen, passed):
             if len(close) == REFINED or gain < CLOSE * most:
                 break
             after = screening.squares([*chosen, c])
@@ -129,6 +123,32 @@ class Selection:
                 most = max(most, gain)
                 close.append(c)
         return close
+
+    def _ranked(self, chosen: list[int],
+                passed: Collection[tuple[str, str]]) -> Iterator[tuple[float, int]]:
+        """
+        Yield (gain, best version) of each cause that is not chosen yet, falling.
+
+        What a version gains at most is quickly known, so that few are asked what they do gain.
+        """
+        screening = self.screening
+        start, library = screening.loss(chosen), screening.library.candidates
+        taken = {library[c].key for c in chosen}.union(passed)
+        at_most = [(start - screening.least([*chosen, c]), c)
+                   for c, candidate in enumerate(library) if candidate.key not in taken]
+        at_most.sort()
+        known: list[tuple[float, int]] = []
+        while at_most or known:
+            if at_most and (not known or at_most[-1][0] > -known[0][0]):
+                c = at_most.pop()[1]
+                heappush(known, (screening.loss([*chosen, c]) - start, c))
+                continue
+            loss, c = heappop(known)
+            if loss >= 0.0:
+                return
+            if library[c].key not in taken:
+                taken.add(library[c].key)
+                yield -loss, c
 
     def _tidied(self, chosen: list[int], limit: float, least: float) -> list[int]:
         """
@@ -143,11 +163,11 @@ class Selection:
                 continue
             alone = self._again(rest)
             before, after = screening.residual(alone), screening.residual([*alone, one])
-            if screening.significance(one, alone) < limit or self._worth(before, after) < WORTH:
+            if self._worth(before, after) < WORTH or not screening.is_sure(one, alone, limit):
                 chosen = alone
                 continue
             before, after = screening.residual(rest), screening.residual(chosen)
-            if screening.significance(one, rest) < limit or self._worth(before, after) < WORTH:
+            if self._worth(before, after) < WORTH or not screening.is_sure(one, rest, limit):
                 chosen = rest
                 continue
             better = self._best(rest)

@@ -10,12 +10,15 @@ from scipy.optimize import minimize_scalar
 
 from .candidates import Candidate
 from .scales import Scales
+from .side_by_side import side_by_side
 from .stack import Stack
 
 if TYPE_CHECKING:
     from .screening import Screening
 
 BEYOND = 0.3  # share of the travel by which a place may lie outside it
+REACH = 1.2  # of a shape's logarithm, to either side of where it was tried
+NARROW = 0.1  # the same of a frequency: a resonance beside it does not show
 LARGER = 2.0  # times the largest shape tried first, up to which it is searched
 
 
@@ -41,7 +44,8 @@ class Shapes:
             return low - beyond, high + beyond
         low, high = self.within(path)
         middle = float(np.clip(np.log(value), np.log(low), np.log(high)))
-        return max(middle - 1.2, np.log(low)), min(middle + 1.2, np.log(high))
+        reach = NARROW if self.stack.extended.declaration(path).unit == 'Hz' else REACH
+        return max(middle - reach, np.log(low)), min(middle + reach, np.log(high))
 
     def within(self, path: str) -> tuple[float, float]:
         """Bounds of a shape: not far beyond what the recordings reach, where it would not show."""
@@ -64,8 +68,22 @@ def refined(screening: Screening, one: int, chosen: list[int], closely: bool = F
     Its columns are taken anew at the fitted amplitudes, so that a law with kinks counts at the
     size it has; each shape is searched on a line, to a few percent when ``closely``.
     """
+    found = _sought(screening, one, chosen, closely)
+    return one if found is None else screening.add(*found)
+
+
+def all_refined(screening: Screening, several: list[int], chosen: list[int]) -> list[int]:
+    """Return what :func:`refined` says of each of several candidates, sought side by side."""
+    sought = list(side_by_side(lambda one: _sought(screening, one, chosen, False), several))
+    return [one if found is None else screening.add(*found)
+            for one, found in zip(several, sought, strict=True)]
+
+
+def _sought(screening: Screening, one: int, chosen: list[int],
+            closely: bool) -> tuple[Candidate, np.ndarray, np.ndarray] | None:
+    """Return (version, columns, amplitudes) of a candidate where it fits best; None: as it is."""
     library, shapes = screening.library, screening.shapes
-    version, table = library.candidates[one], library.tables[one]
+    version, table = library.candidates[one], screening.table(one)
     size, least = screening.size(one, chosen), screening.loss([*chosen, one])
     start = least
     for _ in range(3 if closely else 1):
@@ -88,9 +106,7 @@ def refined(screening: Screening, one: int, chosen: list[int], closely: bool = F
         if least >= before * (1.0 - 1e-4):
             break
         size = screening.fitted(chosen, version, table, size)
-    if least >= start:
-        return one
-    return screening.add(version, table, size)
+    return (version, table, size) if least < start else None
 
 
 @dataclass

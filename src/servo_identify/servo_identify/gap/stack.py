@@ -142,16 +142,7 @@ class Stack:
 
     def derivative(self, path: str, element: int, step: float) -> np.ndarray:
         """Change of all residuals for one unit of a parameter, by a step that stays inside."""
-        slot = self.extended.slot(path, element)
-        theta = self.extended.theta.copy()
-        least, most = self.extended.declaration(path).bounds
-        if theta[slot] + step > most:
-            step = -step
-        theta[slot] = min(max(theta[slot] + step, least), most)
-        step = theta[slot] - self.extended.theta[slot]
-        if step == 0.0:
-            return np.zeros(len(self.base))
-        return (self.at(theta, self.extended.on) - self.base) / step
+        return self._one_after_the_other([(path, element, step)])[:, 0]
 
     def columns(self, candidate: Candidate, amplitudes: np.ndarray) -> np.ndarray:
         """
@@ -160,14 +151,36 @@ class Stack:
         Taken between the value at which it vanishes and ``amplitudes``, so that laws with kinks
         are seen at the size at which they matter.
         """
-        table = np.empty((len(self.base), len(candidate.paths)))
-        for i, (path, element) in enumerate(zip(candidate.paths, candidate.elements, strict=True)):
-            if candidate.switch is None:
-                table[:, i] = self.derivative(path, element, amplitudes[i])
-                continue
+        numbers = list(zip(candidate.paths, candidate.elements, amplitudes, strict=True))
+        if candidate.switch is None:
+            return self._one_after_the_other(numbers)
+        table = np.empty((len(self.base), len(numbers)))
+        for i, (path, element, amplitude) in enumerate(numbers):
             theta, on = self.with_shapes(candidate)
-            theta[self.extended.slot(path, element)] += amplitudes[i]
-            table[:, i] = (self.at(theta, on, self.touched(candidate)) - self.base) / amplitudes[i]
+            theta[self.extended.slot(path, element)] += amplitude
+            table[:, i] = (self.at(theta, on, self.touched(candidate)) - self.base) / amplitude
+        return table
+
+    def _one_after_the_other(self, numbers: list[tuple[str, int, float]]) -> np.ndarray:
+        """
+        Change of all residuals for one unit of each of some parameters: (path, element, step).
+
+        Each starts where the one before went, so that all steps together are exact: gains that
+        multiply each other are seen at the size at which they are off.
+        """
+        table, before = np.zeros((len(self.base), len(numbers))), self.base
+        theta = self.extended.theta.copy()
+        for i, (path, element, step) in enumerate(numbers):
+            slot = self.extended.slot(path, element)
+            start = theta[slot]
+            least, most = self.extended.declaration(path).bounds
+            if start + step > most:
+                step = -step
+            theta[slot] = min(max(start + step, least), most)
+            if theta[slot] != start:
+                after = self.at(theta, self.extended.on)
+                table[:, i] = (after - before) / (theta[slot] - start)
+                before = after
         return table
 
     def touched(self, candidate: Candidate) -> tuple[str, ...] | None:

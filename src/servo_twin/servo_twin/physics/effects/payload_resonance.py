@@ -25,7 +25,7 @@ class PayloadResonance(Torque):
     inertia = Parameter(0.5, 'kg m2', (0.0, 1e6), 'Of the payload.', off=0.0)
     frequency = Parameter(10.0, 'Hz', (0.01, 2e3), 'Natural frequency, load held fast.',
                           grid=(5.0, 10.0, 20.0, 40.0))
-    damping = Parameter(0.02, '', (0.0, 10.0), 'Share of critical damping.')
+    damping = Parameter(0.02, '', (0.0, 10.0), 'Share of critical damping.', grid=(0.03,))
 
     @staticmethod
     def law(p, s, motion, h):
