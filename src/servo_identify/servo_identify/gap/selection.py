@@ -42,29 +42,32 @@ class Selection:
         chosen: list[int] = []
         causes = len({c.key for c in screening.library.candidates})
         limit = norm.isf(CHANCE / max(1, causes))
-        start = current = screening.residual(chosen)
-        first, faint = screening.squares(chosen), set()
+        start, first = screening.residual(chosen), screening.squares(chosen)
+        faint: set[tuple[str, str]] = set()
         while len(chosen) < MOST:
             best = self._best(chosen, faint)
             if best is None:
                 break
-            after = screening.residual([*chosen, best])
-            worth = self._worth(current, after)
-            if (worth < (MUCH if faint else WORTH) or self._share(start, current, after) < LATER
-                    or not screening.is_sure(best, chosen, limit)):
-                if len(faint) == PASSED or not self._drowned(first, chosen):
-                    break
+            if self._deserves(best, chosen, start, MUCH if faint else WORTH, limit):
+                chosen = self._tidied([*chosen, best], limit, MUCH if faint else 0.0)
+                if faint:
+                    screening.weigh(screening.squares(chosen))
+                tick(len(chosen) / MOST)
+            elif len(faint) < PASSED and self._drowned(first, chosen):
                 if not faint:
                     screening.weigh(screening.squares(chosen))
                 faint.add(screening.library.candidates[best].key)
             else:
-                chosen.append(best)
-                chosen = self._tidied(chosen, limit, MUCH if faint else 0.0)
-                if faint:
-                    screening.weigh(screening.squares(chosen))
-                tick(len(chosen) / MOST)
-            current = screening.residual(chosen)
+                break
         return self._of_their_own(chosen)
+
+    def _deserves(self, best: int, chosen: list[int], start: np.ndarray, least: float,
+                  limit: float) -> bool:
+        """Tell whether the best of the others is there for sure and takes away what matters."""
+        screening = self.screening
+        before, after = screening.residual(chosen), screening.residual([*chosen, best])
+        return (self._worth(before, after) >= least and self._share(start, chosen, after) >= LATER
+                and screening.is_sure(best, chosen, limit))
 
     def _drowned(self, first: dict[int, float], chosen: list[int]) -> bool:
         """Tell whether a balance has a clear gap that was hidden so far by that of another."""
@@ -201,20 +204,18 @@ class Selection:
                 most = max(most, taken / float(np.mean(before[rows] ** 2)))
         return most
 
-    def _share(self, start: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
+    def _share(self, start: np.ndarray, chosen: list[int], after: np.ndarray) -> float:
         """
         Largest share of a balance's first gap that a step takes away.
 
         A later cause needs a gap that still shows; the first may be as faint as the noise allows.
         """
         screening = self.screening
-        shares = []
+        before, shares = screening.residual(chosen), []
         for index in np.unique(screening.stack.balance):
             rows = screening.stack.balance == index
             gap = float(np.sum(start[rows] ** 2))
-            if float(np.mean(before[rows] ** 2)) <= (1.0 if before is start else STILL):
+            if float(np.mean(before[rows] ** 2)) <= (STILL if chosen else 1.0):
                 continue
             shares.append(float(np.sum(before[rows] ** 2 - after[rows] ** 2)) / max(gap, 1e-12))
         return max(shares, default=0.0)
-
-
