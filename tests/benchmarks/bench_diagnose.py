@@ -1,12 +1,13 @@
 """
 How long a diagnosis takes, what dominates, and how much memory it needs.
 
-    python tests/benchmarks/bench_diagnose.py [SECONDS]
+    python tests/benchmarks/bench_diagnose.py [SECONDS [REPORT.html]]
 
 Three replicates of five families of the emulated bench, SECONDS (30) each, at 1 kHz, against the
 servo file that lacks most of what the rig does: five screen, five accept, five report. Diagnosed
 twice: with signatures to compute, and with signatures that were kept. The whole catalogue takes
-part. Beside the times stands the length of the recordings, as a ratio.
+part. Beside the times stands the length of the recordings, as a ratio. The page of the report is
+written where it is asked for.
 """
 
 from pathlib import Path
@@ -53,6 +54,9 @@ def main() -> None:
             for stage, part in sorted(found.report.timing.items(), key=lambda e: -e[1]):
                 print(f'    {stage:<14}{part:7.1f} s  {100 * part / took:4.0f} %')
         print(found.report.verdict['sentence'])
+        if len(sys.argv) > 2:
+            from servo_identify.gap.page import write_page
+            write_page(found, Path(sys.argv[2]))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
     print(f'memory at most {peak:.2f} GB')
 
