@@ -262,7 +262,8 @@ def main(arguments: list[str] | None = None) -> int:
     executor.add_node(node)
     try:
         while rclpy.ok() and not node.finished.done():
-            executor.spin_until_future_complete(node.finished, 3600.0)
+            # looked at again and again: a signal may come between two of these lines
+            executor.spin_until_future_complete(Future(), 1.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:

@@ -15,6 +15,7 @@ from .lockstep import warm_up
 from .physics.servo import Servo, ServoError
 
 WITHIN = 10.0  # s, from a servo being compiled to its running
+HEARS = 0.2  # s, within which the thread hears that it is to end
 
 
 class ServoLoading:
@@ -32,6 +33,7 @@ class ServoLoading:
         node.create_service(LoadServo, 'twin/load_servo', self.answer)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
+        self._closing = Event()
         self._thread = Thread(target=self._spin, daemon=True)
         self._thread.start()
 
@@ -52,8 +54,9 @@ class ServoLoading:
 
     def close(self) -> None:
         """End the thread; a daemon that is left behind aborts the process at its end."""
-        self._executor.shutdown(0.0)
+        self._closing.set()
         self._thread.join()
+        self._executor.shutdown(0.0)
 
     def _exchange(self, servo: Servo) -> tuple[str, Servo]:
         done, outcome = Event(), []
@@ -74,8 +77,10 @@ class ServoLoading:
         return outcome[0]
 
     def _spin(self) -> None:
+        # not spin() and shutdown() from without: that destroys what the thread waits for
         try:
-            self._executor.spin()
+            while rclpy.ok() and not self._closing.is_set():
+                self._executor.spin_once(HEARS)
         except (KeyboardInterrupt, ExternalShutdownException, ShutdownException):
             pass
 

@@ -10,12 +10,13 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
+LOOKS = 1.0  # s, after which an executor that was not woken sees that ROS is shut down
+
 
 def spin(executor: EventsExecutor) -> None:
-    """Spin until ROS is shut down."""
-    never = Future()
+    """Spin until ROS is shut down; looked at again and again, as a signal may come in between."""
     while rclpy.ok():
-        executor.spin_until_future_complete(never, 3600.0)
+        executor.spin_until_future_complete(Future(), LOOKS)
 
 
 @contextmanager
