@@ -10,9 +10,10 @@ from servo_twin.physics.servo import Servo
 
 from .acceptance import leftover, run_over, Trial, tried
 from .ambiguity import Choice, explain
+from .augmented import augmented
 from .balance import Balance, BALANCES
 from .completeness import Remainder, remainder, repeatable
-from .explanation import augmented, fit
+from .explanation import fit
 from .resimulation import Diverged, Gap
 from .screening import Screening
 from .side_by_side import side_by_side

@@ -1,23 +1,17 @@
-"""A set of causes with values fitted to the balances, and the servo that has them."""
+"""A set of causes with values fitted to the balances."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import least_squares
-
-from servo_twin.physics.servo import Placed, Provenance, Servo
 
 from .balance import BALANCES
 from .candidates import Candidate
 from .regression import bounded
 from .screening import Screening
-from .spring import SPRING, spring_values, sprung
 from .stack import Stack
-
-SOURCE = 'gap diagnosis'
-SURE = 3.0  # standard deviations within which a value that was found is taken to lie
 
 
 @dataclass(frozen=True)
@@ -120,10 +114,11 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
         return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values) / scale
 
     low, high = scaled([u.low for u in unknowns]), scaled([u.high for u in unknowns])
-    line = _Scaled(screening, unknowns, theta, on, scale, (low, high))
+    problem = _Problem(screening, unknowns, theta, on, scale, (low, high))
     x = np.clip(scaled(start), low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
-    found = least_squares(line.left, x, jac=line.slopes, bounds=(low, high), max_nfev=6, ftol=1e-4)
-    best = found.x if np.sum(found.fun**2) <= np.sum(line.left(x)**2) else x
+    found = least_squares(problem.left, x, jac=problem.slopes, bounds=(low, high), max_nfev=6,
+                          ftol=1e-4)
+    best = found.x if np.sum(found.fun**2) <= np.sum(problem.left(x)**2) else x
     inside = np.minimum(best - low, high - best) > 1e-3 * np.maximum(np.abs(best), 1e-9)
     std = _spread(found.jac, found.fun, screening.blocks) * scale
     # what its bound holds does not spread, and what trades with it no more
@@ -132,10 +127,10 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
     std = np.where(logarithmic, std * np.exp(np.where(logarithmic, values, 0.0)), std)
     bound = tuple(u.path for u, v, a, b in zip(unknowns, best, low, high, strict=True)
                   if min(v - a, b - v) < 1e-3 * max(abs(v), 1e-9) and not u.logarithmic)
-    return Explanation(causes, line.place(best), on, tuple(unknowns), std, bound)
+    return Explanation(causes, problem.place(best), on, tuple(unknowns), std, bound)
 
 
-class _Scaled:
+class _Problem:
     """What is left of the balances as a function of scaled unknowns, with its slopes."""
 
     def __init__(self, screening: Screening, unknowns, theta, on, scale, bounds) -> None:
@@ -143,12 +138,12 @@ class _Scaled:
         self._weight = screening.weight
         # the linear nuisances that are no parameters of a servo: zeros and instants of sampling
         values = self._stack.extended.servo.values
-        free = [n for n in screening.nuisance if screening.labels[n] not in values]
-        free = np.array(free, dtype=int)
+        free = np.array([n for n in screening.nuisance if screening.labels[n] not in values],
+                        dtype=int)
         self._nuisance = np.asfortranarray(screening.columns(free) * self._weight[:, None])
         self._products = self._nuisance.T @ self._nuisance
         self._low, self._high = screening.low[free], screening.high[free]
-        self._low_of, self._high_of = bounds
+        self._bounds = bounds
         self._logarithmic = [u.logarithmic for u in unknowns]
         self._slots = [self._stack.extended.slot(u.path, u.element) for u in unknowns]
         self._moves: list[tuple[str, ...] | None] = [None] * len(unknowns)
@@ -177,10 +172,11 @@ class _Scaled:
             self.left(x)
         whole, here = self._last[1], self._less(self._last[1])
         table = np.empty((len(here), len(x)))
+        low, high = self._bounds
         for i in range(len(x)):
             there = x.copy()
             step = 1e-3 * (x[i] or 1.0)
-            there[i] += step if self._low_of[i] <= x[i] + step <= self._high_of[i] else -step
+            there[i] += step if low[i] <= x[i] + step <= high[i] else -step
             moved = self._stack.at(self.place(there), self._on, self._moves[i], whole)
             if not self._moves[i]:
                 changed = np.unique(self._stack.balance[moved != whole])
@@ -213,74 +209,3 @@ def _spread(jacobian: np.ndarray, residual: np.ndarray, blocks: np.ndarray) -> n
     many = len(scores)
     meat = scores.T @ scores * many / max(many - size, 1)
     return np.sqrt(np.maximum(np.diag(bread @ meat @ bread), 0.0)) / weight
-
-
-def augmented(servo: Servo, stack: Stack, explanation: Explanation,
-              recordings: tuple[str, ...]) -> Servo:
-    """Return the user's servo with the causes of an explanation in it, with their spread."""
-    extended = stack.extended
-    slots = extended.servo.slots()
-    theta = explanation.theta
-    placed, values, provenance = [], {}, dict(servo.provenance)
-    names = {p.name for p in servo.effects}
-
-    def value_of(path):
-        part = tuple(float(v) for v in theta[slots[path]])
-        return part if isinstance(extended.servo.values[path], tuple) else part[0]
-
-    for path in servo.tolerance:
-        if path in slots and value_of(path) != servo.values[path]:
-            values[path] = value_of(path)
-            provenance[path] = Provenance(f'{SOURCE}, within its tolerance',
-                                          explanation.spread(path), recordings)
-    for cause in explanation.causes:
-        for path in cause.paths:
-            if path in servo.values:
-                values[path] = value_of(path)
-                provenance[path] = Provenance(f'{SOURCE}, beyond its tolerance',
-                                              explanation.spread(path), recordings)
-        if cause.switch is None:
-            continue
-        instance = cause.name if cause.name not in names else f'{cause.name}_{cause.site}'
-        names.add(instance)
-        placed.append(Placed(instance, cause.effect, cause.site))
-        prefix = f'effects.{extended.servo.effects[cause.switch].name}'
-        for name in cause.effect.parameters:
-            path = f'effects.{instance}.{name}'
-            values[path] = value_of(f'{prefix}.{name}')
-            std = explanation.spread(f'{prefix}.{name}')
-            provenance[path] = Provenance(SOURCE, None if np.isnan(std) else std, recordings)
-    freed = {path for c in explanation.causes for path in c.paths}
-    tolerance = {p: t for p, t in servo.tolerance.items() if p not in freed}
-    better = replace(servo, effects=servo.effects + tuple(placed),
-                     values={**servo.values, **values}, provenance=provenance)
-    if any(is_spring(cause) for cause in explanation.causes):
-        better = sprung(better, theta)
-        provenance |= {path: Provenance(SOURCE, one['std'], recordings)
-                       for path, one in spring_of(servo, explanation).items()}
-    return replace(better, provenance=provenance, tolerance=_known(better, provenance, tolerance))
-
-
-def is_spring(cause: Candidate) -> bool:
-    """Tell whether a cause is the spring that a rigid twin lacks."""
-    return bool(set(cause.paths) & set(SPRING))
-
-
-def spring_of(servo: Servo, explanation: Explanation) -> dict[str, dict]:
-    """Return stiffness and damping of an explanation with a spring, as a report has them."""
-    return spring_values(servo, explanation.theta,
-                         [float(np.nan_to_num(explanation.spread(path))) for path in SPRING])
-
-
-def _known(servo: Servo, provenance, tolerance) -> dict[str, tuple[float, float]]:
-    """Return the tolerances with those of what was found here: as far as it is known."""
-    known = dict(tolerance)
-    for path, declared in servo.declarations():
-        said = provenance.get(path)
-        sized = declared.off is not None or path.startswith(('mechanism.', 'drive.'))
-        found = said is not None and said.source.startswith(SOURCE) and said.std
-        if found and sized and not declared.row and path not in known:
-            low, high = declared.bounds
-            value, reach = servo.values[path], SURE * said.std
-            known[path] = (max(low, value - reach), min(high, value + reach))
-    return known

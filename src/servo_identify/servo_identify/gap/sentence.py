@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .augmented import is_spring
 from .balance import BALANCES
 from .evidence import Evidence
-from .explanation import is_spring
 from .noise import signal_of
 from .spring import NAME as SPRING_NAME
 from .status import Judgement

@@ -6,11 +6,11 @@ import numpy as np
 
 from .acceptance import leftover
 from .answer import Cause, GapReport, Located
+from .augmented import is_spring, spring_of
 from .balance import BALANCES, UNITS
 from .candidates import Candidate
 from .completeness import Remainder
 from .evidence import Evidence
-from .explanation import is_spring, spring_of
 from .resimulation import bootstrap, drawn, Gap, shrink
 from .sentence import sentence
 from .spring import NAME as SPRING_NAME
