@@ -28,11 +28,12 @@ class ServoLoading:
 
     def __init__(self, twin: Node) -> None:
         self._twin = twin
-        node = rclpy.create_node(f'{twin.get_name()}_loader', namespace=twin.get_namespace(),
-                                 use_global_arguments=False)
-        node.create_service(LoadServo, 'twin/load_servo', self.answer)
+        self._node = rclpy.create_node(f'{twin.get_name()}_loader',
+                                       namespace=twin.get_namespace(),
+                                       use_global_arguments=False)
+        self._node.create_service(LoadServo, 'twin/load_servo', self.answer)
         self._executor = SingleThreadedExecutor()
-        self._executor.add_node(node)
+        self._executor.add_node(self._node)
         self._closing = Event()
         self._thread = Thread(target=self._spin, daemon=True)
         self._thread.start()
@@ -53,10 +54,16 @@ class ServoLoading:
         return response
 
     def close(self) -> None:
-        """End the thread; a daemon that is left behind aborts the process at its end."""
+        """
+        End thread and node; a daemon that is left behind aborts the process at its end.
+
+        A node that is left behind keeps the participant of Fast DDS until the process exits, and
+        there its end and the discovery of another's wait for each other.
+        """
         self._closing.set()
         self._thread.join()
         self._executor.shutdown(0.0)
+        self._node.destroy_node()
 
     def _exchange(self, servo: Servo) -> tuple[str, Servo]:
         done, outcome = Event(), []
