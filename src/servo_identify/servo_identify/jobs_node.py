@@ -70,6 +70,8 @@ class Jobs(Node):
         with self._busy:
             self._executor.shutdown(2.0)
         self._thread.join(5.0)
+        if not self._thread.is_alive():
+            self.destroy_node()
 
     def _spin(self) -> None:
         try:

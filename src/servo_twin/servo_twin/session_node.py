@@ -47,6 +47,8 @@ class Session(Node):
         self._executor.shutdown()
         rclpy.try_shutdown()
         self._thread.join(2.0)
+        if not self._thread.is_alive():
+            self.destroy_node()
 
     def _spin(self) -> None:
         try:

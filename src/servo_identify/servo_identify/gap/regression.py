@@ -89,11 +89,12 @@ class Folds:
         """Return some of the columns, shape (rows, members)."""
         return self._room[:, members + 1][self._back]
 
-    def grow(self, more: np.ndarray) -> None:
-        """Take in further columns, behind those that are there."""
-        more = more[self._order]
+    def grow(self, more: np.ndarray) -> np.ndarray:
+        """Take in further columns, behind those that are there, and return their numbers."""
+        more, first = more[self._order], self._size - 1
         self._join(self._room[:, :self._size], self.parts, more)
         self._put(more)
+        return np.arange(first, first + more.shape[1])
 
     def table(self, members: np.ndarray) -> np.ndarray:
         """Return the target and some of the columns side by side, for :meth:`with_more`."""

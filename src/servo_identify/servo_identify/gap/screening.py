@@ -51,7 +51,6 @@ class Screening:
         self.nuisance = np.arange(nuisances.shape[1])
         self.shapes = Shapes(self.stack, self.library.candidates)
         self.members = starts
-        self._many = at
         self.weight = np.ones(len(self.stack.base))
         self.folds = Folds(self.stack.base, (nuisances, *self.library.tables), self.stack.block,
                            FOLDS, self.weight)
@@ -78,10 +77,7 @@ class Screening:
 
     def add(self, candidate: Candidate, table: np.ndarray, amplitudes: np.ndarray) -> int:
         """Take in another candidate and return its number."""
-        at = self._many
-        self._many += table.shape[1]
-        self.folds.grow(table)
-        self.members.append(np.arange(at, at + table.shape[1]))
+        self.members.append(self.folds.grow(table))
         bounds = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         self.low = np.concatenate((self.low, bounds[:, 0]))
         self.high = np.concatenate((self.high, bounds[:, 1]))
