@@ -18,10 +18,9 @@ from .resimulation import Diverged, Gap
 from .screening import Screening
 from .side_by_side import side_by_side
 from .splitting import Split
-from .stack import Stack
+from .stack import NOTICED, Stack
 from .stages import Stages
 
-NOTICED = 1.3  # mean square of a balance, in squares of noise and margin, that is a gap
 FAR_ABOVE = 2.0  # the same that is no noise any more
 ERRATIC = 4.0  # the same where replicates have nothing in common and no cause was found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from heapq import heappop, heappush
 
 import numpy as np
@@ -35,6 +36,11 @@ class Selection:
     """The choosing of causes from a screening."""
 
     screening: Screening
+
+    @cached_property
+    def _rows(self) -> list[np.ndarray]:
+        """Rows, bool, by which it is judged what a cause takes away."""
+        return list(self.screening.stack.showing(self.screening.residual([])).values())
 
     def select(self, tick: Callable[[float], None]) -> list[int]:
         """Choose causes one by one until nothing more is worth it, pruning and swapping."""
@@ -195,10 +201,8 @@ class Selection:
 
         Drops too faint to matter count as nothing.
         """
-        screening = self.screening
         drop, most = before**2 - after**2, 0.0
-        for index in np.unique(screening.stack.balance):
-            rows = screening.stack.balance == index
+        for rows in self._rows:
             taken = float(np.mean(drop[rows]))
             if taken > FAINT and float(np.mean(before[rows] ** 2)) > 1.0:
                 most = max(most, taken / float(np.mean(before[rows] ** 2)))
@@ -212,8 +216,7 @@ class Selection:
         """
         screening = self.screening
         before, shares = screening.residual(chosen), []
-        for index in np.unique(screening.stack.balance):
-            rows = screening.stack.balance == index
+        for rows in self._rows:
             gap = float(np.sum(start[rows] ** 2))
             if float(np.mean(before[rows] ** 2)) <= (STILL if chosen else 1.0):
                 continue

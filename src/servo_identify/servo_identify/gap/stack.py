@@ -12,6 +12,8 @@ from .candidates import Candidate, Extended
 from .mesh_zero import slope_of_zero
 from .noise import noise_floor, rounding, signal_of
 
+NOTICED = 1.3  # mean square of residuals, in squares of noise and margin, that is a gap
+PLAIN = 2.0  # the same of one family of excitation alone: fewer rows, and the worst of several
 LARGEST = 1e5  # a law that runs away moves a residual by no more than this
 PRACTICAL = 0.005  # share of a balance's own signal below which a gap does not matter
 JITTER = 0.15  # samples, by which instants of sampling scatter unseen
@@ -97,6 +99,25 @@ class Stack:
         full = np.full(len(self._keep[number, balance]), np.nan)
         full[self._keep[number, balance]] = residual[self._part[number, balance]]
         return full
+
+    def showing(self, residual: np.ndarray, least: float = PLAIN) -> dict[str, np.ndarray]:
+        """
+        Return by balance the rows, bool, in which it shows what gap it has: all of them.
+
+        Where no balance has a gap as a whole, those of the family of excitation that shows most,
+        if that is ``least``: a ripple that a fast motion blurs is plain at a creep.
+        """
+        rows = {BALANCES[i]: self.balance == i for i in np.unique(self.balance)}
+        if any(np.mean(residual[r]**2) > NOTICED for r in rows.values()):
+            return rows
+        told = [one.seen.recording for one in self.balances]
+        family = np.array([one.family or one.name for one in told])[self.recording]
+        for name, whole in rows.items():
+            parts = [whole & (family == f) for f in np.unique(family[whole])]
+            most = max(parts, key=lambda part: np.mean(residual[part]**2))
+            if np.mean(residual[most]**2) > least:
+                rows[name] = most
+        return rows
 
     def nuisances(self) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
         """

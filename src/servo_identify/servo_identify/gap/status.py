@@ -10,9 +10,9 @@ from .acceptance import leftover
 from .ambiguity import Choice
 from .balance import BALANCES
 from .completeness import Remainder
-from .evidence import Evidence, NOTICED
+from .evidence import Evidence
 from .resimulation import shrink
-from .stack import Stack
+from .stack import NOTICED, Stack
 from .wrong_reading import ENTERS
 
 LAWFUL = 0.25  # predictable mean square, in squares of noise and margin: below, a gap is noise

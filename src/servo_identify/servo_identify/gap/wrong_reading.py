@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .evidence import NOTICED
 from .screening import Screening
+from .stack import NOTICED
 
 ENTERS = {'torque': ('motor', 'load', 'transmission'), 'current': ('drive', 'motor')}
 CANCELS = 0.2  # share of the larger square that two departures may leave in their sum
