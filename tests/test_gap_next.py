@@ -6,32 +6,24 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from screened import chosen_of, names_of, screened, stacked
 from synthetic import PERIOD, sampled
 
 from servo_identify.blind.definitions import machines
 from servo_identify.blind.resolution import as_order
 from servo_identify.gap import experiment_choice, menu
 from servo_identify.gap.ambiguity import explain, stands_in
-from servo_identify.gap.balance import Balance, BALANCES
-from servo_identify.gap.candidates import candidates_of, extend
+from servo_identify.gap.balance import BALANCES
 from servo_identify.gap.experiment_choice import next_experiment, separation
-from servo_identify.gap.library import build_library
-from servo_identify.gap.observation import observe
-from servo_identify.gap.screening import Screening
-from servo_identify.gap.selection import Selection
-from servo_identify.gap.shape_values import shape_values
-from servo_identify.gap.stack import Stack
 from servo_rig_driver.emulated.excitation import family
 from servo_twin import servo_file
-from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 
 BENCH = servo_file.load(
     Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
 SERVO = replace(BENCH, tolerance={**BENCH.tolerance, 'effects.coulomb.level': (20.0, 24.0)})
 CATALOGUE = ('presliding_friction', 'friction_drift', 'gravity', 'spring_load')
-FEW = tuple(n for n in names() if n not in CATALOGUE)
-SIDES, CHANNELS = ('motor', 'load'), ('motor_position', 'load_position', 'torque', 'current')
 
 
 def quick(rig, seed, seconds=6.0):
@@ -48,21 +40,9 @@ def wide(rig, seed):
     return replace(sampled(rig, command, seed=seed), name='wide', family='sine')
 
 
-def stacked(recordings, extended):
-    return Stack([Balance(extended.servo, seen, extended.given, extended.theta)
-                  for seen in observe(recordings, SERVO)], extended)
-
-
-def screened(rig, without=FEW):
+def twice(rig, *known):
     """Return a screening of two recordings of a rig with a small catalogue."""
-    extended = extend(SERVO, SIDES, CHANNELS, without)
-    stack = stacked([quick(rig, 1), quick(rig, 2)], extended)
-    candidates = candidates_of(extended, shape_values(stack, stack.base))
-    return Screening(stack, build_library(stack, candidates, lambda share: None))
-
-
-def chosen_of(screening):
-    return Selection(screening).select(lambda share: None)
+    return screened([quick(rig, 1), quick(rig, 2)], SERVO, *known)
 
 
 @pytest.fixture(scope='module')
@@ -70,14 +50,14 @@ def weighted():
     """Return a rig with a weight at its load, and its screening."""
     rig = SERVO.with_effects(Placed('w', find('gravity'), 'load'), values={
         'effects.w.sine': 3.0, 'effects.w.cosine': 1.0})
-    return rig, screened(rig)
+    return rig, twice(rig, *CATALOGUE)
 
 
 def test_a_coulomb_level_is_not_ambiguous_with_laws_of_which_it_is_the_limit():
-    screening = screened(SERVO.with_values({'effects.coulomb.level': 40.0}))
+    screening = twice(SERVO.with_values({'effects.coulomb.level': 40.0}), *CATALOGUE)
     chosen = chosen_of(screening)
     known = screening.library.candidates
-    assert [known[c].name for c in chosen] == ['parameter:coulomb.level']
+    assert names_of(screening, chosen) == ['parameter:coulomb.level']
     start, gain = screening.loss([]), screening.loss([]) - screening.loss(chosen)
     as_good = {known[c].name for c in range(len(known))
                if start - screening.loss([c]) > 0.99 * gain}
@@ -91,8 +71,7 @@ def test_a_balance_is_heard_beside_one_that_misses_a_thousand_times_more():
         Placed('v', find('viscous_friction'), 'motor'),
         values={'effects.b.width': 1e-3, 'effects.t.cosine': (2e-4,), 'effects.v.slope': 2e-4})
     # what the mesh lacks is not all known here, so that much of a huge gap is left there
-    known = ('backlash', 'position_dependent_backlash', 'viscous_friction')
-    screening = screened(rig, tuple(n for n in names() if n not in known))
+    screening = twice(rig, 'backlash', 'position_dependent_backlash', 'viscous_friction')
     first = screening.squares([])
     motor, mesh = BALANCES.index('motor'), BALANCES.index('transmission')
     assert first[mesh] > 300.0 * first[motor] > 3000.0
@@ -104,7 +83,7 @@ def test_a_balance_is_heard_beside_one_that_misses_a_thousand_times_more():
 def test_a_simpler_law_is_no_stand_in_where_a_recording_shows_what_it_leaves(weighted):
     _, screening = weighted
     best = chosen_of(screening)
-    assert screening.library.candidates[best[0]].name == 'gravity'
+    assert names_of(screening, best)[0] == 'gravity'
     level = next(c for c, known in enumerate(screening.library.candidates)
                  if known.name == 'parameter:coulomb.level')
     assert not stands_in(screening, best[0], level, [])

@@ -5,25 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from screened import chosen_of, extended, screened, stacked
 from synthetic import PERIOD, sampled
 
-from servo_identify.gap.balance import Balance
-from servo_identify.gap.candidates import candidates_of, extend
+from servo_identify.gap.candidates import candidates_of
 from servo_identify.gap.explanation import fit
-from servo_identify.gap.library import build_library
-from servo_identify.gap.observation import observe
-from servo_identify.gap.screening import Screening
-from servo_identify.gap.selection import Selection
 from servo_identify.gap.shape_values import shape_values
-from servo_identify.gap.stack import Stack
 from servo_twin import servo_file
-from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 
 BENCH = servo_file.load(
     Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
 TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
-CHANNELS = ('motor_position', 'load_position', 'torque', 'current')
 JOINT = """
 servo: joint
 step: 1.0e-3
@@ -39,21 +33,13 @@ effects:
 """
 
 
-def stacked(recordings, servo, without):
-    """Return the balances of some recordings with a few candidates placed."""
-    extended = extend(servo, ('motor', 'load'), CHANNELS,
-                      tuple(n for n in names() if n not in without))
-    return Stack([Balance(extended.servo, seen, extended.given, extended.theta)
-                  for seen in observe(recordings, servo)], extended)
-
-
 def test_gains_that_multiply_each_other_are_seen_at_their_joint_size():
     servo = servo_file.loads(JOINT)
     recording = sampled(servo, 2.0 * np.sin(2.0 * np.pi * 0.7 * TIME), seed=1)
     wanted = 0.01 * np.sin(2.0 * np.pi * 0.7 * TIME)
     recording = replace(recording, columns={**recording.columns,
                                             'reference_position': 0.3 + wanted})
-    stack = stacked([recording], servo, ('coulomb_friction',))
+    stack = stacked([recording], extended(servo, 'coulomb_friction'))
     mismatch = next(c for c in candidates_of(stack.extended, shape_values(stack, stack.base))
                     if c.name == 'controller_mismatch')
     amplitudes = np.array([0.16 * servo.values[path] for path in mismatch.paths])
@@ -72,13 +58,11 @@ def test_a_resonance_is_found_wherever_it_lies_between_the_tried_frequencies(fre
     rig = BENCH.with_effects(Placed('p', find('payload_resonance'), 'load'), values={
         'effects.p.inertia': 0.6, 'effects.p.frequency': frequency, 'effects.p.damping': 0.015})
     swept = 1.5 * np.sin(2.0 * np.pi * (1.0 + 0.9 * TIME) * TIME)
-    stack = stacked([replace(sampled(rig, swept, seed=seed), family='chirp') for seed in (1, 2)],
-                    BENCH, ('payload_resonance', 'gravity'))
-    candidates = candidates_of(stack.extended, shape_values(stack, stack.base))
-    screening = Screening(stack, build_library(stack, candidates, lambda share: None))
-    chosen = Selection(screening).select(lambda share: None)
+    chirps = [replace(sampled(rig, swept, seed=seed), family='chirp') for seed in (1, 2)]
+    screening = screened(chirps, BENCH, 'payload_resonance', 'gravity')
+    chosen = chosen_of(screening)
     found = screening.library.candidates[chosen[0]]
     assert found.name == 'payload_resonance'
     theta = fit(screening, chosen[:1]).theta
     path = next(p for p, _ in found.shapes if p.endswith('frequency'))
-    assert theta[stack.extended.slot(path)] == pytest.approx(frequency, rel=0.01)
+    assert theta[screening.stack.extended.slot(path)] == pytest.approx(frequency, rel=0.01)

@@ -37,9 +37,9 @@ def explain(screening: Screening, chosen: list[int]) -> list[Choice]:
         rest = [c for c in chosen if c != one]
         gain = screening.loss(rest) - screening.loss(chosen)
         ranked = sorted(_alike(screening, one, chosen, gain), key=lambda pair: -pair[0])
-        answers.append(Choice(screening.library.candidates[one], gain,
-                              screening.significance(one, rest), _taken(screening, rest, chosen),
-                              tuple(other for _, other in ranked)))
+        answers.append(Choice(
+            screening.library.candidates[one], gain, screening.significance(one, rest),
+            taken_from(screening, rest, chosen), tuple(other for _, other in ranked)))
     return answers
 
 
@@ -101,7 +101,7 @@ def shown(screening: Screening, kept: list[int], instead: list[int]) -> dict[int
     return ratios
 
 
-def _taken(screening: Screening, rest: list[int], chosen: list[int]) -> tuple[str, ...]:
+def taken_from(screening: Screening, rest: list[int], chosen: list[int]) -> tuple[str, ...]:
     """Balances in which a cause takes away a good part of what it takes away in all."""
     drop = screening.residual(rest)**2 - screening.residual(chosen)**2
     taken = {int(b): float(drop[screening.stack.balance == b].sum())

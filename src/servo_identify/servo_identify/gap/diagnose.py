@@ -16,6 +16,7 @@ from .checks import CannotDiagnose, check, unsaturated
 from .evidence import Evidence, Findings, gathered
 from .experiment_choice import next_experiment
 from .explanation import as_given, fit
+from .free_law import undisputed
 from .library import build_library
 from .observation import Observation, observe
 from .resimulation import Diverged
@@ -69,7 +70,8 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
 
     stages.begin('acceptance')
     kept, fallen = accept(screening, chosen, purposes['accept'], stacks['accept'], stages.share)
-    warnings += fallen
+    kept, outdone = undisputed(screening, kept)
+    warnings += fallen + outdone
     try:
         base = tried(screening, [], purposes['accept'])
         given = run_over(as_given(stacks['screen']), purposes['report'])

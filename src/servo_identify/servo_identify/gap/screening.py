@@ -96,13 +96,22 @@ class Screening:
         used = np.array([u for u in used if u >= len(self.nuisance)
                          or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
         room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
+        return self._with_more(used, table, *room.T)
+
+    def _with_more(self, used: np.ndarray, table: np.ndarray, low: np.ndarray, high: np.ndarray):
         key = tuple(used)
         known = self._known  # once: several threads may ask
         if key != known[0]:
             self._known = known = key, self.folds.table(used)
         folds = self.folds.with_more(known[1], used, table)
-        return (folds, np.concatenate((self.low[used], room[:, 0])),
-                np.concatenate((self.high[used], room[:, 1])), np.arange(len(used) + len(room)))
+        return (folds, np.concatenate((self.low[used], low)),
+                np.concatenate((self.high[used], high)), np.arange(len(used) + len(low)))
+
+    def loss_beside(self, chosen: list[int], table: np.ndarray) -> float:
+        """Return the loss with columns beside the chosen ones that may be of any size."""
+        far = np.full(table.shape[1], np.inf)
+        folds, low, high, members = self._with_more(self.used(chosen), table, -far, far)
+        return folds.loss(members, low, high)
 
     def loss_with(self, chosen: list[int], candidate: Candidate, table: np.ndarray) -> float:
         """Return the loss with a candidate that is not in the library, by its columns."""

@@ -1,0 +1,122 @@
+"""
+What a law of one variable, of no given form, would explain in the place of a cause.
+
+Where a law that nobody knows acts, its nearest relative in the catalogue takes up a part of it.
+The two are told apart by what the relative leaves: a law of the right variable, whatever its form,
+takes all that it took and more, and leaves nothing for it to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from servo_twin.physics.effect import Effect
+
+from .ambiguity import taken_from
+from .balance import BALANCES
+from .candidates import Candidate
+from .completeness import features, VARIABLES
+from .screening import Screening
+from .stack import Stack
+
+KEPT = 0.1  # share of its gain that a cause must keep beside a free law
+OTHER = 1.1  # times a cause's gain that a free law of another variable must take away
+OWN = 1.5  # the same of one of its own variables: then the form of its law is not that of the rig
+VALUE = 1.025  # the same where the cause is a value that is off: its law is that of the servo
+OPEN = 0.1  # share of a balance's first gap that may stay: or more is missing there than one law
+KNOTS = {'angle of the load': 24, 'angle of the motor': 24}
+FEWER = 12  # knots of the other variables
+NOT_ALONE = ('direction', 'temperature')  # two values; a slow drift is one of time
+
+_TORQUES = ('torque', 'wind-up', 'current')  # each is about proportional to the others
+_MEANS = {
+    'speed': ('speed', 'direction', 'acceleration'), 'direction': ('direction', 'speed'),
+    'torque': _TORQUES, 'current': _TORQUES, 'rate': ('speed', 'acceleration'),
+    'load_angle': ('angle of the load',), 'motor_angle': ('angle of the motor',),
+    'time': ('time',), 'temperature': ('time',), 'travel': ('travel since reversal',),
+}
+
+
+def undisputed(screening: Screening, chosen: list[int]) -> tuple[list[int], list[str]]:
+    """Return (the causes that no free law makes needless, what is to be said of the others)."""
+    kept, said = list(chosen), []
+    for one in sorted(chosen, key=lambda c: screening.loss([o for o in chosen if o != c])):
+        variable = outdone_by(screening, kept, one)
+        if variable:
+            kept.remove(one)
+            said.append(f'{screening.library.candidates[one].label} explains a part, but not as '
+                        f'its cause, and is not taken: a law of {variable} alone would do more')
+    return kept, said
+
+
+def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
+    """
+    Return the variable of a free law that makes a chosen cause needless, '' where there is none.
+
+    It must close the balance, or it takes up parts of several.
+    """
+    candidate = screening.library.candidates[one]
+    rest = [c for c in chosen if c != one]
+    without, times = screening.loss(rest), _times(candidate)
+    gain = without - screening.loss(chosen)
+    for balance in taken_from(screening, rest, chosen):
+        must = _excess(screening, balance, rest) - OPEN * _excess(screening, balance, [])
+        for variable, table in _free_laws(screening.stack, balance):
+            left = screening.loss_beside(rest, table)
+            more = max(times[variable] * gain, must)
+            if without - left > more and left - screening.loss_beside(chosen, table) < KEPT * gain:
+                return variable
+    return ''
+
+
+def _excess(screening: Screening, balance: str, chosen: list[int]) -> float:
+    """Sum of squares of a balance that is more than noise and margin, as the loss counts it."""
+    rows = screening.stack.balance == BALANCES.index(balance)
+    squares = screening.residual(chosen)[rows]**2 - 1.0
+    return max(0.0, float(np.sum(squares * screening.weight[rows]**2)))
+
+
+def _times(candidate: Candidate) -> dict[str, float]:
+    """Return by variable how many times the gain of a cause a free law of it must take away."""
+    if candidate.effect is None:
+        return dict.fromkeys(VARIABLES, VALUE)
+    own = _own(candidate.effect, candidate.site)
+    return {variable: OWN if variable in own else OTHER for variable in VARIABLES}
+
+
+def _own(effect: type[Effect], site: str) -> set[str]:
+    """Variables of the law of an effect, and those that go with them."""
+    own = {name for read in effect.variables() for name in _MEANS.get(read, ())}
+    if 'angle' in effect.variables():
+        own.add('angle of the motor' if site == 'motor' else 'angle of the load')
+    if effect.port in ('mesh', 'clearance'):
+        own.update(_TORQUES)
+    if effect.port in ('sensor', 'drive'):
+        own.update((*_TORQUES, 'speed', 'acceleration'))
+    if effect.memory:
+        own.add('travel since reversal')
+    return own
+
+
+def _free_laws(stack: Stack, balance: str) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield (variable, columns) of laws that are even and odd in the direction of motion."""
+    rows = stack.balance == BALANCES.index(balance)
+    known = features(stack, balance)
+    way = known[:, VARIABLES.index('direction')]
+    for number, variable in enumerate(VARIABLES):
+        if variable in NOT_ALONE:
+            continue
+        hats = _hats(known[:, number], KNOTS.get(variable, FEWER))
+        for sign in (np.ones(len(way)), way) if hats.shape[1] > 2 else ():
+            table = np.zeros((len(stack.base), hats.shape[1]))
+            table[rows] = hats * (sign / stack.scale[rows])[:, None]
+            size = np.sqrt(np.mean(table**2, axis=0))
+            yield variable, table / np.where(size > 0.0, size, 1.0)
+
+
+def _hats(values: np.ndarray, knots: int) -> np.ndarray:
+    """Return the hat functions of a variable over its quantiles, shape (rows, knots)."""
+    at = np.unique(np.quantile(values, np.linspace(0.0, 1.0, knots)))
+    return np.column_stack([np.interp(values, at, row) for row in np.eye(len(at))])

@@ -1,0 +1,41 @@
+"""What recordings leave under a small catalogue, before anything is accepted."""
+
+from servo_identify.gap.balance import Balance
+from servo_identify.gap.candidates import candidates_of, extend
+from servo_identify.gap.library import build_library
+from servo_identify.gap.observation import observe
+from servo_identify.gap.screening import Screening
+from servo_identify.gap.selection import Selection
+from servo_identify.gap.shape_values import shape_values
+from servo_identify.gap.stack import Stack
+from servo_twin.physics.catalogue import names
+
+CHANNELS = ('motor_position', 'load_position', 'torque', 'current')
+
+
+def extended(servo, *known):
+    """Return a servo with the candidates placed that a catalogue of a few effects has."""
+    return extend(servo, ('motor', 'load'), CHANNELS, tuple(n for n in names() if n not in known))
+
+
+def stacked(recordings, extended):
+    """Return the balances of some recordings with an extended servo."""
+    return Stack([Balance(extended.servo, seen, extended.given, extended.theta)
+                  for seen in observe(recordings, extended.servo)], extended)
+
+
+def screened(recordings, servo, *known):
+    """Return a screening of some recordings with a catalogue of a few effects."""
+    stack = stacked(recordings, extended(servo, *known))
+    candidates = candidates_of(stack.extended, shape_values(stack, stack.base))
+    return Screening(stack, build_library(stack, candidates, lambda share: None))
+
+
+def chosen_of(screening):
+    """Return the numbers of the causes that a screening asks for."""
+    return Selection(screening).select(lambda share: None)
+
+
+def names_of(screening, chosen):
+    """Return the names of some candidates."""
+    return [screening.library.candidates[c].name for c in chosen]

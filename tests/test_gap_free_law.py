@@ -1,0 +1,89 @@
+"""A law that nobody knows, and its nearest relative in the catalogue."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from screened import chosen_of, names_of, screened
+from synthetic import PERIOD, sampled
+
+from servo_identify.gap.diagnose import diagnose
+from servo_identify.gap.free_law import outdone_by
+from servo_twin import servo_file
+from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.servo import Placed
+
+BENCH = servo_file.load(
+    Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
+TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
+WEIGHT = ('gravity', 'load', {'sine': 20.0, 'cosine': 8.0})
+ONE_WAY = ('asymmetric_friction', 'load', {'difference': 15.0, 'slope': 0.0})
+
+
+def with_effects(*effects):
+    """Return the bench with further effects (name, site, values)."""
+    placed = [Placed(f'e{i}', find(name), site) for i, (name, site, _) in enumerate(effects)]
+    return BENCH.with_effects(*placed, values={
+        f'effects.e{i}.{key}': value for i, (*_, values) in enumerate(effects)
+        for key, value in values.items()})
+
+
+def swinging(rig, seed, family='multisine', size=1.6):
+    """Return a recording that stays within a part of a turn."""
+    command = sum(size * np.sin(2.0 * np.pi * f * TIME + seed + 3.0 * f) for f in (0.35, 0.8, 2.1))
+    return replace(sampled(rig, command, seed=seed), name=f'{family} {seed}', family=family)
+
+
+def twice(rig, *known):
+    return screened([swinging(rig, 1), swinging(rig, 2)], BENCH, *known)
+
+
+def outdone(screening):
+    """Return by name of each chosen cause the variable of the free law that outdoes it."""
+    chosen = chosen_of(screening)
+    return {name: outdone_by(screening, chosen, one)
+            for name, one in zip(names_of(screening, chosen), chosen, strict=True)}
+
+
+def test_a_weight_that_no_catalogue_knows_is_not_taken_for_its_relative():
+    screening = twice(with_effects(WEIGHT), 'asymmetric_friction')
+    assert outdone(screening)['asymmetric_friction'] == 'angle of the load'
+
+
+@pytest.mark.parametrize('effects', ((WEIGHT,), (ONE_WAY,), (WEIGHT, ONE_WAY)))
+def test_what_is_there_is_outdone_by_no_free_law(effects):
+    screening = twice(with_effects(*effects), 'asymmetric_friction', 'gravity')
+    assert outdone(screening) == {name: '' for name, _, _ in effects}
+
+
+def test_a_diagnosis_takes_nothing_that_a_free_law_outdoes_and_says_what_the_law_is_of():
+    rig = with_effects(WEIGHT)
+    recordings = [[swinging(rig, seed)] for seed in (1, 2, 3)]
+    known = ('asymmetric_friction', 'load_dependent_friction')
+    found = diagnose(recordings[0], BENCH, recordings[1], recordings[2],
+                     tuple(n for n in names() if n not in known)).report
+    assert (found.verdict['status'], found.which) == ('unknown', ())
+    assert 'angle of the load' in found.unknown['depends_on'] and found.unknown['parity'] == 'even'
+    assert any('a law of angle of the load alone would do more' in w for w in found.warnings)
+
+
+def test_the_rows_of_a_gap_are_those_of_the_family_that_shows_it_where_no_balance_does():
+    stack = screened([swinging(BENCH, 1), swinging(BENCH, 2, 'creep', 0.6)], BENCH,
+                     'gravity').stack
+    motor, creep = stack.balance == 1, stack.recording == 1
+    quiet = np.full(len(stack.base), 0.5)
+    np.testing.assert_array_equal(stack.showing(quiet)['motor'], motor)
+    faint = np.where(motor & creep, 1.5, 0.5)
+    assert np.mean(faint[motor]**2) < 1.3
+    np.testing.assert_array_equal(stack.showing(faint)['motor'], motor & creep)
+    np.testing.assert_array_equal(stack.showing(np.where(motor, 1.3, faint))['motor'], motor)
+
+
+def test_a_ripple_that_shows_at_a_creep_alone_is_found():
+    rig = with_effects(('cogging', 'motor', {
+        'sine': (2.5e-3, 0.0, 0.0), 'cosine': (0.0, 0.0, 0.0)}))
+    creep = [swinging(rig, seed, 'creep', 0.5) for seed in (3, 4)]
+    screening = screened([swinging(rig, 1), swinging(rig, 2), *creep], BENCH, 'cogging', 'gravity')
+    assert max(screening.squares([]).values()) < 1.3
+    assert names_of(screening, chosen_of(screening)) == ['cogging']
