@@ -40,14 +40,19 @@ _MEANS = {
 
 
 def undisputed(screening: Screening, chosen: list[int]) -> tuple[list[int], list[str]]:
-    """Return (the causes that no free law makes needless, what is to be said of the others)."""
+    """
+    Return (the causes that no free law makes needless, what is to be said of the others).
+
+    The least is asked first: once it is gone, the next may have more to do.
+    """
     kept, said = list(chosen), []
     for one in sorted(chosen, key=lambda c: screening.loss([o for o in chosen if o != c])):
         variable = outdone_by(screening, kept, one)
         if variable:
             kept.remove(one)
-            said.append(f'{screening.library.candidates[one].label} explains a part, but not as '
-                        f'its cause, and is not taken: a law of {variable} alone would do more')
+            label = screening.library.candidates[one].label
+            said.append(f'{label} explains a part, but not as its cause, and is not taken: '
+                        f'a law of the {variable} alone would do more')
     return kept, said
 
 
@@ -61,14 +66,15 @@ def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
     rest = [c for c in chosen if c != one]
     without, times = screening.loss(rest), _times(candidate)
     gain = without - screening.loss(chosen)
+    better: list[tuple[float, str]] = []
     for balance in taken_from(screening, rest, chosen):
         must = _excess(screening, balance, rest) - OPEN * _excess(screening, balance, [])
         for variable, table in _free_laws(screening.stack, balance):
             left = screening.loss_beside(rest, table)
             more = max(times[variable] * gain, must)
             if without - left > more and left - screening.loss_beside(chosen, table) < KEPT * gain:
-                return variable
-    return ''
+                better.append((left, variable))
+    return min(better, default=(0.0, ''))[1]
 
 
 def _excess(screening: Screening, balance: str, chosen: list[int]) -> float:
@@ -90,7 +96,10 @@ def _own(effect: type[Effect], site: str) -> set[str]:
     """Variables of the law of an effect, and those that go with them."""
     own = {name for read in effect.variables() for name in _MEANS.get(read, ())}
     if 'angle' in effect.variables():
-        own.add('angle of the motor' if site == 'motor' else 'angle of the load')
+        own.update(('angle of the motor' if site == 'motor' else 'angle of the load',
+                    'travel since reversal'))
+    if effect.port == 'friction':  # each law of it turns with the speed
+        own.update(('speed', 'direction'))
     if effect.port in ('mesh', 'clearance'):
         own.update(_TORQUES)
     if effect.port in ('sensor', 'drive'):
