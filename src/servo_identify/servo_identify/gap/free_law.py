@@ -60,14 +60,15 @@ def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
     """
     Return the variable of a free law that makes a chosen cause needless, '' where there is none.
 
-    It must close the balance, or it takes up parts of several.
+    It must close the balance, or it takes up parts of several. A constant of either parity is a
+    free law of any variable and tells nothing: the cause is given one too.
     """
     candidate = screening.library.candidates[one]
     rest = [c for c in chosen if c != one]
     without, times = screening.loss(rest), _times(candidate)
-    gain = without - screening.loss(chosen)
     better: list[tuple[float, str]] = []
     for balance in taken_from(screening, rest, chosen):
+        gain = without - screening.loss_beside(chosen, _constants(screening.stack, balance))
         must = _excess(screening, balance, rest) - OPEN * _excess(screening, balance, [])
         for variable, table in _free_laws(screening.stack, balance):
             left = screening.loss_beside(rest, table)
@@ -109,9 +110,14 @@ def _own(effect: type[Effect], site: str) -> set[str]:
     return own
 
 
+def _constants(stack: Stack, balance: str) -> np.ndarray:
+    """Return the columns of a constant and of one that turns with the direction of motion."""
+    way = features(stack, balance)[:, VARIABLES.index('direction')]
+    return _columns(stack, balance, np.column_stack((np.ones(len(way)), way)))
+
+
 def _free_laws(stack: Stack, balance: str) -> Iterator[tuple[str, np.ndarray]]:
     """Yield (variable, columns) of laws that are even and odd in the direction of motion."""
-    rows = stack.balance == BALANCES.index(balance)
     known = features(stack, balance)
     way = known[:, VARIABLES.index('direction')]
     for number, variable in enumerate(VARIABLES):
@@ -119,10 +125,16 @@ def _free_laws(stack: Stack, balance: str) -> Iterator[tuple[str, np.ndarray]]:
             continue
         hats = _hats(known[:, number], KNOTS.get(variable, FEWER))
         for sign in (np.ones(len(way)), way) if hats.shape[1] > 2 else ():
-            table = np.zeros((len(stack.base), hats.shape[1]))
-            table[rows] = hats * (sign / stack.scale[rows])[:, None]
-            size = np.sqrt(np.mean(table**2, axis=0))
-            yield variable, table / np.where(size > 0.0, size, 1.0)
+            yield variable, _columns(stack, balance, hats * sign[:, None])
+
+
+def _columns(stack: Stack, balance: str, values: np.ndarray) -> np.ndarray:
+    """Return physical values at the rows of a balance as columns of all rows, of size one."""
+    rows = stack.balance == BALANCES.index(balance)
+    table = np.zeros((len(stack.base), values.shape[1]))
+    table[rows] = values / stack.scale[rows][:, None]
+    size = np.sqrt(np.mean(table**2, axis=0))
+    return table / np.where(size > 0.0, size, 1.0)
 
 
 def _hats(values: np.ndarray, knots: int) -> np.ndarray:
