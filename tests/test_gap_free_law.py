@@ -57,6 +57,12 @@ def test_what_is_there_is_outdone_by_no_free_law(effects):
     assert outdone(screening) == {name: '' for name, _, _ in effects}
 
 
+def test_a_free_law_is_given_no_credit_for_a_constant_that_any_law_of_it_holds():
+    rig = with_effects(('current_sensor_offset', 'current', {'offset': 0.1}))
+    rig = rig.with_values({'drive.torque_constant': 1.2 * BENCH.values['drive.torque_constant']})
+    assert outdone(twice(rig, 'gravity'))['torque_constant_error'] == ''
+
+
 def test_a_diagnosis_takes_nothing_that_a_free_law_outdoes_and_says_what_the_law_is_of():
     rig = with_effects(WEIGHT)
     recordings = [[swinging(rig, seed)] for seed in (1, 2, 3)]
