@@ -11,6 +11,7 @@ import pytest
 from scipy.optimize import lsq_linear
 from synthetic import PERIOD, sampled
 
+from servo_identify.gap import diagnose as diagnosing
 from servo_identify.gap.balance import Balance
 from servo_identify.gap.candidates import Candidate
 from servo_identify.gap.checks import CannotDiagnose, unsaturated
@@ -169,6 +170,15 @@ def test_a_law_that_only_mends_the_shape_of_another_is_no_cause(gain, kept):
     screening = SimpleNamespace(library=SimpleNamespace(candidates=[spring, weight]),
                                 loss=lambda chosen: left[tuple(chosen)])
     assert Selection(screening)._of_their_own([0, 1]) == kept
+
+
+@pytest.mark.parametrize(('gap', 'stays'), ((0.5, True), (90.0, True), (9000.0, False)))
+def test_a_twin_that_is_a_hundred_times_worse_on_other_recordings_has_run_away(
+        monkeypatch, gap, stays):
+    told = SimpleNamespace(gap=SimpleNamespace(total=lambda reference: gap))
+    monkeypatch.setattr(diagnosing, 'tried', lambda *asked: told)
+    bare = SimpleNamespace(total=lambda reference: 1.0)
+    assert diagnosing._runs(None, [0], [], bare) is stays
 
 
 def test_what_cannot_be_judged_is_said():

@@ -19,7 +19,7 @@ from .explanation import as_given, fit
 from .free_law import undisputed
 from .library import build_library
 from .observation import Observation, observe
-from .resimulation import Diverged
+from .resimulation import Diverged, Gap
 from .screening import Screening
 from .selection import Selection
 from .shape_values import shape_values
@@ -30,6 +30,7 @@ from .status import judged, mimics_reading
 from .verdict import report_of
 from .wrong_reading import wrong_reading
 
+RUNAWAY = 100.0  # times the gap without causes at which a twin with some has run away
 ROUNDS = 3  # of fitting the tolerances of a mesh with a gap, the last one for the columns
 
 
@@ -75,12 +76,12 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     try:
         base = tried(screening, [], purposes['accept'])
         given = run_over(as_given(stacks['screen']), purposes['report'])
-        run_over(base.explanation, purposes['report'])
+        bare = run_over(base.explanation, purposes['report'])
     except Diverged as problem:
         raise CannotDiagnose(str(problem)) from None
-    while kept and not _runs(screening, kept, purposes['report']):
+    while kept and not _runs(screening, kept, purposes['report'], bare):
         dropped = kept.pop()
-        warnings.append(f'{library.candidates[dropped].label} makes the twin diverge on the '
+        warnings.append(f'{library.candidates[dropped].label} makes the twin run away on the '
                         'report recordings and is not taken')
 
     known = Findings(servo, parts, purposes, stacks, start, given, base,
@@ -137,9 +138,10 @@ def _bare(stack: Stack) -> Screening:
     return Screening(stack, build_library(stack, [], lambda share: None))
 
 
-def _runs(screening: Screening, kept: list[int], balances: list[Balance]) -> bool:
+def _runs(screening: Screening, kept: list[int], balances: list[Balance], bare: Gap) -> bool:
+    """Tell whether the twin with some causes stays near a rig that it was not fitted to."""
     try:
-        tried(screening, kept, balances)
+        gap = tried(screening, kept, balances).gap
     except Diverged:
         return False
-    return True
+    return gap.total(bare) <= RUNAWAY * bare.total(bare)
