@@ -14,6 +14,7 @@ from .scoring import confusion, risk_coverage, shrinks
 
 INK, GOOD, BAD, PALE = '#1f2933', '#2f6f4f', '#b3392f', '#8a94a0'
 _BASELINES = ('#c9822b', '#7a5195', '#4f81bd', '#8a94a0')
+LOWEST = -0.5  # realised shrink that is still drawn in its place
 
 
 def draw_confusion(outcomes: Sequence[Outcome], path: Path) -> None:
@@ -72,6 +73,10 @@ def draw_shrink(outcomes: Sequence[Outcome], path: Path) -> None:
             if interval:
                 axes.plot([predicted] * 2, interval, color=colour, linewidth=0.6, alpha=0.5)
             axes.plot(predicted, realised, '.', color=colour, label='' if number else label)
+            if realised < LOWEST:
+                axes.plot(predicted, LOWEST + 0.02, 'v', color=colour)
+                axes.annotate(f' {100 * realised:.0f} %', (predicted, LOWEST + 0.02), fontsize=7)
+    axes.set_ylim(LOWEST, 1.05)
     axes.set_xlabel('predicted shrink, on accepting recordings', fontsize=8)
     axes.set_ylabel('realised shrink, on reporting recordings', fontsize=8)
     if axes.get_legend_handles_labels()[0]:
