@@ -68,9 +68,12 @@ def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
     without, times = screening.loss(rest), _times(candidate)
     better: list[tuple[float, str]] = []
     for balance in taken_from(screening, rest, chosen):
-        gain = without - screening.loss_beside(chosen, _constants(screening.stack, balance))
+        known = features(screening.stack, balance)
+        constants = _columns(screening.stack, balance, _constants(known))
+        gain = without - screening.loss_beside(chosen, constants)
         must = _excess(screening, balance, rest) - OPEN * _excess(screening, balance, [])
-        for variable, table in _free_laws(screening.stack, balance):
+        for variable, values in _free_laws(known):
+            table = _columns(screening.stack, balance, values)
             left = screening.loss_beside(rest, table)
             more = max(times[variable] * gain, must)
             if without - left > more and left - screening.loss_beside(chosen, table) < KEPT * gain:
@@ -110,22 +113,21 @@ def _own(effect: type[Effect], site: str) -> set[str]:
     return own
 
 
-def _constants(stack: Stack, balance: str) -> np.ndarray:
-    """Return the columns of a constant and of one that turns with the direction of motion."""
-    way = features(stack, balance)[:, VARIABLES.index('direction')]
-    return _columns(stack, balance, np.column_stack((np.ones(len(way)), way)))
+def _constants(known: np.ndarray) -> np.ndarray:
+    """Return a constant and one that turns with the direction of motion, shape (rows, 2)."""
+    way = known[:, VARIABLES.index('direction')]
+    return np.column_stack((np.ones(len(way)), way))
 
 
-def _free_laws(stack: Stack, balance: str) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield (variable, columns) of laws that are even and odd in the direction of motion."""
-    known = features(stack, balance)
+def _free_laws(known: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield (variable, hat functions) of laws even and odd in the direction of motion."""
     way = known[:, VARIABLES.index('direction')]
     for number, variable in enumerate(VARIABLES):
         if variable in NOT_ALONE:
             continue
         hats = _hats(known[:, number], KNOTS.get(variable, FEWER))
         for sign in (np.ones(len(way)), way) if hats.shape[1] > 2 else ():
-            yield variable, _columns(stack, balance, hats * sign[:, None])
+            yield variable, hats * sign[:, None]
 
 
 def _columns(stack: Stack, balance: str, values: np.ndarray) -> np.ndarray:
