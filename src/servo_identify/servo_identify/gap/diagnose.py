@@ -84,7 +84,7 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
         warnings.append(f'{library.candidates[dropped].label} makes the twin run away on the '
                         'report recordings and is not taken')
 
-    known = Findings(servo, parts, purposes, stacks, start, given, base,
+    known = Findings(servo, parts, purposes, stacks, start, given, base, bare,
                      wrong_reading(screening, kept))
     evidence = gathered(known, screening, kept, stages)
     unknown = judged(evidence).status == 'unknown'

@@ -32,8 +32,9 @@ class Findings:
 
     ``purposes`` and ``stacks`` are balances and residuals by purpose, ``start`` the residuals of
     the screen recordings with no cause, ``given`` the gap on the report recordings with the servo
-    file as it came, ``base`` the twin with its values within tolerance, ``reading`` the channel
-    whose wrong reading would be all that departs ('' where there is none).
+    file as it came, ``base`` the twin with its values within tolerance and ``bare`` its gap on the
+    report recordings, ``reading`` the channel whose wrong reading would be all that departs
+    ('' where there is none).
     """
 
     servo: Servo
@@ -43,6 +44,7 @@ class Findings:
     start: np.ndarray
     given: Gap
     base: Trial
+    bare: Gap
     reading: str
 
 
@@ -77,7 +79,7 @@ def gathered(known: Findings, screening: Screening, kept: list[int], stages: Sta
     stages.begin('shrink')
     reported = {
         'given': known.given,
-        'base': run_over(known.base.explanation, purposes['report']),
+        'base': known.bare,
         'best': run_over(best.explanation, purposes['report']),
         'steps': _steps(screening, kept, purposes),
         'left': leftover(stacks['report'], best.explanation),
