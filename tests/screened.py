@@ -8,8 +8,11 @@ from servo_identify.gap.screening import Screening
 from servo_identify.gap.selection import Selection
 from servo_identify.gap.shape_values import shape_values
 from servo_identify.gap.stack import Stack
+from servo_twin import servo_file
 from servo_twin.physics.catalogue import names
+from servo_twin.shipped import servo_at
 
+BENCH = servo_file.load(servo_at('rv_bench'))
 CHANNELS = ('motor_position', 'load_position', 'torque', 'current')
 
 

@@ -1,21 +1,17 @@
 """A law that nobody knows, and its nearest relative in the catalogue."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from screened import chosen_of, names_of, screened
+from screened import BENCH, chosen_of, names_of, screened
 from synthetic import PERIOD, sampled
 
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.free_law import outdone_by
-from servo_twin import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
 
-BENCH = servo_file.load(
-    Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
 TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
 WEIGHT = ('gravity', 'load', {'sine': 20.0, 'cosine': 8.0})
 ONE_WAY = ('asymmetric_friction', 'load', {'difference': 15.0, 'slope': 0.0})

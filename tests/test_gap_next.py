@@ -1,12 +1,11 @@
 """What stays ambiguous after a diagnosis, and the recording that it proposes for it."""
 
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from screened import chosen_of, names_of, screened, stacked
+from screened import BENCH, chosen_of, names_of, screened, stacked
 from synthetic import PERIOD, sampled
 
 from servo_identify.blind.definitions import machines
@@ -16,12 +15,9 @@ from servo_identify.gap.ambiguity import explain, stands_in
 from servo_identify.gap.balance import BALANCES
 from servo_identify.gap.experiment_choice import next_experiment, separation
 from servo_rig_driver.emulated.excitation import family
-from servo_twin import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 
-BENCH = servo_file.load(
-    Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
 SERVO = replace(BENCH, tolerance={**BENCH.tolerance, 'effects.coulomb.level': (20.0, 24.0)})
 CATALOGUE = ('presliding_friction', 'friction_drift', 'gravity', 'spring_load')
 

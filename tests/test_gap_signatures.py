@@ -1,11 +1,10 @@
 """What a candidate would move: at the size it has, and between the shapes that are tried."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from screened import chosen_of, extended, screened, stacked
+from screened import BENCH, chosen_of, extended, screened, stacked
 from synthetic import PERIOD, sampled
 
 from servo_identify.gap.candidates import candidates_of
@@ -15,8 +14,6 @@ from servo_twin import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 
-BENCH = servo_file.load(
-    Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')
 TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
 JOINT = """
 servo: joint
