@@ -1,11 +1,9 @@
-"""A mechanism that comes as an FMU: beside the built-in one of the same values, and refused."""
+"""A mechanism that comes as an FMU: beside the built-in one of the same values."""
 
-from pathlib import Path
 import subprocess
 import sys
-import zipfile
 
-from fmu_maker import made
+from fmu_maker import made, mapped, SERVO, servo_of
 import numpy as np
 import pytest
 
@@ -26,47 +24,8 @@ from servo_twin.samples import samples_of
 from servo_twin.twin import Twin
 
 PERIOD = 1e-3
-SERVO = """
-servo: screw
-step: {step}
-drive: {{type: voltage, gain: 2.0, resistance: 1.5, inductance: 1.0e-3, back_emf: 0.1,
-         torque_constant: 0.1}}
-mechanism:
-{mechanism}
-  ratio: 20.0
-  rotor_inertia: 1.0e-3
-  load_inertia: 0.5
-controller: {{type: velocity_pi, kp: 1.0, ki: 10.0, limit: 20.0}}
-sensors: {{motor_encoder: {{noise: 1.0e-5}}, load_encoder: {{noise: 1.0e-5}},
-          torque_sensor: {{noise: 0.01}}, current_sensor: {{noise: 1.0e-3}}}}
-effects:
-  late: {{effect: current_lag, at: current, lag: 5.0e-4}}
-  dry: {{effect: coulomb_friction, at: load, level: 0.6}}
-  rub: {{effect: coulomb_friction, at: motor, level: 0.02}}
-  spring: {{effect: spring_load, at: load}}
-  net: {{effect: network_residual, at: motor, current: [1.0, -0.5], speed: [0.01, 0.02],
-        threshold: [0.1, 0.0], weight: [0.02, 0.03], level: 0.01}}
-  read: {{effect: current_sensor_gain, at: current, excess: 0.02}}
-{more}
-"""
-OUTPUTS = '{motor_angle: phi_m, motor_speed: w_m, load_angle: phi_l, load_speed: w_l, torque: tau}'
-INPUT = '{motor_torque: tau_m, external_torque: tau_ext}'
-START = '{motor_angle: phi_m0, motor_speed: w_m0, load_angle: phi_l0, load_speed: w_l0}'
-PARAMETERS = '{ratio: ratio, rotor_inertia: J_m, load_inertia: J_l, stiffness: c, fails: fail_at}'
 BUILT_IN = '  type: two_inertia\n  damping: 2.0\n  stiffness: 4.0e+3'
 RIGID = '  type: rigid'
-
-
-def mapped(fmu, inputs=INPUT, outputs=OUTPUTS, start=START, parameters=PARAMETERS, more=''):
-    """Return the section of an FMU."""
-    return (f'  type: fmu\n  file: {fmu}\n  inputs: {inputs}\n  outputs: {outputs}\n'
-            f'  start: {start}\n  parameters: {parameters}\n{more}')
-
-
-def servo_of(mechanism, step=1e-4, more='', folder='.'):
-    """Return a servo with that mechanism."""
-    text = SERVO.format(mechanism=mechanism, step=step, more=more)
-    return servo_file.loads(text, 'made', folder)
 
 
 @pytest.fixture(scope='session')
@@ -273,61 +232,6 @@ def test_a_servo_that_cannot_begin_is_refused_before_it_runs(fmus):
     warm_up(servo)  # a step that fails is met by beginning anew; the beginning itself is not
     y = run(servo_of(mapped(fmus['two2'], start='{}')))
     assert y[0, 1] == 0.7 and y[0, 0] == 4.0  # its own angles are counted from the state's
-
-
-def _zip(path, **files):
-    with zipfile.ZipFile(path, 'w') as archive:
-        for name, content in files.items():
-            archive.writestr(name.replace('__', '.'), content)
-    return path
-
-
-REFUSED = {
-    'there is none': (lambda d: mapped(d / 'none.fmu'), 'none.fmu: cannot be read: No such file'),
-    'text': (lambda d: mapped(Path(__file__)), 'it is not an FMU \\(not a zip archive\\)'),
-    'a zip': (lambda d: mapped(_zip(d / 'a.zip', readme__txt='x')),
-              'it holds no modelDescription.xml'),
-    'bad xml': (lambda d: mapped(_zip(d / 'b.zip', modelDescription__xml='<x')),
-                'modelDescription.xml cannot be read'),
-    'exchange': (lambda d: mapped(made(d, 2, kind='ModelExchange')), 'for model exchange only'),
-    'elsewhere': (lambda d: mapped(made(d, 3, place='riscv-plan9')),
-                  "no binary for this machine \\(.*\\); it has \\['riscv-plan9'\\]"),
-    'unknown': (lambda d: mapped(made(d), '{motor_torque: tau_n}'),
-                "inputs.motor_torque: there is no real scalar variable 'tau_n'; near it are "
-                "\\['tau_m'"),
-    'output': (lambda d: mapped(made(d), '{motor_torque: phi_m}'),
-               'phi_m is of causality output, it must be input'),
-    'degrees': (lambda d: mapped(made(d, 3, units={'phi_l': 'deg'})),
-                'phi_l is in deg, not in rad; map it as {variable: phi_l, factor: 0.0174532925}'),
-    'key': (lambda d: mapped(made(d), '{torque: tau_m}'),
-            "mechanism.inputs: there is no 'torque'; there are \\['motor_torque', 'external"),
-    'nothing in': (lambda d: mapped(made(d), '{}'), 'mechanism.inputs needs motor_torque'),
-    'nothing out': (lambda d: mapped(made(d), outputs='{torque: tau}'),
-                    'needs motor_angle or load_angle'),
-    'no parameter': (lambda d: mapped(made(d), parameters='{ratio: phi_m}'),
-                     'phi_m is no parameter but of causality output'),
-    'no file': (lambda d: '  type: fmu', "'file' is missing"),
-    'value': (lambda d: mapped(made(d)) + '  slope: 3.0', "mechanism has no parameter 'slope'"),
-    'load': (lambda d: mapped(made(d), '{motor_torque: tau_m}'),
-             'acts on the load, and the FMU is mapped without an input external_torque'),
-}
-
-
-@pytest.mark.parametrize('case', REFUSED)
-def test_what_cannot_be_used_is_refused_with_a_reason(tmp_path, case):
-    section, said = REFUSED[case]
-    with pytest.raises(ServoError, match=said):
-        servo_of(section(tmp_path))
-
-
-def test_what_cannot_act_there_is_refused_with_a_reason(fmus):
-    section = mapped(fmus['two2'])
-    with pytest.raises(ServoError, match='effects.play: backlash acts in the mesh, which is insi'):
-        servo_of(section, more='  play: {effect: backlash, at: mesh, width: 0.001}')
-    with pytest.raises(ServoError, match='coulomb_friction needs mechanism.rotor_inertia'):
-        servo_of(section).with_values({'mechanism.rotor_inertia': 0.0})
-    with pytest.raises(ServoError, match='mode observer needs a mechanism whose angles'):
-        Twin(servo_of(section), PERIOD, 'observer')
 
 
 def test_a_step_that_its_own_solver_cannot_take_is_refused(fmus):
