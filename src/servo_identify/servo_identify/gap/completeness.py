@@ -126,9 +126,10 @@ def repeatable(one: Stack, residual: np.ndarray, other: Stack,
     Return by balance the mean square of the residual that replicates have in common.
 
     Recordings of the same family are compared instant by instant: noise does not repeat itself,
-    whatever its colour; a missing law does, known or not. Empty without replicates.
+    whatever its colour; a missing law does, known or not. Every instant counts alike, as in the
+    mean squares that this is held against. Empty without replicates.
     """
-    common: dict[str, list[float]] = {}
+    common: dict[str, list[np.ndarray]] = {}
     for first, a in enumerate(one.balances):
         for second, b in enumerate(other.balances):
             same = a.seen.recording.family and (
@@ -140,9 +141,9 @@ def repeatable(one: Stack, residual: np.ndarray, other: Stack,
                                                                        residual_there)
                 size = min(len(x), len(y))
                 product = x[:size] * y[:size]
-                if np.isfinite(product).any():
-                    common.setdefault(name, []).append(float(np.nanmean(product)))
-    return {name: max(0.0, float(np.mean(values))) for name, values in common.items()}
+                common.setdefault(name, []).append(product[np.isfinite(product)])
+    together = {name: np.concatenate(products) for name, products in common.items()}
+    return {name: max(0.0, float(np.mean(one))) for name, one in together.items() if one.size}
 
 
 def _alike(one, other) -> bool:

@@ -1,0 +1,42 @@
+"""What replicates have in common of a residual, and that it is counted like the residual."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from screened import BENCH, extended, stacked
+from synthetic import PERIOD, sampled
+
+from servo_identify.gap.completeness import repeatable
+from servo_identify.gap.status import squares_of
+
+
+def swept(family, seconds, hertz, seed):
+    """Return a recording of the bench under a sine."""
+    time = np.arange(int(seconds / PERIOD)) * PERIOD
+    recording = sampled(BENCH, 1.6 * np.sin(2.0 * np.pi * hertz * time), seed=seed)
+    return replace(recording, name=f'{family} {seed}', family=family)
+
+
+@pytest.fixture(scope='module')
+def stacks():
+    """Return the residuals of two families, one four times as long as the other, made twice."""
+    bench = extended(BENCH)
+    return [stacked([swept('sine', 12.0, 0.5, seed), swept('chirp', 3.0, 2.0, seed + 10)], bench)
+            for seed in (1, 2)]
+
+
+def test_what_is_there_each_time_counts_as_much_as_in_the_mean_squares(stacks):
+    first, second = stacks
+    there = np.where(first.recording == 1, 30.0, 1.0)  # most of it in the short family
+    again = np.where(second.recording == 1, 30.0, 1.0)
+    common, squares = repeatable(first, there, second, again), squares_of(first, there)
+    for balance, square in squares.items():
+        assert common[balance] == pytest.approx(square, rel=0.02)
+
+
+def test_noise_has_nothing_in_common(stacks):
+    first, second = stacks
+    chance = np.random.default_rng(3)
+    noise = [chance.normal(size=len(one.base)) for one in stacks]
+    assert max(repeatable(first, noise[0], second, noise[1]).values()) < 0.1
