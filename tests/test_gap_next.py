@@ -14,6 +14,7 @@ from servo_identify.gap import experiment_choice, menu
 from servo_identify.gap.ambiguity import explain, stands_in
 from servo_identify.gap.balance import BALANCES
 from servo_identify.gap.experiment_choice import next_experiment, separation
+from servo_identify.gap.menu import recordings_of_the_menu
 from servo_rig_driver.emulated.excitation import family
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -96,6 +97,16 @@ def test_a_recording_that_goes_round_separates_a_weight_from_a_spring(weighted):
             for recording in (quick(rig, 1), wide(rig, 3))}
     assert told['wide'] > 2.0 * told['quick 1']
     assert told['wide'] > 1.0
+
+
+def test_no_recording_of_the_menu_goes_far_beyond_those_that_are_there(weighted):
+    rig, screening = weighted
+    evidence = SimpleNamespace(stacks={'screen': screening.stack}, augmented=rig, servo=SERVO)
+    made = [more.balances[0].seen.recording for _, _, more in recordings_of_the_menu(evidence)]
+    assert {'turns', 'speed_ladder', 'slow_reversals'} <= {one.family for one in made}
+    known = [one.seen.recording for one in screening.stack.balances]
+    assert all(np.ptp(one['load_position']) <= menu.BEYOND * max(
+        np.ptp(before['load_position']) for before in known) for one in made)
 
 
 def proposed(monkeypatch, told):

@@ -16,19 +16,18 @@ from .observation import observe
 from .stack import Stack
 
 DURATION = 10.0  # s of each recording of the menu: what separates most does so per second too
-BEYOND = 1.2  # times the largest torque and speed seen that a recording may reach
+BEYOND = 1.2  # times the largest travel, speed and torque seen that a recording may reach
 
 
 def recordings_of_the_menu(evidence) -> Iterator[tuple[str, dict, Stack]]:
     """Yield (family, settings, residuals) of the recordings of the menu that can be made."""
     extended = evidence.stacks['screen'].extended
-    speed, torque = _reach([one.seen.recording for one in evidence.stacks['screen'].balances])
+    seen_so_far = _reach([one.seen.recording for one in evidence.stacks['screen'].balances])
     for family, settings in _menu(evidence):
         recording = _simulated(evidence.augmented, family, settings, evidence)
         if recording is None:
             continue
-        faster, harder = _reach([recording])
-        if faster > BEYOND * speed or harder > BEYOND * torque:
+        if np.any(_reach([recording]) > BEYOND * seen_so_far):
             continue
         seen = observe([recording], evidence.servo)[0]
         more = Stack([Balance(extended.servo, seen, extended.given, extended.theta)], extended)
@@ -36,17 +35,23 @@ def recordings_of_the_menu(evidence) -> Iterator[tuple[str, dict, Stack]]:
             yield family, settings, more
 
 
-def _reach(recordings: list[Recording]) -> tuple[float, float]:
-    """Return the largest speed, rad/s, and torque, N m (0 where unmeasured), of recordings."""
-    speed = torque = 0.0
+def _reach(recordings: list[Recording]) -> np.ndarray:
+    """
+    Return the largest travel, rad, speed, rad/s, and torque, N m, of recordings.
+
+    The torque is 0 where it is not measured. Travel counts for the stops that a rig may have, and
+    for the laws that hold within it.
+    """
+    reached = np.zeros(3)
     for one in recordings:
         name = 'load_position' if one.has('load_position') else 'motor_position'
         step = max(1, round(0.02 / one.period))
         way = one[name][step:] - one[name][:-step]
-        speed = max(speed, float(np.nanmax(np.abs(way), initial=0.0)) / (step * one.period))
-        if one.has('torque'):
-            torque = max(torque, float(np.nanmax(np.abs(one['torque']))))
-    return speed, torque
+        reached = np.maximum(reached, (
+            np.nanmax(one[name]) - np.nanmin(one[name]),
+            np.nanmax(np.abs(way), initial=0.0) / (step * one.period),
+            np.nanmax(np.abs(one['torque'])) if one.has('torque') else 0.0))
+    return reached
 
 
 def _menu(evidence) -> list[tuple[str, dict]]:
@@ -58,14 +63,21 @@ def _menu(evidence) -> list[tuple[str, dict]]:
     menu: list[tuple[str, dict]] = []
     if evidence.servo.controller.parameters:
         rise = {'acceleration': _acceleration(balances, speed)}
-        ladder = np.geomspace(0.05 * speed, speed, 4).tolist()
+        travel = _reach([one.seen.recording for one in balances])[0]
+
+        def within(share: float, seconds: float) -> float:
+            return min(share * speed, travel / seconds)
+
+        top = within(1.0, DURATION / 8)
+        ladder = np.geomspace(0.05 * top, top, 4).tolist()
         menu += [('speed_ladder', {'speeds': ladder, **rise}),
                  ('slow_reversals', {'speed': 0.02 * speed, 'period': 2.5}),
                  ('slow_reversals', {'speed': 0.1 * speed, 'period': 2.5}),
-                 ('slow_reversals', {'speed': 0.5 * speed, 'period': 2.5}),
-                 ('turns', {'speed': 0.2 * speed, **rise}), ('turns', {'speed': speed, **rise})]
+                 ('slow_reversals', {'speed': 0.5 * speed, 'period': 2.5})]
+        menu += [('turns', {'speed': within(share, DURATION / 2 - 0.5), **rise})
+                 for share in (0.2, 1.0)]
         if load > 0.0:
-            menu += [('load_steps', {'speed': share * speed, 'torque': part * load, **rise})
+            menu += [('load_steps', {'speed': within(share, 4.0), 'torque': part * load, **rise})
                      for share, part in ((0.3, 1.0), (0.03, 1.0), (0.03, 0.3))]
     menu += [('chirp', {'amplitude': share * volts, 'from': 0.5, 'to': 15.0})
              for share in (0.7, 0.25)]
