@@ -53,6 +53,14 @@ def test_what_is_there_is_outdone_by_no_free_law(effects):
     assert outdone(screening) == {name: '' for name, _, _ in effects}
 
 
+def test_bristles_are_not_taken_for_a_drag_that_has_no_memory():
+    drag = ('quadratic_drag', 'load', {'rise': 200.0})
+    bristles = ('presliding_friction', 'load', {'level': 40.0, 'breakaway': 5e-3})
+    for effect, variable in ((drag, 'speed'), (bristles, '')):
+        told = outdone(twice(with_effects(effect), 'presliding_friction'))
+        assert told['presliding_friction'] == variable
+
+
 def test_a_free_law_is_given_no_credit_for_a_constant_that_any_law_of_it_holds():
     rig = with_effects(('current_sensor_offset', 'current', {'offset': 0.1}))
     rig = rig.with_values({'drive.torque_constant': 1.2 * BENCH.values['drive.torque_constant']})

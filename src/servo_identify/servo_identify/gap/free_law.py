@@ -110,6 +110,8 @@ def _own(effect: type[Effect], site: str) -> set[str]:
         own.update((*_TORQUES, 'speed', 'acceleration'))
     if effect.memory:
         own.add('travel since reversal')
+    if effect.memory and effect.port == 'torque':  # it is there for what no law of the speed does
+        own.difference_update(('speed', 'direction'))
     return own
 
 
