@@ -9,6 +9,7 @@ from synthetic import PERIOD, sampled
 
 from servo_identify.gap.candidates import candidates_of
 from servo_identify.gap.explanation import fit
+from servo_identify.gap.gains_off import gains_off
 from servo_identify.gap.shape_values import shape_values
 from servo_twin import servo_file
 from servo_twin.physics.catalogue import find
@@ -48,6 +49,24 @@ def test_gains_that_multiply_each_other_are_seen_at_their_joint_size():
     assert np.sqrt(np.mean(moved**2)) > 1.0
     np.testing.assert_allclose(stack.columns(mismatch, amplitudes) @ amplitudes, moved,
                                atol=1e-9 * np.abs(moved).max())
+
+
+def test_gains_are_found_however_far_they_are_off():
+    servo = servo_file.loads(JOINT)
+    far = {'controller.kp': 28.0, 'controller.kv': 0.24, 'controller.ki': 0.6}
+    recording = sampled(servo, 2.0 * np.sin(2.0 * np.pi * 0.7 * TIME), seed=1)
+    wanted = recording['load_position'] + 0.02 * np.sin(2.0 * np.pi * 0.6 * TIME)
+    recording = replace(recording, columns={**recording.columns, 'reference_position': wanted})
+    one = stacked([recording], extended(servo, 'coulomb_friction')).balances[0]
+    theta = one.servo.theta
+    for path, value in far.items():
+        theta[one.slots[path]] = value
+    made = one.command_of(theta, one.base_switches, one.seen.channels)
+    recording = replace(recording, columns={**recording.columns, 'voltage': made})
+    stack = stacked([recording], extended(servo, 'coulomb_friction'))
+    off = gains_off(stack, tuple(far))
+    for (path, value), change in zip(far.items(), off, strict=True):
+        assert servo.values[path] + change == pytest.approx(value, rel=0.02)
 
 
 @pytest.mark.parametrize('frequency', (7.3, 9.1))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .candidates import Candidate
+from .gains_off import gains_off
 from .side_by_side import side_by_side
 from .signature_cache import SignatureCache
 from .stack import Stack
@@ -61,6 +62,9 @@ def _only(candidate: Candidate, members: np.ndarray) -> Candidate:
 
 def _scaled(stack: Stack, candidate: Candidate, size: float) -> tuple[np.ndarray, np.ndarray]:
     """Columns taken at amplitudes that move the residuals by about as much as is left in them."""
+    if all(path.startswith('controller.') for path in candidate.paths):
+        amplitudes = gains_off(stack, candidate.paths)
+        return stack.columns(candidate, amplitudes), amplitudes
     amplitudes = np.array([_first_guess(stack, path, e) for path, e in
                            zip(candidate.paths, candidate.elements, strict=True)])
     for _ in range(3):
