@@ -13,7 +13,7 @@ from .screening import Screening
 from .stack import NOTICED
 
 ENTERS = {'torque': ('motor', 'load', 'transmission'), 'current': ('drive', 'motor')}
-CANCELS = 0.2  # share of the larger square that two departures may leave in their sum
+CANCELS = 0.3  # share of the larger square that two departures may leave in their sum
 
 
 def wrong_reading(screening: Screening, kept: list[int]) -> str:
@@ -50,12 +50,13 @@ def _at_once(screening: Screening, departure: np.ndarray, first: str,
         if not {first, second} <= set(one.names):
             continue
         x, y = (stack.series(number, name, departure) for name in (first, second))
+        if not (np.isfinite(x).any() and np.isfinite(y).any()):
+            continue
         squares.append((np.nanmean(x**2), np.nanmean(y**2)))
         x, y = (stack.series(number, name, departure * stack.scale) for name in (first, second))
         there = np.isfinite(x)
-        if there.any():
-            x = np.interp(one.times(second), one.times(first)[there], x[there])
-            pairs.append((x[np.isfinite(y)], y[np.isfinite(y)]))
+        x = np.interp(one.times(second), one.times(first)[there], x[there])
+        pairs.append((x[np.isfinite(y)], y[np.isfinite(y)]))
     if not pairs or np.min(np.mean(squares, axis=0)) < NOTICED:
         return np.zeros(0), np.zeros(0)
     x, y = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
