@@ -77,7 +77,8 @@ def with_load_share(servo: Servo, found: LoadShare, name: str = 'loaded',
                     site: str = 'load') -> Servo:
     """Return the servo with load-dependent friction at a shaft, in place of any it had there."""
     placed = Placed(name, find('load_dependent_friction'), site)
-    values = placed.paths({'share': max(0.0, found.share), 'back_driven': found.back_driven})
+    values = placed.paths({'share': max(0.0, found.share),
+                           'back_driven': max(0.0, found.back_driven)})
     source = 'turns under several loads, cell by cell'
     said = {f'effects.{name}.share': Provenance(source, found.share_std, found.bags)}
     if np.isfinite(found.back_driven_std):

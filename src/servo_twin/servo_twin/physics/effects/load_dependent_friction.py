@@ -11,13 +11,14 @@ class LoadDependentFriction(Friction):
     .. math:: \tau_f = \left(\mu + \mu_b\,[T\omega < 0]\right) |T|
 
     T is the transmitted torque as this shaft feels it; the load drives the motor back where T and
-    the motion differ in sign. Holds while the pressure of the teeth follows the torque.
+    the motion differ in sign. Neither share is below zero, or the two together would be a torque
+    that is misread. Holds while the pressure of the teeth follows the torque.
     """
 
     source = 'Duclusaud, Passault, Padois, Ly: arXiv 2410.08650, 2024, load-dependent models'
 
     share = Parameter(0.05, '', (0.0, 2.0), 'Friction for a torque of one.', off=0.0)
-    back_driven = Parameter(0.0, '', (-2.0, 2.0), 'Added while the load drives.', off=0.0)
+    back_driven = Parameter(0.0, '', (0.0, 2.0), 'Added while the load drives.', off=0.0)
 
     @staticmethod
     def law(p, s, motion, h):
