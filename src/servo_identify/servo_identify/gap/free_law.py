@@ -24,6 +24,7 @@ from .stack import Stack
 KEPT = 0.1  # share of its gain that a cause must keep beside a free law
 OTHER = 1.1  # times a cause's gain that a free law of another variable must take away
 OWN = 1.5  # the same of one of its own variables: then the form of its law is not that of the rig
+MEMORY = 1.0  # the same of the speed where it has a memory: that is for what no such law can do
 VALUE = 1.025  # the same where the cause is a value that is off: its law is that of the servo
 OPEN = 0.1  # share of a balance's first gap that may stay: or more is missing there than one law
 KNOTS = {'angle of the load': 24, 'angle of the motor': 24}
@@ -93,7 +94,10 @@ def _times(candidate: Candidate) -> dict[str, float]:
     if candidate.effect is None:
         return dict.fromkeys(VARIABLES, VALUE)
     own = _own(candidate.effect, candidate.site)
-    return {variable: OWN if variable in own else OTHER for variable in VARIABLES}
+    times = {variable: OWN if variable in own else OTHER for variable in VARIABLES}
+    if candidate.effect.memory and candidate.effect.port == 'torque':
+        times['speed'] = MEMORY
+    return times
 
 
 def _own(effect: type[Effect], site: str) -> set[str]:
@@ -110,8 +114,6 @@ def _own(effect: type[Effect], site: str) -> set[str]:
         own.update((*_TORQUES, 'speed', 'acceleration'))
     if effect.memory:
         own.add('travel since reversal')
-    if effect.memory and effect.port == 'torque':  # it is there for what no law of the speed does
-        own.difference_update(('speed', 'direction'))
     return own
 
 
