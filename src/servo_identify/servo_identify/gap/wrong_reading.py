@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from .balance import BALANCES
+from .regression import less
 from .screening import Screening
-from .stack import NOTICED
+from .stack import NOTICED, Stack
 
 ENTERS = {'torque': ('motor', 'load', 'transmission'), 'current': ('drive', 'motor')}
-CANCELS = 0.3  # share of the larger square that two departures may leave in their sum
+CANCELS = 0.2  # share of the larger square that two departures may leave in their sum
 
 
 def wrong_reading(screening: Screening, kept: list[int]) -> str:
@@ -25,39 +27,51 @@ def wrong_reading(screening: Screening, kept: list[int]) -> str:
     stack = screening.stack
     if any(screening.library.candidates[one].site in ENTERS for one in kept):
         return ''
-    used, fitted = screening.coefficients(kept)
-    causes = used >= len(screening.nuisance)
-    departure = (screening.residual(kept, held_out=False)
-                 - screening.columns(used[causes]) @ fitted[causes])
     values = stack.extended.servo.values
     # an error e of the torque adds -e / ratio at the motor and e at the load; one of the current
     # adds e at the drive and gain * e at the motor
     for channel, gain in (('torque', values['mechanism.ratio']),
                           ('current', -values['drive.torque_constant'])):
-        first, second = _at_once(screening, departure, *ENTERS[channel][:2])
-        if first.size and np.mean((gain * first + second)**2) < CANCELS * max(
-                np.mean((gain * first)**2), np.mean(second**2)):
+        if _cancels(screening, gain, *ENTERS[channel][:2]):
             return channel
     return ''
 
 
-def _at_once(screening: Screening, departure: np.ndarray, first: str,
+def _cancels(screening: Screening, gain: float, first: str, second: str) -> bool:
+    """
+    Tell whether what departs in two balances is gone from ``gain * first + second``.
+
+    Values within tolerance are fitted to that sum alone: in the two balances they would give way
+    to the reading, and hide a part of its error in one of them.
+    """
+    stack, departure = screening.stack, screening.residual([], held_out=False)
+    for name in (first, second):
+        rows = stack.balance == BALANCES.index(name)
+        if not rows.any() or np.mean(departure[rows]**2) < NOTICED:
+            return False
+    x, y = _at_once(stack, departure, first, second)
+    base = _at_once(stack, stack.base, first, second)
+    columns = [_at_once(stack, column, first, second)
+               for column in screening.columns(screening.nuisance).T]
+    table = np.column_stack([gain * one + other for one, other in columns])
+    moves = np.abs(table).max(axis=0) > 0.0
+    left = less(gain * base[0] + base[1], table[:, moves],
+                screening.low[screening.nuisance][moves],
+                screening.high[screening.nuisance][moves])
+    return np.mean(left**2) < CANCELS * max(np.mean((gain * x)**2), np.mean(y**2))
+
+
+def _at_once(stack: Stack, residual: np.ndarray, first: str,
              second: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return what departs in two balances at the instants of the second, empty if not in both."""
-    stack = screening.stack
-    pairs, squares = [], []
+    """Return a residual in two balances, in their units, at the instants of the second."""
+    pairs = []
     for number, one in enumerate(stack.balances):
         if not {first, second} <= set(one.names):
             continue
-        x, y = (stack.series(number, name, departure) for name in (first, second))
-        if not (np.isfinite(x).any() and np.isfinite(y).any()):
-            continue
-        squares.append((np.nanmean(x**2), np.nanmean(y**2)))
-        x, y = (stack.series(number, name, departure * stack.scale) for name in (first, second))
-        there = np.isfinite(x)
-        x = np.interp(one.times(second), one.times(first)[there], x[there])
-        pairs.append((x[np.isfinite(y)], y[np.isfinite(y)]))
-    if not pairs or np.min(np.mean(squares, axis=0)) < NOTICED:
-        return np.zeros(0), np.zeros(0)
+        x, y = (stack.series(number, name, residual * stack.scale) for name in (first, second))
+        there, asked = np.isfinite(x), np.isfinite(y)
+        if there.any():
+            x = np.interp(one.times(second)[asked], one.times(first)[there], x[there])
+            pairs.append((x, y[asked]))
     x, y = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
     return x, y
