@@ -1,13 +1,15 @@
-"""What replicates have in common of a residual, and that it is counted like the residual."""
+"""What is left of a balance: what replicates share of it, and the variables it is looked at by."""
 
 from dataclasses import replace
 
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from screened import BENCH, extended, stacked
 from synthetic import PERIOD, sampled
 
-from servo_identify.gap.completeness import repeatable
+from servo_identify.gap.completeness import repeatable, since_reversal
 from servo_identify.gap.status import squares_of
 
 
@@ -40,3 +42,16 @@ def test_noise_has_nothing_in_common(stacks):
     chance = np.random.default_rng(3)
     noise = [chance.normal(size=len(one.base)) for one in stacks]
     assert max(repeatable(first, noise[0], second, noise[1]).values()) < 0.1
+
+
+@given(st.lists(st.sampled_from((-1.0, -0.5, 0.0, 0.5, 1.0)), min_size=1, max_size=60))
+def test_the_travel_begins_anew_where_the_way_turns_and_not_at_rest(speeds):
+    speed = np.array(speeds)
+    angle = np.concatenate(([0.0], np.cumsum(speed)[:-1]))
+    expected, way, anchor = [], 0.0, 0.0
+    for now, place in zip(speed, angle, strict=True):
+        if now * way < 0.0:
+            anchor = place
+        way = np.sign(now) or way
+        expected.append(abs(place - anchor))
+    np.testing.assert_allclose(since_reversal(angle, speed), expected, atol=1e-12)

@@ -55,14 +55,8 @@ def features(stack: Stack, balance: str) -> np.ndarray:
         centres = bump.centres(len(one.seen.recording))
         at = np.clip(centres - reach, 0, len(one.motion('load_angle')) - 1)
         motion = {n: one.motion(n)[at] for n in MOTION}
-        speed, angle = motion['load_speed'], one.motion('load_angle')
-        way = np.sign(one.motion('load_speed'))
-        turned = np.zeros(len(way))
-        last, anchor = way[0], angle[0]
-        for k in range(len(way)):
-            if way[k] * last < 0:
-                last, anchor = way[k], angle[k]
-            turned[k] = abs(angle[k] - anchor)
+        speed = motion['load_speed']
+        turned = since_reversal(one.motion('load_angle'), one.motion('load_speed'))
         table = np.column_stack((
             np.mod(motion['load_angle'], 2.0 * np.pi), np.mod(motion['motor_angle'], 2.0 * np.pi),
             speed, motion['torque'], motion['current'], motion['wind_up'],
@@ -70,6 +64,16 @@ def features(stack: Stack, balance: str) -> np.ndarray:
             centres * one.seen.period, motion['temperature']))
         parts.append(table[stack.kept(number, balance)])
     return np.nan_to_num(np.concatenate(parts))
+
+
+def since_reversal(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Return the travel since the last reversal, rad, shape of ``angle``; rest is none."""
+    samples = np.arange(len(speed))
+    moved = np.maximum.accumulate(np.where(speed != 0.0, samples, -1))  # when it last did
+    way = np.sign(speed[moved])
+    turns = (moved[1:] > 0) & (moved[:-1] >= 0) & (way[1:] != way[:-1])
+    anchor = np.maximum.accumulate(np.where(np.concatenate(([False], turns)), samples, 0))
+    return np.abs(angle - angle[anchor])
 
 
 def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
