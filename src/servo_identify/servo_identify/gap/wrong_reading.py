@@ -50,20 +50,21 @@ def _cancels(screening: Screening, gain: float, first: str, second: str) -> bool
         if not rows.any() or np.mean(departure[rows]**2) < NOTICED:
             return False
     x, y = _at_once(stack, departure, first, second)
-    base = _at_once(stack, stack.base, first, second)
-    columns = [_at_once(stack, column, first, second)
-               for column in screening.columns(screening.nuisance).T]
-    table = np.column_stack([gain * one + other for one, other in columns])
-    moves = np.abs(table).max(axis=0) > 0.0
-    left = less(gain * base[0] + base[1], table[:, moves],
-                screening.low[screening.nuisance][moves],
+    if not x.size:
+        return False
+    base, *within = (gain * one + other for one, other in (
+        _at_once(stack, column, first, second)
+        for column in (stack.base, *screening.columns(screening.nuisance).T)))
+    table = np.array(within).reshape(-1, len(base)).T
+    moves = np.abs(table).max(axis=0, initial=0.0) > 0.0
+    left = less(base, table[:, moves], screening.low[screening.nuisance][moves],
                 screening.high[screening.nuisance][moves])
     return np.mean(left**2) < CANCELS * max(np.mean((gain * x)**2), np.mean(y**2))
 
 
 def _at_once(stack: Stack, residual: np.ndarray, first: str,
              second: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return a residual in two balances, in their units, at the instants of the second."""
+    """Return a residual in two balances, in their units, at the instants that both have."""
     pairs = []
     for number, one in enumerate(stack.balances):
         if not {first, second} <= set(one.names):
@@ -73,5 +74,7 @@ def _at_once(stack: Stack, residual: np.ndarray, first: str,
         if there.any():
             x = np.interp(one.times(second)[asked], one.times(first)[there], x[there])
             pairs.append((x, y[asked]))
+    if not pairs:
+        return np.zeros(0), np.zeros(0)
     x, y = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
     return x, y
