@@ -15,7 +15,7 @@ from .screening import Screening
 from .stack import NOTICED, Stack
 
 ENTERS = {'torque': ('motor', 'load', 'transmission'), 'current': ('drive', 'motor')}
-CANCELS = 0.2  # share of the larger square that two departures may leave in their sum
+CANCELS = 0.08  # share of the larger square that two departures may leave in their sum
 
 
 def wrong_reading(screening: Screening, kept: list[int]) -> str:
