@@ -35,8 +35,11 @@ from .gap.resimulation import bootstrap, Diverged, Gap, gap_of, HORIZON, resimul
 LINEAR = 'linear'
 ITERATIONS = 10
 WORKERS = 2  # processes that fit side by side
-FIXED = ('order', 'lag')
-"""What is not fitted of a model: an order is counted, the lag of bristles is not seen."""
+FIXED = ('order', 'lag', 'exponent')
+"""
+What is not fitted of a model: an order is counted, the lag of bristles is not seen, and the
+exponent of Stribeck friction is that of its author.
+"""
 
 Told = Callable[[str, float], None]
 
