@@ -1,12 +1,14 @@
 """A law that nobody knows, and its nearest relative in the catalogue."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from screened import BENCH, chosen_of, names_of, screened
 from synthetic import PERIOD, sampled
 
+from servo_identify.gap import status
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.free_law import outdone_by
 from servo_twin.physics.catalogue import find, names
@@ -88,6 +90,20 @@ def test_the_rows_of_a_gap_are_those_of_the_family_that_shows_it_where_no_balanc
     assert np.mean(faint[motor]**2) < 1.3
     np.testing.assert_array_equal(stack.showing(faint)['motor'], motor & creep)
     np.testing.assert_array_equal(stack.showing(np.where(motor, 1.3, faint))['motor'], motor)
+
+
+@pytest.mark.parametrize('left, refuted', ((0.9, True), (0.5, False)))
+def test_a_cause_found_in_one_family_is_refuted_by_that_family(monkeypatch, left, refuted):
+    stack = screened([swinging(BENCH, 1), swinging(BENCH, 2, 'creep', 0.6)], BENCH,
+                     'gravity').stack
+    faint = np.where((stack.balance == 1) & (stack.recording == 1), 1.5, 0.5)
+    after = np.where(stack.recording == 1, left * faint, faint)
+    monkeypatch.setattr(status, 'shrunk', lambda evidence: -0.5)
+    monkeypatch.setattr(status, 'leftover', lambda others, explanation: faint)
+    evidence = SimpleNamespace(stacks={'report': stack}, reported={'left': after},
+                               base=SimpleNamespace(explanation=None),
+                               choices=[SimpleNamespace(balances=('motor',))])
+    assert status._refuted(evidence, set()) is refuted
 
 
 def test_a_ripple_that_shows_at_a_creep_alone_is_found():

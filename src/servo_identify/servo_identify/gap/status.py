@@ -124,9 +124,13 @@ def _refuted(evidence: Evidence, gaps: set[str]) -> bool:
     if shrunk(evidence) >= -TOLD:
         return False
     stack = evidence.stacks['report']
-    rows = np.isin(stack.balance, [BALANCES.index(b) for b in gaps])
-    before = np.mean(leftover(stack, evidence.base.explanation)[rows]**2)
-    return float(np.mean(evidence.reported['left'][rows]**2)) > HOLDS * float(before)
+    before, after = leftover(stack, evidence.base.explanation), evidence.reported['left']
+    shown = stack.showing(before, NOTICED)
+    # where no balance has a gap as a whole, the causes were found in those that they move
+    asked = gaps or {b for choice in evidence.choices for b in choice.balances}
+    rows = np.any([shown[b] for b in asked if b in shown], axis=0)
+    return not rows.any() or float(np.mean(after[rows]**2)) > HOLDS * float(
+        np.mean(before[rows]**2))
 
 
 def shrunk(evidence) -> float:
