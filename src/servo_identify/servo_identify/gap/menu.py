@@ -23,7 +23,7 @@ def recordings_of_the_menu(evidence) -> Iterator[tuple[str, dict, Stack]]:
     """Yield (family, settings, residuals) of the recordings of the menu that can be made."""
     extended = evidence.stacks['screen'].extended
     seen_so_far = _reach([one.seen.recording for one in evidence.stacks['screen'].balances])
-    for family, settings in _menu(evidence):
+    for family, settings in _menu(evidence, seen_so_far[0]):
         recording = _simulated(evidence.augmented, family, settings, evidence)
         if recording is None:
             continue
@@ -54,8 +54,8 @@ def _reach(recordings: list[Recording]) -> np.ndarray:
     return reached
 
 
-def _menu(evidence) -> list[tuple[str, dict]]:
-    """Recordings within what the rig was seen to do."""
+def _menu(evidence, travel: float) -> list[tuple[str, dict]]:
+    """Recordings within what the rig was seen to do; ``travel`` is how far, rad."""
     balances = evidence.stacks['screen'].balances
     speed = max(float(np.nanpercentile(np.abs(b.motion('load_speed')), 99)) for b in balances)
     volts = max(float(np.percentile(np.abs(b.seen.voltage), 99)) for b in balances)
@@ -63,7 +63,6 @@ def _menu(evidence) -> list[tuple[str, dict]]:
     menu: list[tuple[str, dict]] = []
     if evidence.servo.controller.parameters:
         rise = {'acceleration': _acceleration(balances, speed)}
-        travel = _reach([one.seen.recording for one in balances])[0]
 
         def within(share: float, seconds: float) -> float:
             return min(share * speed, travel / seconds)
