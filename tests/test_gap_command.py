@@ -9,6 +9,7 @@ import pytest
 from synthetic import PERIOD, sampled
 
 from servo_identify.cli import main
+from servo_identify.gap.candidates import candidates_of, extend
 from servo_twin import servo_file
 from servo_twin.bag import write_recording
 from servo_twin.cli import main as twin
@@ -81,6 +82,25 @@ def with_columns(recording, **columns):
 
 def test_it_refuses_recordings_of_different_machines(refused, good):
     assert 'different machines' in refused(good, replace(good, servo='another'))
+
+
+def test_it_refuses_to_leave_out_what_is_no_cause(good, tmp_path, capfd):
+    bag = write_recording(tmp_path / 'bag', good)
+    assert main(['diagnose', str(bag), '--servo', str(FILE), '-o', str(tmp_path / 'out'),
+                 '--without', 'parameter:rotor_inertia', 'gravitation']) == 2
+    error = capfd.readouterr().err
+    assert "no cause 'gravitation'" in error and "'parameter:load_inertia'" in error
+
+
+@pytest.mark.parametrize('name', ['parameter:load_inertia', 'torque_constant_error',
+                                  'controller_mismatch', 'load_dependent_friction'])
+def test_whatever_a_report_may_name_can_be_left_out(name):
+    def named(without):
+        extended = extend(SERVO, ('motor', 'load'), ('motor_position', 'load_position'), without)
+        return {c.name for c in candidates_of(extended, lambda effect, site: [{}])}
+
+    every = named(())
+    assert name in every and named((name,)) == every - {name}
 
 
 def test_it_refuses_a_rig_that_never_moves(refused, good):

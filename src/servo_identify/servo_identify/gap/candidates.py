@@ -20,6 +20,7 @@ from servo_twin.physics.servo import Placed, Servo
 from .spring import may_bend, SPRING
 from .spring import NAME as SPRING_NAME
 
+CONTROLLER = 'controller_mismatch'
 ROW = 3  # multiples of a base order that a candidate may have
 
 TABLE_NAMES = {
@@ -82,6 +83,7 @@ class Extended:
     theta: np.ndarray
     on: np.ndarray
     bends: bool = False  # whether the values of a spring stand behind those of the servo
+    without: tuple[str, ...] = ()  # names of causes that shall not be considered
 
     @property
     def nominal(self) -> np.ndarray:
@@ -114,11 +116,10 @@ def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
     Place every candidate that the recorded channels could tell anything about.
 
     ``sides`` are the shafts whose balances are observable on their own, ``channels`` the measured
-    ones, ``without`` the names of effects that shall not be considered. Raises KeyError for a name
-    that no effect has.
+    ones, ``without`` the names of causes, as a report has them, that shall not be considered.
+    Raises KeyError for a name that no cause has.
     """
-    for name in without:
-        find(name)
+    _check(without, servo)
     present = {(p.effect.name, p.site) for p in servo.effects}
     placed, values = [], {}
     for name in names():
@@ -142,7 +143,16 @@ def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
     on[len(servo.effects):] = False
     bends = may_bend(servo, channels)
     theta = np.concatenate((full.theta, np.zeros(len(SPRING) if bends else 0)))
-    return Extended(full, len(servo.effects), theta, on, bends)
+    return Extended(full, len(servo.effects), theta, on, bends, without)
+
+
+def _check(without: tuple[str, ...], servo: Servo) -> None:
+    """Raise KeyError for a name that neither an effect nor a value of a servo has in a report."""
+    values = {c.name for c in _of_parameters(servo, len(servo.effects))}
+    for name in without:
+        if name not in {*names(), *values, *TABLE_NAMES.values(), CONTROLLER}:
+            raise KeyError(f'there is no cause {name!r} to leave out; there are '
+                           f'{[*names(), CONTROLLER]} and, of this servo, {sorted(values)}')
 
 
 def candidates_of(extended: Extended,
@@ -163,8 +173,8 @@ def candidates_of(extended: Extended,
     settings = tuple(p for p, d in servo.declarations()
                      if p.startswith('controller.') and d.off is not None)
     if settings:
-        candidates.append(Candidate('controller_mismatch', '', settings, (0,) * len(settings)))
-    return candidates
+        candidates.append(Candidate(CONTROLLER, '', settings, (0,) * len(settings)))
+    return [one for one in candidates if one.name not in extended.without]
 
 
 def _sites(effect: type[Effect], servo: Servo, sides, channels) -> list[str]:

@@ -25,8 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='recordings on which the shrink is measured')
     parser.add_argument('-o', '--output', required=True, metavar='DIR')
     parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
-    parser.add_argument('--without', nargs='+', default=[], metavar='EFFECT',
-                        help='effects that shall not be considered')
+    parser.add_argument('--without', nargs='+', default=[], metavar='CAUSE',
+                        help='causes, as a report names them, that shall not be considered')
     parser.add_argument('--no-page', action='store_true', help='leave report.html out')
 
 

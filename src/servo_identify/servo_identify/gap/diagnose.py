@@ -49,7 +49,7 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     """
     Say where a twin departs from its rig, which effect causes it and how far the gap shrinks.
 
-    ``without`` names effects that shall not be considered; ``tick(stage, share)`` reports
+    ``without`` names causes that shall not be considered; ``tick(stage, share)`` reports
     progress. Raises checks.CannotDiagnose with a sentence for recordings that cannot be judged.
     """
     stages = Stages(tick)
