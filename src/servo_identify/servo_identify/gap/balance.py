@@ -62,7 +62,7 @@ class Balance:
         self._zero = 0.0 if self.has_gap else None
         self._settings, self._push = {}, 0.0
         self._static, self.meshed = self._motions(self.seen.channels)
-        if self.has_gap and self.seen.has('torque') and 'transmission' in self.names:
+        if self.has_gap and 'transmission' in self.names:
             self._zero = zero_of(self)
             self._static, self.meshed = self._motions(self.seen.channels)
         if 'controller' in self.names:

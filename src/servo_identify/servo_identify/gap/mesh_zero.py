@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servo_twin.physics.following import MOTION
+from servo_twin.physics.following import FOLLOWED, MOTION
 
 if TYPE_CHECKING:
     from .balance import Balance
 
 WIND_UP, WIND_UP_RATE = MOTION.index('wind_up'), MOTION.index('wind_up_rate')
+SLOW = 0.02  # of the highest speed, below which a shaft may stand and friction says nothing
 ZERO_STEP = 0.002  # share of the range of the wind-up by which its zero is tried
 
 
@@ -23,16 +24,21 @@ def zero_of(balance: Balance) -> float:
     """
     Find the zero of the wind-up beside its median, rad: the one that explains the torque best.
 
-    A gap or a bent spring is not the same from another zero; a straight one does not care.
+    A gap or a bent spring is not the same from another zero; a straight one does not care. A
+    torque that is not measured is the one that the load asks for, told while it moves.
     """
     theta = balance.about
     span = float(np.ptp(np.percentile(balance.motion('wind_up'), (2, 98))))
     rows = balance.meshed.rows[:: max(1, len(balance.meshed.rows) // 4000)].copy()
-    torque, wound = rows[:, MOTION.index('torque')], rows[:, WIND_UP].copy()
+    wound, told = rows[:, WIND_UP].copy(), slice(None)
+    if not balance.seen.has('torque'):
+        speed = np.abs(rows[:, MOTION.index('load_speed')])
+        told = speed > SLOW * np.percentile(speed, 98)
 
     def misfit(shift):
         rows[:, WIND_UP] = wound - shift
-        pull = balance.follow(theta, balance.base_switches, rows)[:, 4]
+        out = balance.follow(theta, balance.base_switches, rows)[told]
+        pull, torque = out[:, FOLLOWED.index('mesh_torque')], out[:, FOLLOWED.index('torque')]
         return float(np.mean(np.abs(pull - torque)))
 
     best, width = 0.0, 0.5 * span
