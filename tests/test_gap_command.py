@@ -101,6 +101,7 @@ def test_whatever_a_report_may_name_can_be_left_out(name):
 
     every = named(())
     assert name in every and named((name,)) == every - {name}
+    assert named(('parameter:torque_constant',)) == every - {'torque_constant_error'}
 
 
 def test_it_refuses_a_rig_that_never_moves(refused, good):

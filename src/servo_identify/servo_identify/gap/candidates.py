@@ -28,6 +28,7 @@ TABLE_NAMES = {
     'mechanism.stiffness': 'stiffness_error',
 }
 """Parameters whose error has a name of its own in the table of signatures."""
+ALSO = {f'parameter:{path.split(".")[-1]}': name for path, name in TABLE_NAMES.items()}
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
     ones, ``without`` the names of causes, as a report has them, that shall not be considered.
     Raises KeyError for a name that no cause has.
     """
-    _check(without, servo)
+    without = _known(without, servo)
     present = {(p.effect.name, p.site) for p in servo.effects}
     placed, values = [], {}
     for name in names():
@@ -146,13 +147,18 @@ def extend(servo: Servo, sides: tuple[str, ...], channels: tuple[str, ...],
     return Extended(full, len(servo.effects), theta, on, bends, without)
 
 
-def _check(without: tuple[str, ...], servo: Servo) -> None:
-    """Raise KeyError for a name that neither an effect nor a value of a servo has in a report."""
+def _known(without: tuple[str, ...], servo: Servo) -> tuple[str, ...]:
+    """
+    Return the names of the table for what shall be left out.
+
+    Raises KeyError for a name that neither an effect nor a value of a servo has in a report.
+    """
     values = {c.name for c in _of_parameters(servo, len(servo.effects))}
     for name in without:
-        if name not in {*names(), *values, *TABLE_NAMES.values(), CONTROLLER}:
+        if name not in {*names(), *values, *TABLE_NAMES.values(), *ALSO, CONTROLLER}:
             raise KeyError(f'there is no cause {name!r} to leave out; there are '
                            f'{[*names(), CONTROLLER]} and, of this servo, {sorted(values)}')
+    return tuple(ALSO.get(name, name) for name in without)
 
 
 def candidates_of(extended: Extended,
@@ -196,6 +202,8 @@ def _of_effect(servo: Servo, place: Placed, index: int, shapes,
     effect, prefix = place.effect, f'effects.{place.name}'
     paths, elements = [], []
     for name in effect.amplitudes():
+        if name in effect.leaves:
+            continue
         size = ROW if effect.parameters[name].row else 1
         for element in range(size):
             paths.append(f'{prefix}.{name}')

@@ -23,14 +23,14 @@ class PreslidingFriction(Torque):
 
     source = 'Canudas de Wit, Olsson, Astrom, Lischinsky: IEEE TAC 40(3), 1995, eq. 1 to 4'
     replaces = ('coulomb_friction',)
+    leaves = ('excess',)  # to stribeck_friction, or bristles would be named for it
     memory = 1
 
     level = Parameter(1.0, 'N m', (0.0, 1e5), 'Sliding level.', off=0.0)
     excess = Parameter(0.0, 'N m', (0.0, 1e5), 'Static above sliding level.', off=0.0)
     breakaway = Parameter(1e-3, 'rad', (1e-8, 10.0), 'Deflection at which the bristles slip.',
                           grid=(1e-4, 1e-3, 1e-2))
-    fade = Parameter(0.03, 'rad/s', (1e-5, 1e4), 'Speed at which the excess is gone.',
-                     grid=(0.01, 0.1))
+    fade = Parameter(0.03, 'rad/s', (1e-5, 1e4), 'Speed at which the excess is gone.')
     lag = Parameter(1e-4, 's', (0.0, 1.0), 'Damping of the bristles over their stiffness.')
 
     @staticmethod
