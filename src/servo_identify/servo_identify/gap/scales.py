@@ -75,6 +75,8 @@ class Scales:
         elif unit == 'Hz':
             bumps = [b.seen.bump for b in self.balances]
             size, shares = max(0.5 / (b.spacing * b.period) for b in bumps), FREQUENCIES
+        elif unit == 's' and 'time' not in effect.variables():
+            return parameter.grid  # its own time, which no recording's length tells
         elif unit in SHARES:
             size, shares = self._size(unit, site), SHARES[unit]
         else:

@@ -136,7 +136,8 @@ class Screening:
         extended = self.stack.extended
         value = extended.theta[extended.slot(path, element)]
         low, high = extended.declaration(path).bounds
-        if candidate.switch is None and value != 0.0:  # a data sheet is not off by more
+        # a data sheet is not off by more; how strong an effect is, friction above all, may be
+        if candidate.switch is None and value != 0.0 and not path.startswith('effects.'):
             ends = sorted((value / FAR, value * FAR))
             low, high = max(low, ends[0]), min(high, ends[1])
         return low, high

@@ -22,7 +22,8 @@ class LoadDependentBacklash(Clearance):
     growth = Parameter(3e-4, 'rad', (0.0, 1.0), 'Width that a large load opens.', off=0.0)
     load = Parameter(100.0, 'N m', (1e-6, 1e6), 'Torque by which most of it is open.',
                      grid=(30.0, 100.0, 300.0))
-    settling = Parameter(0.01, 's', (0.0, 10.0), 'Time in which the gap follows the load.')
+    settling = Parameter(0.01, 's', (0.0, 10.0), 'Time in which the gap follows the load.',
+                         grid=(1e-3, 1e-2))
 
     @staticmethod
     def law(p, s, motion, h):
