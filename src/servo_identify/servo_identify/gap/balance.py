@@ -168,7 +168,8 @@ class Balance:
             return x + chance.normal(0.0, np.nan_to_num(noise[name]), len(x))
 
         other = Channels(shaken(channels.motor, 'motor_position'),
-                         shaken(channels.load, 'load_position'), channels.torque, channels.current)
+                         shaken(channels.load, 'load_position'), channels.torque, channels.current,
+                         channels.wound)
         change = self.command_of(theta, self._off, other) - self.command(theta, self._off)
         return float(np.nanstd(self.seen.fine.weigh(change)))
 
@@ -286,7 +287,7 @@ class Balance:
             self._kernel.sense(theta, keep, fresh_state(self._kernel), truth, readings,
                                self.seen.period)
             truth += recorded - readings
-        return Channels(*np.where(measured, truth, np.nan).T.copy())
+        return Channels(*np.where(measured, truth, np.nan).T.copy(), channels.wound)
 
     def _current(self, theta, on, motion: Motion) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""

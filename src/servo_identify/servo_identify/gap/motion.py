@@ -111,12 +111,12 @@ def _moving(seen: Observation, rows: np.ndarray, bump: Bump, ratio: float) -> np
 
 
 def both(channels: Channels, ratio: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angles of both shafts; of one encoder the other shaft follows."""
+    """Angles of both shafts; of one encoder the other shaft follows, as the twin's does."""
     motor, load = channels.motor, channels.load
     if not np.isfinite(motor).any():
-        motor = load * ratio
+        motor = (load + channels.wound) * ratio
     elif not np.isfinite(load).any():
-        load = motor / ratio
+        load = motor / ratio - channels.wound
     return motor, load
 
 

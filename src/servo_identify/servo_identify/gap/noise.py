@@ -1,4 +1,4 @@
-"""What the residual of a balance is small against: noise, rounding, and its largest term."""
+"""What the residual of a balance is small against: noise, doubt, and its largest term."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from .balance import Balance
 from .mesh_zero import kinks
+from .unseen_mesh import swing
 
 
 def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
@@ -43,14 +44,17 @@ def noise_floor(one: Balance, name: str, theta: np.ndarray) -> float:
     return float(np.hypot(angles, (torque if one.seen.has('torque') else by_load) / stiffness))
 
 
-def rounding(one: Balance, name: str) -> np.ndarray:
+def doubt_about(one: Balance, name: str) -> np.ndarray:
     """
-    Uncertainty at each centre that is no noise: rounding to counts, kinks within the bump.
+    Uncertainty at each centre that is no noise: rounding to counts, kinks within the bump, what a
+    mesh does that no second encoder sees.
 
     A shaft that passes many counts under the bump averages them; one that creeps does not, and
     its error is no noise that a longer recording would reduce.
     """
     size = np.zeros(len(one.times(name)))
+    if name == 'torque':
+        return swing(one)
     if name != 'transmission':
         return size
     size = size + kinks(one)

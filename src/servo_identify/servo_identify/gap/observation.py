@@ -10,6 +10,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import ROOM_TEMPERATURE
 from servo_twin.recording import Recording
 
+from .unseen_mesh import wound_up
 from .weak_form import Bump, count_of, noise_of
 
 SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
@@ -23,13 +24,15 @@ class Channels:
     """
     Readings of one recording, NaN where there is none, and what the bump makes of them.
 
-    ``motor`` and ``load`` in rad, ``torque`` N m, ``current`` A; shape (samples,) each.
+    ``motor`` and ``load`` in rad, ``torque`` N m, ``current`` A; shape (samples,) each. ``wound``
+    is by how much the twin winds up a mesh of which one shaft is measured, rad; zero of others.
     """
 
     motor: np.ndarray
     load: np.ndarray
     torque: np.ndarray
     current: np.ndarray
+    wound: np.ndarray
 
     def as_rows(self) -> np.ndarray:
         """Shape (samples, 4), in the order in which a kernel's sensors read."""
@@ -105,7 +108,7 @@ def observe(recordings: list[Recording], servo: Servo) -> list[Observation]:
         mesh = min(spacing, meshes[recording.period])
         columns = recording.columns
         channels = Channels(columns['motor_position'], columns['load_position'],
-                            columns['torque'], columns['current'])
+                            columns['torque'], columns['current'], wound_up(recording, servo))
         counts = {n: count_of(columns[n]) for n in ('motor_position', 'load_position')}
         loop = bool(servo.controller.parameters) and (
             recording.has('reference_position') or recording.has('reference_velocity'))

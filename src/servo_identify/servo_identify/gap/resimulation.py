@@ -193,9 +193,10 @@ def gap_of(runs: list[Run], balances: list[Balance]) -> Gap:
             error = run.errors[channel]
             good = np.isfinite(error)
             count = int(run.blocks.max()) + 1
+            with np.errstate(over='ignore'):  # a twin that runs away is infinitely far
+                squares_of_blocks = np.bincount(run.blocks[good], error[good]**2, count)
             parts.append(np.column_stack((
-                np.bincount(run.blocks[good], error[good]**2, count),
-                np.bincount(run.blocks[good], minlength=count))))
+                squares_of_blocks, np.bincount(run.blocks[good], minlength=count))))
             noises.append(_noise(one, channel))
             moved.append(_moved(one, channel))
         if parts:

@@ -10,7 +10,7 @@ import numpy as np
 from .balance import Balance, BALANCES
 from .candidates import Candidate, Extended
 from .mesh_zero import slope_of_zero
-from .noise import noise_floor, rounding, signal_of
+from .noise import doubt_about, noise_floor, signal_of
 
 NOTICED = 1.3  # mean square of residuals, in squares of noise and margin, that is a gap
 PLAIN = 2.0  # the same of one family of excitation alone: fewer rows, and the worst of several
@@ -28,7 +28,8 @@ class Stack:
 
     A row is one instant of one balance of one recording; ``block`` numbers the stretches of
     a second or so that may be taken as independent, ``balance`` indexes
-    BALANCES. Rows where nothing can be said (standstill, missing samples) are left out for good.
+    BALANCES; ``doubt`` is what a row may be off beside its noise, in the unit of its balance. Rows
+    where nothing can be said (standstill, missing samples) are left out for good.
     """
 
     balances: list[Balance]
@@ -38,12 +39,13 @@ class Stack:
     balance: np.ndarray = field(init=False)
     recording: np.ndarray = field(init=False)
     scale: np.ndarray = field(init=False)
+    doubt: np.ndarray = field(init=False)
     noise: dict[tuple[int, str], float] = field(init=False)
 
     def __post_init__(self) -> None:
         theta, on = self.extended.theta, self.extended.on
         self._keep, self._part, self.noise = {}, {}, {}
-        block, balance, recording, scale, first, size = [], [], [], [], 0, 0
+        block, balance, recording, scale, doubt, first, size = [], [], [], [], [], 0, 0
         for number, one in enumerate(self.balances):
             residuals = one.residuals(theta, on)
             for name, values in residuals.items():
@@ -54,9 +56,8 @@ class Stack:
                 times = one.times(name)[keep]
                 self._part[number, name] = slice(size, size + int(keep.sum()))
                 size += int(keep.sum())
-                scale.append(np.hypot.reduce((np.full(len(times), self.noise[number, name]),
-                                              np.full(len(times), margin),
-                                              rounding(one, name)[keep])))
+                doubt.append(doubt_about(one, name)[keep])
+                scale.append(np.hypot(doubt[-1], np.hypot(self.noise[number, name], margin)))
                 block.append(first + (times / one.seen.block).astype(int))
                 balance.append(np.full(len(times), BALANCES.index(name)))
                 recording.append(np.full(len(times), number))
@@ -65,6 +66,7 @@ class Stack:
         self.balance = np.concatenate(balance) if balance else np.zeros(0, int)
         self.recording = np.concatenate(recording) if recording else np.zeros(0, int)
         self.scale = np.concatenate(scale) if scale else np.zeros(0)
+        self.doubt = np.concatenate(doubt) if doubt else np.zeros(0)
         self._timing = self._timing_columns()
         # where a signal jumps within a sample, its instant decides: such rows weigh less
         self.scale = self.scale * np.sqrt(1.0 + sum(

@@ -73,7 +73,7 @@ def _where(evidence: Evidence, gaps: set[str]) -> list[Located]:
         noise = np.array([stack.noise[n, name] for n in range(len(stack.balances))
                           if (n, name) in stack.noise])
         floor = float(np.sqrt(np.mean(noise**2))) or 1.0
-        squares = (residual[rows] * stack.scale[rows] / floor)**2
+        squares = (residual[rows] * stack.scale[rows] / np.hypot(floor, stack.doubt[rows]))**2
         blocks, inverse = np.unique(stack.block[rows], return_inverse=True)
         sums, counts = np.bincount(inverse, squares), np.bincount(inverse)
         draws = chance.integers(0, len(blocks), (300, len(blocks)))
