@@ -21,8 +21,7 @@ from .splitting import Split
 from .stack import NOTICED, Stack
 from .stages import Stages
 
-FAR_ABOVE = 2.0  # the same that is no noise any more
-ERRATIC = 4.0  # the same where replicates have nothing in common and no cause was found
+ERRATIC = 4.0  # mean square of what is left that no sensor made, though no replicate shares it
 
 
 @dataclass(frozen=True)
@@ -102,14 +101,14 @@ def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> floa
     """
     Mean square that some law must explain.
 
-    Without replicates all that is far above the noise. With them what they have in common; but
-    where nothing was found, so much that no sensor can have made it is a gap though erratic.
+    With replicates what they have in common, without them what a regressor predicts; but where
+    nothing was found, or nothing could be compared, so much that no sensor can have made it is a
+    gap though erratic.
     """
-    above = left.square - 1.0
+    erratic = left.square - 1.0 if left.square > ERRATIC else 0.0
     if left.balance in common:
-        erratic = above if not found and left.square > ERRATIC else 0.0
-        return max(left.predictable, common[left.balance], erratic)
-    return max(left.predictable, above if left.square > FAR_ABOVE else 0.0)
+        return max(left.predictable, common[left.balance], 0.0 if found else erratic)
+    return max(left.predictable, erratic)
 
 
 def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
