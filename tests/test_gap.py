@@ -214,3 +214,10 @@ def test_recordings_are_split_by_recording():
     names_of = [{r.name for r in p} for p in (parts.screen, parts.accept, parts.report)]
     assert not names_of[0] & names_of[1] and not names_of[1] & names_of[2]
     assert len(split(made[:1], [], []).warnings) == 1
+
+
+def test_recordings_of_one_name_and_no_family_are_split_all_the_same():
+    made = [replace(recorded(SERVO, n, seconds=1.0), name='bag', family='') for n in range(4)]
+    parts = split(made, [], [])
+    assert [len(p) for p in (parts.screen, parts.accept, parts.report)] == [2, 1, 1]
+    assert len({id(r) for p in (parts.screen, parts.accept, parts.report) for r in p}) == 4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +48,7 @@ def split(recordings: list[Recording], accept: list[Recording],
             held[purpose].append(group.pop())
     if not several:
         for purpose in wanted:
-            spare = [r for r in pool if r not in held['report'] + held['accept']]
+            spare = _others(pool, held)
             if len(spare) <= 1:
                 held[purpose] = list(held['report'] or held['accept'] or spare)
                 warnings.append(f'too few recordings: those that {purpose} serve twice; '
@@ -56,9 +57,14 @@ def split(recordings: list[Recording], accept: list[Recording],
             held[purpose].append(min(spare, key=_missed))
         warnings.append('no replicates: recordings of single families were held out, an effect '
                         'that only they excite cannot be found')
-    out = {id(r) for r in held['report'] + held['accept']}
-    screen = tuple(r for r in pool if id(r) not in out) or tuple(held['accept'])
+    screen = tuple(_others(pool, held)) or tuple(held['accept'])
     return Split(screen, tuple(held['accept']), tuple(held['report']), tuple(warnings))
+
+
+def _others(pool: list[Recording], held: Mapping[str, list[Recording]]) -> list[Recording]:
+    """Return those that are held out for no purpose; several may have one name."""
+    out = {id(one) for kept in held.values() for one in kept}
+    return [one for one in pool if id(one) not in out]
 
 
 def _missed(recording: Recording) -> int:
