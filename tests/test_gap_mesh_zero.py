@@ -16,10 +16,10 @@ EXTENDED = extended(SERVO)
 TIME = np.arange(6000) * PERIOD
 
 
-def transmission(*silent, moved=0.0):
+def transmission(*silent, moved=0.0, external=0.01):
     """Return what the mesh leaves of a machine that dwells on one flank, in squares of noise."""
     command = 4.0 * np.sin(6.0 * TIME) + 1.5 * np.sin(17.0 * TIME) + 1.0
-    one = sampled(SERVO, command, external=0.01)
+    one = sampled(SERVO, command, external=external)
     columns = {**one.columns, 'load_position': one['load_position'] + moved,
                **{name: np.full(len(one), np.nan) for name in silent}}
     stack = stacked([replace(one, columns=columns)], EXTENDED)
@@ -32,3 +32,8 @@ def transmission(*silent, moved=0.0):
 @pytest.mark.parametrize('silent', [(), ('torque',)])
 def test_it_is_found_wherever_the_encoders_have_theirs(silent, moved):
     assert transmission(*silent, moved=moved) < 1.0
+
+
+@pytest.mark.parametrize('silent', [(), ('torque',)])
+def test_it_is_found_of_a_recording_that_never_leaves_one_flank(silent):
+    assert transmission(*silent, external=0.5) < 2.0

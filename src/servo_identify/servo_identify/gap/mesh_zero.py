@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servo_twin.physics.following import FOLLOWED, MOTION
+from servo_twin.physics.simulate import initial_state
+from servo_twin.physics.state import ZERO
 
 if TYPE_CHECKING:
     from .balance import Balance
@@ -25,9 +27,10 @@ def zero_of(balance: Balance) -> float:
     Find the zero of the wind-up beside its median, rad: the one that explains the torque best.
 
     A gap or a bent spring is not the same from another zero; a straight one does not care. A
-    torque that is not measured is the one that the load asks for, told while it moves.
+    torque that is not measured is the one that the load asks for, told while it moves. Of a
+    recording that never leaves one flank the zero is as far away as the largest torque winds up.
     """
-    theta = balance.about
+    theta, on = balance.about, balance.base_switches
     span = float(np.ptp(np.percentile(balance.motion('wind_up'), (2, 98))))
     rows = balance.meshed.rows[:: max(1, len(balance.meshed.rows) // 4000)].copy()
     wound, told = rows[:, WIND_UP].copy(), slice(None)
@@ -35,14 +38,19 @@ def zero_of(balance: Balance) -> float:
         speed = np.abs(rows[:, MOTION.index('load_speed')])
         told = speed > SLOW * np.percentile(speed, 98)
 
-    def misfit(shift):
+    def torques(shift):
         rows[:, WIND_UP] = wound - shift
-        out = balance.follow(theta, balance.base_switches, rows)[told]
-        pull, torque = out[:, FOLLOWED.index('mesh_torque')], out[:, FOLLOWED.index('torque')]
+        out = balance.follow(theta, on, rows)[told]
+        return out[:, FOLLOWED.index('mesh_torque')], out[:, FOLLOWED.index('torque')]
+
+    def misfit(shift):
+        pull, torque = torques(shift)
         return float(np.mean(np.abs(pull - torque)))
 
-    best, width = 0.0, 0.5 * span
-    for _ in range(4):
+    most = float(np.percentile(np.abs(torques(0.0)[1]), 98))
+    farthest = -initial_state(balance.servo, 0.0, 0.0, most, theta=theta, on=on)[ZERO]
+    best, width = 0.0, 0.5 * span + farthest
+    for _ in range(5):
         tried = best + np.linspace(-width, width, 11)
         best, width = float(tried[np.argmin([misfit(t) for t in tried])]), 0.2 * width
     return best
