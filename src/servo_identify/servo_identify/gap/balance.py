@@ -7,7 +7,7 @@ effect is right, what it explains is gone from the residual. GAP_METHOD 'Where' 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -61,6 +61,7 @@ class Balance:
         self._off = np.arange(len(self.servo.effects)) < self.given
         self._zero = 0.0 if self.has_gap else None
         self._settings, self._push = {}, 0.0
+        self._governed = self.seen.closed_loop and not self._reads_unseen()
         self._static, self.meshed = self._motions(self.seen.channels)
         if self.has_gap and 'transmission' in self.names:
             self._zero = zero_of(self)
@@ -86,9 +87,18 @@ class Balance:
             names.append('torque')
         if encoders == 2:
             names.append('transmission')
-        if seen.closed_loop and encoders:
+        if self._governed and encoders:
             names.append('controller')
         return tuple(names)
+
+    def _reads_unseen(self) -> bool:
+        """Tell whether the controller reads a shaft of which only the twin knows where it is."""
+        channels = self.seen.channels
+        if not channels.wound.any():
+            return False
+        other = replace(channels, wound=2.0 * channels.wound)
+        return not np.array_equal(self.command_of(self.servo.theta, self._off, channels),
+                                  self.command_of(self.servo.theta, self._off, other))
 
     def value(self, theta: np.ndarray, path: str) -> float:
         """Value of a parameter in a flat vector; 0 where the servo has no such parameter."""

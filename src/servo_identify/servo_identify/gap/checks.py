@@ -35,7 +35,8 @@ def check(recordings: list[Recording], servo: Servo) -> list[str]:
                         'told apart, nor a torque constant from inertias and friction together')
     if not all(r.has('motor_position') and r.has('load_position') for r in recordings):
         warnings.append('one encoder: nothing can be said about the transmission (backlash, '
-                        'stiffness, transmission error)')
+                        'stiffness, transmission error), and the other shaft is where the twin '
+                        'has it')
     if not any(r.has('current') for r in recordings):
         warnings.append('no current: drive and motor cannot be told apart')
     return warnings

@@ -53,8 +53,8 @@ def doubt_about(one: Balance, name: str) -> np.ndarray:
     its error is no noise that a longer recording would reduce.
     """
     size = np.zeros(len(one.times(name)))
-    if name == 'torque':
-        return swing(one)
+    if name in ('torque', 'motor', 'load'):
+        return swing(one, name)
     if name != 'transmission':
         return size
     size = size + kinks(one)

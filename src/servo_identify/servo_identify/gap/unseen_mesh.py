@@ -44,11 +44,14 @@ def wound_up(recording: Recording, servo: Servo) -> np.ndarray:
     return wound if np.isfinite(wound).all() else nothing
 
 
-def swing(balance: Balance) -> np.ndarray:
-    """Return at the centres how far a torque balance may be off by the wind-up, N m."""
-    seen, servo = balance.seen, balance.servo
-    inertia = servo.values['mechanism.load_inertia'] if seen.has('motor') else (
-        servo.values['mechanism.rotor_inertia'] * servo.values['mechanism.ratio'] ** 2)
+def swing(balance: Balance, name: str) -> np.ndarray:
+    """Return at the centres how far a balance of torques may be off by the wind-up, N m."""
+    seen, values = balance.seen, balance.servo.values
+    unseen, ratio = 'load' if seen.has('motor') else 'motor', values['mechanism.ratio']
+    if name not in ('torque', unseen):
+        return np.zeros(len(balance.times(name)))
+    inertia = values['mechanism.load_inertia'] if unseen == 'load' else (
+        values['mechanism.rotor_inertia'] * (ratio if name == 'motor' else ratio**2))
     torque = np.abs(inertia * seen.bump.weigh(seen.channels.wound, 2))
     apart = round(0.5 * WITHIN / (seen.bump.stride * seen.period))
     return (1.0 - TRUSTED) * maximum_filter1d(torque, 1 + 2 * apart)
