@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from .candidates import Candidate
-from .scales import Scales
+from .scales import PLACES, Scales
 from .side_by_side import side_by_side
 from .stack import Stack
 
@@ -38,10 +38,10 @@ class Shapes:
 
     def around(self, path: str, value: float) -> tuple[float, float]:
         """Bounds of the line on which a shape is searched: of its logarithm, unless a place."""
-        if self.is_place(path):
+        if self.is_place(path):  # not farther than to the next one: many are alike far off
             low, high = Scales(self.stack.balances).travelled()
-            beyond = BEYOND * (high - low)
-            return low - beyond, high + beyond
+            beyond, apart = BEYOND * (high - low), max(np.diff(PLACES)) * (high - low)
+            return max(low - beyond, value - apart), min(high + beyond, value + apart)
         low, high = self.within(path)
         middle = float(np.clip(np.log(value), np.log(low), np.log(high)))
         reach = NARROW if self.stack.extended.declaration(path).unit == 'Hz' else REACH
