@@ -1,16 +1,10 @@
 """The second rig, on which the diagnosis is tried beside the emulated one: it ..."""
 
-from pathlib import Path
-import sys
-
+from bench_second_rig import Case, diagnosed
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent / 'benchmarks'))
-
-from bench_second_rig import Case, diagnosed  # noqa: E402
-from second_rig import record  # noqa: E402
-from second_rig_machines import CLASSES  # noqa: E402
+from second_rig import record
+from second_rig_machines import CLASSES
 
 SAMPLES = 3000
 

@@ -19,14 +19,17 @@ import argparse
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 import zlib
 
 import numpy as np
 from second_rig import Machine, record
 from second_rig_machines import CLASSES, Lack, LACKS, ONLY, servo_of
 from second_rig_motions import motion
+
+if TYPE_CHECKING:
+    from servo_identify.blind.outcome import Outcome
 
 REPLICATES = 3
 
@@ -48,6 +51,20 @@ class Case:
         """What it lacks, for a person."""
         lacks = ' + '.join(self.lacks) or 'nothing'
         return f'{self.number:03d} {self.machine}, {lacks}{" (removed)" * self.removed}'
+
+    @property
+    def kind(self) -> str:
+        """The kind of case, as the blind check has them."""
+        if self.removed or not self.lacks:
+            return 'removed' if self.removed else 'null'
+        return 'pair' if len(self.lacks) > 1 else 'single'
+
+    @property
+    def traits(self) -> tuple[Lack, ...]:
+        """What it lacks; which shaft a torque brakes, its sensor alone tells."""
+        several = tuple(LACKS[name] for name in self.lacks)
+        return tuple(replace(one, site='') for one in several) if 'torque' in self.silent else (
+            several)
 
     @property
     def without(self) -> tuple[str, ...]:
@@ -129,20 +146,16 @@ def make(case: Case) -> tuple[Machine, list[tuple[str, int, dict[str, np.ndarray
 
 def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
     """Return (case, what its diagnosis comes to, what it said)."""
-    import tempfile
-
     import yaml
 
+    from servo_identify.blind.outcome import judged
     from servo_identify.gap.checks import CannotDiagnose
     from servo_identify.gap.diagnose import diagnose
     from servo_twin import servo_file
     from servo_twin.recording import Recording
 
     told, made = make(case)
-    with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
-        yaml.safe_dump(servo_of(case.machine, told, case.silent), file)
-        file.flush()
-        servo = servo_file.load(file.name)
+    servo = servo_file.loads(yaml.safe_dump(servo_of(case.machine, told, case.silent)))
     recordings = [Recording(
         f'{family}-{n}', told.period,
         {name: np.ascontiguousarray(column) for name, column in columns.items()
@@ -156,33 +169,18 @@ def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
     said = [' or '.join((f'{one.effect} ({one.site})', *one.ambiguous_with))
             for one in report.which]
     lines = [f"{report.verdict['status']}: {'; '.join(said)}", *report.warnings]
-    return case, outcome(case, report), lines
+    return case, word_for(judged(case, report.as_dict())), lines
 
 
-def outcome(case: Case, report: Any) -> str:
-    """Return in a word what a report says of a case."""
-    status = report.verdict['status']
-    named = [(one.effect, one.site or '', one.ambiguous_with) for one in report.which]
-    known = [LACKS[lack] for lack in case.lacks if LACKS[lack].names and not case.removed]
-    if not named:
-        nothing = {'no_gap': 'right', 'unknown': 'unknown'}[status]
-        return ({'no_gap': 'unseen', 'unknown': 'unknown' if known else 'right'}[status]
-                if case.lacks else nothing)
-    if not known:
-        flagged = ', flagged' if status == 'partly_explained' else ''
-        return f'wrong{flagged}' if case.lacks else 'false'
-    def is_(one: tuple[str, str, Any], lack: Lack) -> bool:
-        sided = lack.site and 'torque' not in case.silent  # which shaft it brakes, it alone tells
-        return one[0] in lack.names and (not sided or one[1] in ('', lack.site))
-
-    right = [any(is_(one, lack) for lack in known) for one in named]
-    if all(right):
-        whole = all(any(is_(one, lack) for one in named) for lack in known)
-        return 'right' if whole else 'a part'
-    if right[0]:
+def word_for(outcome: Outcome) -> str:
+    """Return the verdict of the blind check in a word, of a wrong one what is wrong with it."""
+    if outcome.verdict != 'wrong' or outcome.case.kind == 'null':
+        return outcome.verdict
+    if outcome.case.kind == 'removed':
+        return 'wrong, flagged' if outcome.says_unknown else 'wrong'
+    if outcome.first_right:
         return 'right and more'
-    held = {other.partition(' (')[0] for other in named[0][2]}
-    return 'in set' if any(held & set(lack.names) for lack in known) else 'wrong'
+    return 'in set' if outcome.in_set else 'wrong'
 
 
 def main() -> None:
@@ -197,9 +195,7 @@ def main() -> None:
     seen: Counter[tuple[str, str]] = Counter()
     with ProcessPoolExecutor() as pool:
         for case, word, lines in pool.map(diagnosed, [drawn[n] for n in told.case] or drawn):
-            kind = ('nothing' if not case.lacks else 'pair' if len(case.lacks) > 1 else
-                    'removed' if case.removed else 'single')
-            seen[kind, word] += 1
+            seen[case.kind, word] += 1
             print(f'{word:<15}{case.name:<60} {lines[0]}', flush=True)
             for line in lines[1:] if told.case else ():
                 print(f'{"":<15}{line}')

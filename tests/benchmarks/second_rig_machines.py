@@ -69,6 +69,11 @@ class Lack:
     site: str
     balances: tuple[str, ...]
 
+    @property
+    def accepted(self) -> frozenset[str]:
+        """All names that count as right, as a trait of the blind check has them."""
+        return frozenset(self.names)
+
 
 def _lack(names: str, site: str, balances: str, change: Callable[..., dict[str, float]]) -> Lack:
     return Lack(change, tuple(names.split()), site, tuple(balances.split()))

@@ -28,7 +28,8 @@ TABLE_NAMES = {
     'mechanism.stiffness': 'stiffness_error',
 }
 """Parameters whose error has a name of its own in the table of signatures."""
-ALSO = {f'parameter:{path.split(".")[-1]}': name for path, name in TABLE_NAMES.items()}
+ALIASES = {name: f'parameter:{path.split(".")[-1]}' for path, name in TABLE_NAMES.items()}
+"""What these are called as the parameters that they are."""
 
 
 @dataclass(frozen=True)
@@ -154,11 +155,12 @@ def _known(without: tuple[str, ...], servo: Servo) -> tuple[str, ...]:
     Raises KeyError for a name that neither an effect nor a value of a servo has in a report.
     """
     values = {c.name for c in _of_parameters(servo, len(servo.effects))}
+    of_the_table = {alias: name for name, alias in ALIASES.items()}
     for name in without:
-        if name not in {*names(), *values, *TABLE_NAMES.values(), *ALSO, CONTROLLER}:
+        if name not in {*names(), *values, *ALIASES, *of_the_table, CONTROLLER}:
             raise KeyError(f'there is no cause {name!r} to leave out; there are '
                            f'{[*names(), CONTROLLER]} and, of this servo, {sorted(values)}')
-    return tuple(ALSO.get(name, name) for name in without)
+    return tuple(of_the_table.get(name, name) for name in without)
 
 
 def candidates_of(extended: Extended,

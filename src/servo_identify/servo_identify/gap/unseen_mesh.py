@@ -48,7 +48,7 @@ def swing(balance: Balance, name: str) -> np.ndarray:
     """Return at the centres how far a balance of torques may be off by the wind-up, N m."""
     seen, values = balance.seen, balance.servo.values
     unseen, ratio = 'load' if seen.has('motor') else 'motor', values['mechanism.ratio']
-    if name not in ('torque', unseen):
+    if not seen.channels.wound.any() or name not in ('torque', unseen):
         return np.zeros(len(balance.times(name)))
     inertia = values['mechanism.load_inertia'] if unseen == 'load' else (
         values['mechanism.rotor_inertia'] * (ratio if name == 'motor' else ratio**2))

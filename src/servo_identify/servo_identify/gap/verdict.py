@@ -8,18 +8,13 @@ from .acceptance import leftover
 from .answer import Cause, GapReport, Located
 from .augmented import is_spring, spring_of
 from .balance import BALANCES, UNITS
-from .candidates import Candidate
+from .candidates import ALIASES, Candidate
 from .completeness import Remainder
 from .evidence import Evidence
 from .resimulation import bootstrap, drawn, Gap, shrink
 from .sentence import sentence
 from .spring import NAME as SPRING_NAME
 from .status import judged, squares_of
-
-ALIASES = {
-    'torque_constant_error': 'parameter:torque_constant',
-    'stiffness_error': 'parameter:stiffness',
-}
 
 
 def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: dict) -> GapReport:
