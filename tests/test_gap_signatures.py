@@ -12,7 +12,7 @@ from servo_identify.gap.explanation import fit
 from servo_identify.gap.gains_off import gains_off
 from servo_identify.gap.shape_values import shape_values
 from servo_twin import servo_file
-from servo_twin.physics.catalogue import find
+from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
 
 TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
@@ -82,3 +82,19 @@ def test_a_resonance_is_found_wherever_it_lies_between_the_tried_frequencies(fre
     theta = fit(screening, chosen[:1]).theta
     path = next(p for p, _ in found.shapes if p.endswith('frequency'))
     assert theta[screening.stack.extended.slot(path)] == pytest.approx(frequency, rel=0.01)
+
+
+def test_every_cause_of_the_catalogue_can_be_fitted_from_where_it_was_tried():
+    recording = sampled(BENCH, 2.0 * np.sin(2.0 * np.pi * 0.7 * TIME), seed=1)
+    screening = screened([recording], BENCH, *names())
+    known = screening.library.candidates
+    firsts = {one.key: number for number, one in reversed(list(enumerate(known)))}
+    assert len(firsts) > 40
+    for number in firsts.values():
+        found = fit(screening, [number])
+        for path, value in known[number].shapes:
+            if not screening.stack.extended.declaration(path).grid:
+                assert found.theta[screening.stack.extended.slot(path)] == value, path
+        for one in found.unknowns:
+            value = found.theta[screening.stack.extended.slot(one.path, one.element)]
+            assert one.low <= value <= one.high, one

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from servo_twin.physics.effect import Effect
+from servo_twin.physics.effect import Effect, Parameter
 
 from .balance import Balance
 
@@ -23,6 +23,11 @@ PLACES = (0.0, 0.5, 1.0)  # within the travel of a shaft
 FREQUENCIES = tuple(float(f) for f in np.geomspace(0.01, 0.4, 49))
 """Shares of the bump's own pass band: 8 % apart, or a resonance would lie unseen between two."""
 LARGEST_ORDER = 200
+
+
+def is_place(parameter: Parameter) -> bool:
+    """Tell whether a shape says where on its way a shaft is, and not how far or how much."""
+    return parameter.unit == 'rad' and parameter.bounds[0] < 0.0 and bool(parameter.grid)
 
 
 class Scales:
@@ -65,7 +70,7 @@ class Scales:
 
     def _values(self, parameter, effect, site) -> tuple[float, ...]:
         unit = parameter.unit
-        if unit == 'rad' and parameter.bounds[0] < 0.0:  # not how far, but where
+        if is_place(parameter):
             low, high = self.travelled()
             return tuple(low + s * (high - low) for s in PLACES)
         if unit == 'rad':

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from .candidates import Candidate
-from .scales import PLACES, Scales
+from .scales import is_place, PLACES, Scales
 from .side_by_side import side_by_side
 from .stack import Stack
 
@@ -33,8 +33,8 @@ class Shapes:
                 self.tried.setdefault(path, set()).add(value)
 
     def is_place(self, path: str) -> bool:
-        """Tell whether a shape says where and not how much: then it may be negative."""
-        return self.stack.extended.declaration(path).bounds[0] < 0.0
+        """Tell whether a shape of the extended servo says where: then it may be negative."""
+        return is_place(self.stack.extended.declaration(path))
 
     def around(self, path: str, value: float) -> tuple[float, float]:
         """Bounds of the line on which a shape is searched: of its logarithm, unless a place."""
