@@ -11,6 +11,7 @@ from synthetic import PERIOD, sampled
 from servo_identify.gap import status
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.free_law import outdone_by
+from servo_identify.gap.plain_law import plainly_outdone_by
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
 
@@ -65,6 +66,25 @@ def test_bristles_are_not_taken_for_a_law_that_has_no_memory():
         assert told['presliding_friction'] == variable
 
 
+LEVEL = ('coulomb_friction', 'motor', {'level': 0.15})
+SLOPE = ('viscous_friction', 'motor', {'slope': 4e-3})
+BRISTLES = ('presliding_friction', 'motor', {'level': 0.15, 'breakaway': 0.5})
+DRAG = ('quadratic_drag', 'motor', {'rise': 2e-5})
+TAIL = ('stribeck_friction', 'motor', {'excess': 0.15, 'fade': 20.0})
+
+
+@pytest.mark.parametrize(('effect', 'known', 'variable'), (
+    (LEVEL, 'presliding_friction', 'direction'), (BRISTLES, 'presliding_friction', ''),
+    (SLOPE, 'quadratic_drag', 'speed'), (DRAG, 'quadratic_drag', ''),
+    (LEVEL, 'stribeck_friction', 'direction'), (TAIL, 'stribeck_friction', '')))
+def test_a_law_is_not_taken_where_a_plain_one_that_it_has_as_its_limit_does_as_much(
+        effect, known, variable):
+    screening = twice(with_effects(effect), known)
+    one = next(c for c in chosen_of(screening)
+               if screening.library.candidates[c].key == (known, 'motor'))
+    assert plainly_outdone_by(screening, [one], one) == variable
+
+
 def test_a_free_law_is_given_no_credit_for_a_constant_that_any_law_of_it_holds():
     rig = with_effects(('current_sensor_offset', 'current', {'offset': 0.1}))
     rig = rig.with_values({'drive.torque_constant': 1.2 * BENCH.values['drive.torque_constant']})
@@ -79,7 +99,7 @@ def test_a_diagnosis_takes_nothing_that_a_free_law_outdoes_and_says_what_the_law
                      tuple(n for n in names() if n not in known)).report
     assert (found.verdict['status'], found.which) == ('unknown', ())
     assert 'angle of the load' in found.unknown['depends_on'] and found.unknown['parity'] == 'even'
-    assert any('a law of the angle of the load alone would do more' in w for w in found.warnings)
+    assert any('a law of the angle of the load alone would do no less' in w for w in found.warnings)
 
 
 def test_the_rows_of_a_gap_are_those_of_the_family_that_shows_it_where_no_balance_does():

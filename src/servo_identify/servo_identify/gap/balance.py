@@ -157,9 +157,17 @@ class Balance:
         return self._read(theta, on)[1].rows
 
     def weighed(self, name: str, balance: str = 'torque') -> np.ndarray:
-        """Return a column of the smooth motion at the centres of a mechanical balance."""
+        """
+        Return a column of the smooth motion at the centres of a mechanical balance.
+
+        ``direction`` is the sign of the speed of the load.
+        """
         motion = self.meshed if balance == 'transmission' else self._static
-        return self.under(motion.rows[:, MOTION.index(name)], self.bump_of(balance))
+        if name == 'direction':
+            series = np.sign(motion.rows[:, MOTION.index('load_speed')])
+        else:
+            series = motion.rows[:, MOTION.index(name)]
+        return self.under(series, self.bump_of(balance))
 
     def model_current(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""

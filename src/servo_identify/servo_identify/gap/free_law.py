@@ -18,6 +18,7 @@ from .ambiguity import taken_from
 from .balance import BALANCES
 from .candidates import Candidate
 from .completeness import features, VARIABLES
+from .plain_law import plainly_outdone_by
 from .screening import Screening
 from .stack import Stack
 
@@ -42,18 +43,19 @@ _MEANS = {
 
 def undisputed(screening: Screening, chosen: list[int]) -> tuple[list[int], list[str]]:
     """
-    Return (the causes that no free law makes needless, what is to be said of the others).
+    Return (the causes that no law of one variable makes needless, what is to be said of the others).
 
     The least is asked first: once it is gone, the next may have more to do.
     """
     kept, said = list(chosen), []
     for one in sorted(chosen, key=lambda c: screening.loss([o for o in chosen if o != c])):
-        variable = outdone_by(screening, kept, one)
+        variable = (plainly_outdone_by(screening, kept, one)
+                    or outdone_by(screening, kept, one))
         if variable:
             kept.remove(one)
             label = screening.library.candidates[one].label
             said.append(f'{label} explains a part, but not as its cause, and is not taken: '
-                        f'a law of the {variable} alone would do more')
+                        f'a law of the {variable} alone would do no less')
     return kept, said
 
 
