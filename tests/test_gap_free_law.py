@@ -99,7 +99,8 @@ def test_a_diagnosis_takes_nothing_that_a_free_law_outdoes_and_says_what_the_law
                      tuple(n for n in names() if n not in known)).report
     assert (found.verdict['status'], found.which) == ('unknown', ())
     assert 'angle of the load' in found.unknown['depends_on'] and found.unknown['parity'] == 'even'
-    assert any('a law of the angle of the load alone would do no less' in w for w in found.warnings)
+    assert any('a law of the angle of the load alone would do no less' in said
+               for said in found.warnings)
 
 
 def test_the_rows_of_a_gap_are_those_of_the_family_that_shows_it_where_no_balance_does():

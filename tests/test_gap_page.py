@@ -176,7 +176,7 @@ def test_the_intervals_of_a_waterfall_hold_its_bars(diagnosis):
 def test_a_chain_marks_the_block_in_which_the_gap_lies(balance, block):
     where = tuple(Located(b, 1.0, 5.0, (4.0, 6.0), 'gap' if b == balance else 'not observable')
                   for b in BALANCES)
-    chain = page_charts.chain(where, balance, [('an_effect', balance, True)])
+    chain = page_charts.chain(where, balance, [('an_effect', balance)])
     marked = chain[chain.index('the gap lies here'):]
     assert re.search(r'class="block"[^>]*>([^<]+)<', marked).group(1) == block
     assert chain.count('not observable') == 5 and 'an effect' in chain

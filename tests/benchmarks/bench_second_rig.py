@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -66,10 +66,12 @@ class Case:
         return tuple(replace(one, site='') for one in several) if 'torque' in self.silent else (
             several)
 
-    @property
-    def without(self) -> tuple[str, ...]:
-        """What the catalogue shall not have."""
-        return LACKS[self.lacks[0]].names if self.removed else ()
+    def without(self, values: Iterable[str]) -> tuple[str, ...]:
+        """What the catalogue shall not have, of a servo with these values (paths)."""
+        return tuple(name for name in LACKS[self.lacks[0]].names
+                     if not name.startswith('parameter:')
+                     or any(path.endswith(f'.{name.partition(":")[2]}') for path in values)
+                     ) if self.removed else ()
 
 
 def cases(seed: int, size: float, count: int, silent: tuple[str, ...] = ()) -> list[Case]:
@@ -163,7 +165,7 @@ def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
         digest=f'{zlib.crc32(f"{case.seed} {family} {n} {case.silent}".encode()):064x}')
         for family, n, columns in made]
     try:
-        report = diagnose(recordings, servo, without=case.without).report
+        report = diagnose(recordings, servo, without=case.without(servo.values)).report
     except CannotDiagnose as problem:
         return case, 'failed', [str(problem)]
     said = [' or '.join((f'{one.effect} ({one.site})', *one.ambiguous_with))

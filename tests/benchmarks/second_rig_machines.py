@@ -128,8 +128,9 @@ LACKS = {
         'ripple': 0.12 * s, 'poles': r.choice([4., 12., 24.])}),
     'cogging': _lack('cogging', 'motor', 'motor', lambda m, t, v, s, r: {
         'cogging': 0.08 * s * t / m.ratio, 'poles': r.choice([4., 12., 24.])}),
-    'current_lag': _lack('current_lag command_delay', '', 'drive', lambda m, t, v, s, r: {
-        'lag': 0.0012 * s} if not m.resistance else {'inductance': m.inductance * (1 + 0.9 * s)}),
+    'current_lag': _lack('current_lag command_delay parameter:inductance', '', 'drive',
+                         lambda m, t, v, s, r: {'lag': 0.0012 * s} if not m.resistance else {
+                             'inductance': m.inductance * (1 + 0.9 * s)}),
     'command_delay': _lack('command_delay current_lag', '', 'drive', lambda m, t, v, s, r: {
         'delay': min(0.0006 * s, m.period)}),
     'drive_dead_band': _lack('drive_dead_band', '', 'drive', lambda m, t, v, s, r: {

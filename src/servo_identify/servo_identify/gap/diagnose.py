@@ -26,7 +26,7 @@ from .shape_values import shape_values
 from .splitting import Split, split
 from .stack import Stack
 from .stages import Stages
-from .status import judged, mimics_reading
+from .status import judged
 from .verdict import report_of
 from .wrong_reading import wrong_reading
 
@@ -87,13 +87,10 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     known = Findings(servo, parts, purposes, stacks, start, given, base, bare,
                      wrong_reading(screening, kept))
     evidence = gathered(known, screening, kept, stages)
-    unknown = judged(evidence).status == 'unknown'
-    dropped = [one for one, choice in zip(kept, evidence.choices, strict=True)
-               if unknown or mimics_reading(choice, evidence.reading)]
-    if dropped:
+    while unnamed := _unnamed(evidence, kept):
         warnings.append('explains a part, but not as its cause, and is not taken: '
-                        + ', '.join(library.candidates[one].label for one in dropped))
-        kept = [one for one in kept if one not in dropped]
+                        + ', '.join(library.candidates[one].label for one in unnamed))
+        kept = [one for one in kept if one not in unnamed]
         evidence = gathered(known, screening, kept, stages)
     following = next_experiment(evidence, screening, kept)
     stages.end()
@@ -132,6 +129,13 @@ def _settled(extended: Extended, parts: Split, seen: list[Observation]):
         if not following or not any(one.has_gap for one in purposes['screen']):
             return extended, purposes, stacks
         extended = replace(extended, theta=fit(_bare(stacks['screen']), []).theta)
+
+
+def _unnamed(evidence: Evidence, kept: list[int]) -> list[int]:
+    """Return the causes that the evidence does not bear out, though they explain a part."""
+    named = judged(evidence).named
+    return [one for one, choice in zip(kept, evidence.choices, strict=True)
+            if choice.candidate.name not in named]
 
 
 def _bare(stack: Stack) -> Screening:

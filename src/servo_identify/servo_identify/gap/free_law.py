@@ -43,7 +43,7 @@ _MEANS = {
 
 def undisputed(screening: Screening, chosen: list[int]) -> tuple[list[int], list[str]]:
     """
-    Return (the causes that no law of one variable makes needless, what is to be said of the others).
+    Return (causes that no law of one variable makes needless, what is to be said of the others).
 
     The least is asked first: once it is gone, the next may have more to do.
     """

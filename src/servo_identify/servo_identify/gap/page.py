@@ -91,13 +91,13 @@ def _shrink(report: GapReport) -> str:
     return f'{_per_cent(report.gap["shrink"])} ({_between(report.gap["interval"])})'
 
 
-def _seats(report: GapReport, evidence: Evidence) -> list[tuple[str, str, bool]]:
+def _seats(report: GapReport, evidence: Evidence) -> list[tuple[str, str]]:
     seats = []
     for cause, choice in zip(report.which, evidence.choices, strict=True):
         effect = choice.candidate.effect
         port = effect.port if effect is not None else ''
         seat = port if port in ('drive', 'sensor') else charts.SITES.get(cause.site, 'sensor')
-        seats.append((cause.effect, seat, cause.effect in report.verdict['effects']))
+        seats.append((cause.effect, seat))
     return seats
 
 

@@ -21,11 +21,11 @@ SITES = {
 BLOCK, BETWEEN = 146, 26  # px of the chain
 
 
-def chain(where: tuple[Located, ...], balance: str, causes: list[tuple[str, str, bool]]) -> str:
+def chain(where: tuple[Located, ...], balance: str, causes: list[tuple[str, str]]) -> str:
     """
     Return the chain of the servo with the gap where it lies and the causes where they sit.
 
-    ``causes`` are (effect, balance of the block, accepted and named).
+    ``causes`` are (effect, balance of the block).
     """
     located = {one.balance: one for one in where}
     torque = located.get('torque')
@@ -33,18 +33,18 @@ def chain(where: tuple[Located, ...], balance: str, causes: list[tuple[str, str,
     blocks = [(block, {'torque_balance': 'torque'}.get(name, name))
               for block, name in (WITHOUT_TORQUE if merged else CHAIN)]
     seats = {'motor': 'torque', 'load': 'torque'} if merged else {}
-    below: dict[str, list[tuple[str, bool]]] = {}
-    for effect, seat, named in causes:
+    below: dict[str, list[str]] = {}
+    for effect, seat in causes:
         lines = wrap(effect.replace('_', ' ').replace(':', ': '), 20)
-        below.setdefault(seats.get(seat, seat), []).extend((line, named) for line in lines)
+        below.setdefault(seats.get(seat, seat), []).extend(lines)
     deepest = max((len(b) for b in below.values()), default=0)
     height, parts = (110 + 17 * deepest if deepest else 90), []
     for k, (block, name) in enumerate(blocks):
         x, one = k * (BLOCK + BETWEEN), located.get(name)
         parts.append(_block(x, block, one, name == balance))
         middle = x + BLOCK / 2
-        for row, (line, named) in enumerate(below.get(name, [])):
-            parts.append(f'<text class="cause {"" if named else "faint"}" x="{middle}" '
+        for row, line in enumerate(below.get(name, [])):
+            parts.append(f'<text class="cause" x="{middle}" '
                          f'y="{120 + 17 * row}" text-anchor="middle">{escape(line)}</text>')
         if name in below:
             parts.append(f'<path class="pin" d="M{middle} 90v14m-5 -5l5 -9l5 9"/>')

@@ -1,9 +1,9 @@
 """
 What a plain law, in proportion to one variable, would explain in the place of a cause.
 
-Laws with shapes have simpler ones as their limits: bristles without length are a level of friction,
-a saturation from the first ampere on is another torque constant. Where such a limit does as much,
-the recordings show nothing of the law itself, and it is not known to be there.
+Laws with shapes have simpler ones as their limits: bristles without length are a level of
+friction, a saturation from the first ampere on is another torque constant. Where such a limit does
+as much, the recordings show nothing of the law itself, and it is not known to be there.
 """
 
 from __future__ import annotations

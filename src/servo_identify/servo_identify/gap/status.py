@@ -72,7 +72,7 @@ def judged(evidence: Evidence) -> Judgement:
     left = {r.balance: r.predictable for r in evidence.remainders if r.balance in still}
     wrong = [choice for choice in evidence.choices
              if _leaves_too_much(choice, still, left) or _is_a_piece(choice, evidence, left)
-             or mimics_reading(choice, evidence.reading)]
+             or _mimics_reading(choice, evidence.reading)]
     named = [choice.candidate.name for choice in evidence.choices
              if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
     if not evidence.choices:
@@ -86,7 +86,7 @@ def judged(evidence: Evidence) -> Judgement:
     return Judgement('partly_explained', squares, gaps, tuple(named), share, worst)
 
 
-def mimics_reading(choice: Choice, reading: str) -> bool:
+def _mimics_reading(choice: Choice, reading: str) -> bool:
     """Tell whether a cause would only do what a wrong reading ('' for none) does."""
     return set(choice.balances) <= set(ENTERS.get(reading, ()))
 

@@ -23,8 +23,7 @@ def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: d
     status, gaps, named = found.status, found.gaps, list(found.named)
     where = _where(evidence, gaps)
     which = _which(evidence)
-    taken = [b for choice in evidence.choices if choice.candidate.name in named
-             for b in choice.balances]
+    taken = [b for choice in evidence.choices for b in choice.balances]
     # a cause may show within the noise, where no balance by itself has a gap
     balance = max(gaps or taken[:1], key=lambda name: found.squares[name], default='')
     gap = _gap(evidence)
@@ -38,10 +37,6 @@ def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: d
     if status == 'no_gap' and gaps:
         warnings = [*warnings, 'more than the noise of the sensors, but following no law: '
                     + ', '.join(sorted(gaps))]
-    unnamed = [c.effect for c in which if c.effect not in named]
-    if unnamed:
-        warnings = [*warnings, 'causes that were accepted explain a part only and are not named: '
-                    + ', '.join(unnamed)]
     parts = evidence.split
     return GapReport(
         servo=evidence.servo.name,
