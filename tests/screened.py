@@ -1,5 +1,10 @@
 """What recordings leave under a small catalogue, before anything is accepted."""
 
+from dataclasses import replace
+
+import numpy as np
+from synthetic import PERIOD, sampled
+
 from servo_identify.gap.balance import Balance
 from servo_identify.gap.candidates import candidates_of, extend
 from servo_identify.gap.library import build_library
@@ -9,11 +14,32 @@ from servo_identify.gap.selection import Selection
 from servo_identify.gap.shape_values import shape_values
 from servo_identify.gap.stack import Stack
 from servo_twin import servo_file
-from servo_twin.physics.catalogue import names
+from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.servo import Placed
 from servo_twin.shipped import servo_at
 
 BENCH = servo_file.load(servo_at('rv_bench'))
+TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
 CHANNELS = ('motor_position', 'load_position', 'torque', 'current')
+
+
+def with_effects(*effects):
+    """Return the bench with further effects (name, site, values)."""
+    placed = [Placed(f'e{i}', find(name), site) for i, (name, site, _) in enumerate(effects)]
+    return BENCH.with_effects(*placed, values={
+        f'effects.e{i}.{key}': value for i, (*_, values) in enumerate(effects)
+        for key, value in values.items()})
+
+
+def swinging(rig, seed, family='multisine', size=1.6):
+    """Return a recording that stays within a part of a turn."""
+    command = sum(size * np.sin(2.0 * np.pi * f * TIME + seed + 3.0 * f) for f in (0.35, 0.8, 2.1))
+    return replace(sampled(rig, command, seed=seed), name=f'{family} {seed}', family=family)
+
+
+def twice(rig, *known):
+    """Return a screening of two recordings of a rig with a small catalogue."""
+    return screened([swinging(rig, 1), swinging(rig, 2)], BENCH, *known)
 
 
 def extended(servo, *known):

@@ -1,41 +1,19 @@
 """A law that nobody knows, and its nearest relative in the catalogue."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from screened import BENCH, chosen_of, names_of, screened
-from synthetic import PERIOD, sampled
+from screened import BENCH, chosen_of, names_of, screened, swinging, twice, with_effects
 
 from servo_identify.gap import status
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.free_law import outdone_by
 from servo_identify.gap.plain_law import plainly_outdone_by
-from servo_twin.physics.catalogue import find, names
-from servo_twin.physics.servo import Placed
+from servo_twin.physics.catalogue import names
 
-TIME = np.arange(int(8.0 / PERIOD)) * PERIOD
 WEIGHT = ('gravity', 'load', {'sine': 20.0, 'cosine': 8.0})
 ONE_WAY = ('asymmetric_friction', 'load', {'difference': 15.0, 'slope': 0.0})
-
-
-def with_effects(*effects):
-    """Return the bench with further effects (name, site, values)."""
-    placed = [Placed(f'e{i}', find(name), site) for i, (name, site, _) in enumerate(effects)]
-    return BENCH.with_effects(*placed, values={
-        f'effects.e{i}.{key}': value for i, (*_, values) in enumerate(effects)
-        for key, value in values.items()})
-
-
-def swinging(rig, seed, family='multisine', size=1.6):
-    """Return a recording that stays within a part of a turn."""
-    command = sum(size * np.sin(2.0 * np.pi * f * TIME + seed + 3.0 * f) for f in (0.35, 0.8, 2.1))
-    return replace(sampled(rig, command, seed=seed), name=f'{family} {seed}', family=family)
-
-
-def twice(rig, *known):
-    return screened([swinging(rig, 1), swinging(rig, 2)], BENCH, *known)
 
 
 def outdone(screening):

@@ -24,6 +24,7 @@ PLAIN = {'motor': {**AT_A_SHAFT, 'current': 'current'}, 'load': AT_A_SHAFT,
 """By balance the variables, and columns of the motion, of laws that any servo file has there."""
 NO_MORE = (0.1, 0.15)  # share and squares of the scale by which one that does as much leaves more
 BETTER = 0.5  # share of what a cause leaves that a plain law does not, where it is no simpler
+KEPT = 0.1  # share of its gain that a cause must keep beside it
 
 
 def plainly_outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
@@ -31,17 +32,23 @@ def plainly_outdone_by(screening: Screening, chosen: list[int], one: int) -> str
     Return the variable of a plain law that makes a chosen cause needless, '' where there is none.
 
     The law has one number: it outdoes a cause that has more when it leaves no more, and one that
-    has no more when it leaves half.
+    has no more when it leaves half. Nor may the cause have much to do beside it. A value that is
+    off is as plain a law itself.
     """
+    if screening.library.candidates[one].effect is None:
+        return ''
     rest = [c for c in chosen if c != one]
     last = screening.loss(chosen)
+    least = KEPT * (screening.loss(rest) - last)
     richer = complexity(screening, one) > 1
     for balance in taken_from(screening, rest, chosen):
         left, rows = _left(screening, balance, chosen)
         times, more = NO_MORE
         most = last + times * left + more * rows if richer else last - BETTER * left - more * rows
         for variable, column in _plain_laws(screening.stack, balance):
-            if screening.loss_beside(rest, column[:, None]) < most:
+            table = column[:, None]
+            with_law = screening.loss_beside(rest, table)
+            if with_law < most and with_law - screening.loss_beside(chosen, table) < least:
                 return variable
     return ''
 

@@ -67,6 +67,11 @@ class Screening:
         self.fits.clear()
         self._left.clear()
 
+    def weighed(self) -> dict[int, float]:
+        """Return the mean squares by which each balance was last weighed."""
+        balance = self.stack.balance
+        return {int(b): float(self.weight[balance == b][0])**-2 for b in np.unique(balance)}
+
     def columns(self, used: np.ndarray) -> np.ndarray:
         """Change of all rows for one unit of some nuisances and amplitudes, (rows, numbers)."""
         return self.folds.columns(used)

@@ -28,6 +28,9 @@ HIDDEN = 0.5  # share of its first square that is left of a balance that no caus
 PASSED = 12  # candidates that are passed over so that another balance is heard
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
+BEGUN = 3  # other causes that are begun with where much is left
+MISSED = 0.03  # share of a balance's first square that is much
+LESS = 0.5  # share of that by which another beginning must leave less
 SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
 
 
@@ -43,12 +46,41 @@ class Selection:
         return list(self.screening.stack.showing(self.screening.residual([])).values())
 
     def select(self, tick: Callable[[float], None]) -> list[int]:
-        """Choose causes one by one until nothing more is worth it, pruning and swapping."""
+        """
+        Choose causes one by one until nothing more is worth it, pruning and swapping.
+
+        Two causes that move the same balance may hide behind a third that does a part of both. So
+        where much is left, each of those that did about as much at first is begun with once.
+        """
         screening = self.screening
-        chosen: list[int] = []
+        first = screening.squares([])
+        chosen = self._grown([], tick)
+        left = self._open(first, chosen)
+        if left <= MISSED:
+            return self._of_their_own(chosen)
+        weighed, alike = screening.weighed(), dict.fromkeys(first, 1.0)
+        screening.weigh(alike)
+        for other in self._foremost([], ())[:BEGUN]:
+            screening.weigh(alike)
+            again = self._grown([refined(screening, other, [], closely=True)], tick)
+            still = self._open(first, again)
+            if still < LESS * left:
+                chosen, left, weighed = again, still, screening.weighed()
+        screening.weigh(weighed)
+        return self._of_their_own(chosen)
+
+    def _open(self, first: dict[int, float], chosen: list[int]) -> float:
+        """Return the largest share of its first gap that is left of a balance, if it is clear."""
+        left = self.screening.squares(chosen)
+        return max(((square - 1.0) / (first[b] - 1.0) for b, square in left.items()
+                    if first[b] > square > CLEAR), default=0.0)
+
+    def _grown(self, chosen: list[int], tick: Callable[[float], None]) -> list[int]:
+        """Add causes to some until nothing more is worth it."""
+        screening = self.screening
         causes = len({c.key for c in screening.library.candidates})
         limit = norm.isf(CHANCE / max(1, causes))
-        start, first = screening.residual(chosen), screening.squares(chosen)
+        start, first = screening.residual([]), screening.squares([])
         faint: set[tuple[str, str]] = set()
         while len(chosen) < MOST:
             best = self._best(chosen, faint)
@@ -56,6 +88,8 @@ class Selection:
                 break
             if self._deserves(best, chosen, start, MUCH if faint else WORTH, limit):
                 chosen = self._tidied([*chosen, best], limit, MUCH if faint else 0.0)
+                if self._open(first, chosen):  # a shape that did a part of what came now
+                    chosen = self._again(chosen)
                 if faint:
                     screening.weigh(screening.squares(chosen))
                 tick(len(chosen) / MOST)
@@ -65,7 +99,7 @@ class Selection:
                 faint.add(screening.library.candidates[best].key)
             else:
                 break
-        return self._of_their_own(chosen)
+        return chosen
 
     def _deserves(self, best: int, chosen: list[int], start: np.ndarray, least: float,
                   limit: float) -> bool:
