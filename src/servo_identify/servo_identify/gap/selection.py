@@ -28,6 +28,7 @@ HIDDEN = 0.5  # share of its first square that is left of a balance that no caus
 PASSED = 12  # candidates that are passed over so that another balance is heard
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
+FEW = 2  # causes up to which it is asked whether another beginning would have led elsewhere
 BEGUN = 3  # other causes that are begun with where much is left
 MISSED = 0.03  # share of a balance's first square that is much
 LESS = 0.5  # share of that by which another beginning must leave less
@@ -50,13 +51,14 @@ class Selection:
         Choose causes one by one until nothing more is worth it, pruning and swapping.
 
         Two causes that move the same balance may hide behind a third that does a part of both. So
-        where much is left, each of those that did about as much at first is begun with once.
+        where few were found and much is left, each of those that did about as much at first is
+        begun with once.
         """
         screening = self.screening
         first = screening.squares([])
         chosen = self._grown([], tick)
         left = self._open(first, chosen)
-        if left <= MISSED:
+        if left <= MISSED or len(chosen) > FEW:
             return self._of_their_own(chosen)
         weighed, alike = screening.weighed(), dict.fromkeys(first, 1.0)
         screening.weigh(alike)
@@ -88,8 +90,6 @@ class Selection:
                 break
             if self._deserves(best, chosen, start, MUCH if faint else WORTH, limit):
                 chosen = self._tidied([*chosen, best], limit, MUCH if faint else 0.0)
-                if self._open(first, chosen):  # a shape that did a part of what came now
-                    chosen = self._again(chosen)
                 if faint:
                     screening.weigh(screening.squares(chosen))
                 tick(len(chosen) / MOST)
@@ -99,6 +99,8 @@ class Selection:
                 faint.add(screening.library.candidates[best].key)
             else:
                 break
+        if len(chosen) == FEW and self._open(first, chosen):
+            chosen = self._again(chosen)  # a shape may have done a part of what came later
         return chosen
 
     def _deserves(self, best: int, chosen: list[int], start: np.ndarray, least: float,
@@ -195,7 +197,7 @@ class Selection:
 
     def _tidied(self, chosen: list[int], limit: float, least: float) -> list[int]:
         """
-        Drop what later choices made needless; swap what another now does better.
+        Drop what later choices made needless; swap what another does better, a simpler as well.
 
         That other takes away at least a share ``least`` of what is left of a balance.
         """
@@ -218,7 +220,8 @@ class Selection:
                 gain = screening.loss(rest) - screening.loss(chosen)
                 other = screening.loss(rest) - screening.loss([*rest, better])
                 worth = self._worth(before, screening.residual([*rest, better]))
-                if other > 1.02 * gain and worth >= least:
+                simpler = complexity(screening, better) < complexity(screening, one)
+                if other > (SAME if simpler else 1.02) * gain and worth >= least:
                     chosen = [*rest, better]
         return chosen
 
