@@ -18,7 +18,7 @@ from .wrong_reading import ENTERS
 LAWFUL = 0.25  # predictable mean square, in squares of noise and margin: below, a gap is noise
 OPEN = 0.1  # predictable share of a gap above which it is not explained
 STILL = 0.6  # the same in squares of noise and margin, however large the gap was
-WRONG = 0.35  # and above which what was found is not the cause
+WRONG = 0.28  # and above which what was found is not the cause
 WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
 FAR = 1000.0  # the same in squares of noise and margin: a sixth of all that acts is no detail,
 NOT_FAR = ('controller',)  # but where errors add up, since the law runs on with no loop closed
