@@ -68,10 +68,12 @@ class Case:
 
     def without(self, values: Iterable[str]) -> tuple[str, ...]:
         """What the catalogue shall not have, of a servo with these values (paths)."""
+        if not self.removed:
+            return ()
+        of_servo = {f'parameter:{path.removeprefix(start)}' for path in values
+                    for start in ('drive.', 'mechanism.', 'effects.') if path.startswith(start)}
         return tuple(name for name in LACKS[self.lacks[0]].names
-                     if not name.startswith('parameter:')
-                     or any(path.endswith(f'.{name.partition(":")[2]}') for path in values)
-                     ) if self.removed else ()
+                     if not name.startswith('parameter:') or name in of_servo)
 
 
 def cases(seed: int, size: float, count: int, silent: tuple[str, ...] = ()) -> list[Case]:

@@ -18,11 +18,9 @@ from .ambiguity import taken_from
 from .balance import BALANCES
 from .candidates import Candidate
 from .completeness import features, VARIABLES
-from .plain_law import plainly_outdone_by
+from .plain_law import KEPT, plainly_outdone_by
 from .screening import Screening
-from .stack import Stack
 
-KEPT = 0.1  # share of its gain that a cause must keep beside a free law
 OTHER = 1.1  # times a cause's gain that a free law of another variable must take away
 OWN = 1.5  # the same of one of its own variables: then the form of its law is not that of the rig
 MEMORY = 1.0  # the same of the speed where it has a memory: that is for what no such law can do
@@ -72,11 +70,11 @@ def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
     better: list[tuple[float, str]] = []
     for balance in taken_from(screening, rest, chosen):
         known = features(screening.stack, balance)
-        constants = _columns(screening.stack, balance, _constants(known))
+        constants = screening.stack.columns_of(balance, _constants(known))
         gain = without - screening.loss_beside(chosen, constants)
         must = _excess(screening, balance, rest) - OPEN * _excess(screening, balance, [])
         for variable, values in _free_laws(known):
-            table = _columns(screening.stack, balance, values)
+            table = screening.stack.columns_of(balance, values)
             left = screening.loss_beside(rest, table)
             more = max(times[variable] * gain, must)
             if without - left > more and left - screening.loss_beside(chosen, table) < KEPT * gain:
@@ -134,15 +132,6 @@ def _free_laws(known: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
         hats = _hats(known[:, number], KNOTS.get(variable, FEWER))
         for sign in (np.ones(len(way)), way) if hats.shape[1] > 2 else ():
             yield variable, hats * sign[:, None]
-
-
-def _columns(stack: Stack, balance: str, values: np.ndarray) -> np.ndarray:
-    """Return physical values at the rows of a balance as columns of all rows, of size one."""
-    rows = stack.balance == BALANCES.index(balance)
-    table = np.zeros((len(stack.base), values.shape[1]))
-    table[rows] = values / stack.scale[rows][:, None]
-    size = np.sqrt(np.mean(table**2, axis=0))
-    return table / np.where(size > 0.0, size, 1.0)
 
 
 def _hats(values: np.ndarray, knots: int) -> np.ndarray:

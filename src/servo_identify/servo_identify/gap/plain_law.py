@@ -24,7 +24,7 @@ PLAIN = {'motor': {**AT_A_SHAFT, 'current': 'current'}, 'load': AT_A_SHAFT,
 """By balance the variables, and columns of the motion, of laws that any servo file has there."""
 NO_MORE = (0.1, 0.15)  # share and squares of the scale by which one that does as much leaves more
 BETTER = 0.5  # share of what a cause leaves that a plain law does not, where it is no simpler
-KEPT = 0.1  # share of its gain that a cause must keep beside it
+KEPT = 0.1  # share of its gain that a cause must keep beside a law that nobody named
 
 
 def plainly_outdone_by(screening: Screening, chosen: list[int], one: int) -> str:
@@ -45,8 +45,7 @@ def plainly_outdone_by(screening: Screening, chosen: list[int], one: int) -> str
         left, rows = _left(screening, balance, chosen)
         times, more = NO_MORE
         most = last + times * left + more * rows if richer else last - BETTER * left - more * rows
-        for variable, column in _plain_laws(screening.stack, balance):
-            table = column[:, None]
+        for variable, table in _plain_laws(screening.stack, balance):
             with_law = screening.loss_beside(rest, table)
             if with_law < most and with_law - screening.loss_beside(chosen, table) < least:
                 return variable
@@ -61,14 +60,9 @@ def _left(screening: Screening, balance: str, chosen: list[int]) -> tuple[float,
 
 
 def _plain_laws(stack: Stack, balance: str) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield (variable, the change of all rows by a law in proportion to it, of size one)."""
-    rows = stack.balance == BALANCES.index(balance)
+    """Yield (variable, the change of all rows by a law in proportion to it, (rows, 1))."""
     for variable, name in PLAIN.get(balance, {}).items():
         values = np.concatenate([one.weighed(name, balance)[stack.kept(number, balance)]
                                  for number, one in enumerate(stack.balances)
                                  if balance in one.names])
-        column = np.zeros(len(stack.base))
-        column[rows] = np.nan_to_num(values) / stack.scale[rows]
-        size = float(np.sqrt(np.mean(column**2)))
-        if size > 0.0:
-            yield variable, column / size
+        yield variable, stack.columns_of(balance, np.nan_to_num(values)[:, None])

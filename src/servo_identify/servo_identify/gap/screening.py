@@ -61,8 +61,12 @@ class Screening:
 
     def weigh(self, squares: dict[int, float]) -> None:
         """Have each balance count in fits and losses by what it is over a mean square of its."""
+        weight = self.weight.copy()
         for index, square in squares.items():
-            self.weight[self.stack.balance == index] = max(1.0, square) ** -0.5
+            weight[self.stack.balance == index] = max(1.0, square) ** -0.5
+        if np.array_equal(weight, self.weight):
+            return  # all products and fits still hold
+        self.weight = weight
         self.folds.weigh(self.weight)
         self.fits.clear()
         self._left.clear()

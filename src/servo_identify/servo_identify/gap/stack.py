@@ -96,6 +96,14 @@ class Stack:
         """Which centres of a balance of a recording are rows, bool."""
         return self._keep[number, balance]
 
+    def columns_of(self, balance: str, values: np.ndarray) -> np.ndarray:
+        """Return physical values at the rows of a balance as columns of all rows, of size one."""
+        rows = self.balance == BALANCES.index(balance)
+        table = np.zeros((len(self.base), values.shape[1]))
+        table[rows] = values / self.scale[rows][:, None]
+        size = np.sqrt(np.mean(table**2, axis=0))
+        return table / np.where(size > 0.0, size, 1.0)
+
     def series(self, number: int, balance: str, residual: np.ndarray) -> np.ndarray:
         """Return a residual at all centres of a balance of a recording, NaN where it is no row."""
         full = np.full(len(self._keep[number, balance]), np.nan)
