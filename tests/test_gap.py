@@ -95,6 +95,14 @@ def test_the_order_of_a_periodic_residual_is_found():
     assert orders(angle, np.cos(23.0 * angle + 1.0) + noise)[0] == 23.0
 
 
+def test_an_order_may_be_found_on_a_part_of_its_turn_without_its_neighbours():
+    angle = 1.2 * np.sin(np.linspace(0.0, 20.0, 4000))
+    found = orders(angle, np.sin(angle + 0.4), least=0.35)
+    assert found[0] == 1.0
+    assert np.min(np.diff(sorted(found))) > 2.0 * np.pi / 2.4
+    assert orders(angle, np.sin(angle + 0.4))[0] >= 2.0 * np.pi / 2.4
+
+
 def test_the_balances_of_a_rig_are_at_the_noise_floor_under_its_own_laws():
     seen = observe([recorded(SERVO, 1)], SERVO)[0]
     balance = Balance(SERVO, seen, len(SERVO.effects))

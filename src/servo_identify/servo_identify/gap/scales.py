@@ -19,10 +19,11 @@ SHARES = {
 }
 """Shares of what a machine reached that are tried for a shape in that unit."""
 TRAVELS = {'mesh': (0.15, 0.5, 1.5), 'shaft': (0.002, 0.01, 0.05)}
-PLACES = (0.0, 0.5, 1.0)  # within the travel of a shaft
+PLACES = tuple(k / 6 for k in range(7))  # of the travel of a shaft; half as many miss a spring
 FREQUENCIES = tuple(float(f) for f in np.geomspace(0.01, 0.4, 49))
 """Shares of the bump's own pass band: 8 % apart, or a resonance would lie unseen between two."""
 LARGEST_ORDER = 200
+PART = 0.35  # of a period that a shaft must cover, for a law of that order to be tried
 
 
 def is_place(parameter: Parameter) -> bool:
@@ -102,31 +103,39 @@ class Scales:
         return max(b.seen.recording.duration for b in self.balances)
 
 
-def orders(angle: np.ndarray, residual: np.ndarray, most: int = 3) -> tuple[float, ...]:
+def orders(angle: np.ndarray, residual: np.ndarray, most: int = 3,
+           least: float = 1.0) -> tuple[float, ...]:
     """
     Return the orders (1/rad) of a shaft at which a residual is periodic, strongest first.
 
     ``angle`` in rad and ``residual`` of the same shape; NaN is left out. An order is tried when
-    the shaft covers at least one of its periods. Least squares at each order, so that the samples
-    need not be even in angle.
+    the shaft covers at least so much of its period, ``least``; of two that it cannot tell apart
+    the stronger one. Least squares at each order, beside a constant, so that the samples need not
+    be even in angle.
     """
     good = np.isfinite(angle) & np.isfinite(residual)
     if good.sum() < 50:
         return ()
     angle, residual = angle[good], residual[good] - np.mean(residual[good])
-    lowest = max(1, int(np.ceil(2.0 * np.pi / np.ptp(angle)))) if np.ptp(angle) > 0 else None
-    if lowest is None or lowest > LARGEST_ORDER:
+    whole = 2.0 * np.pi / max(float(np.ptp(angle)), 1e-12)  # order of one period on the way
+    lowest, apart = max(1, int(np.ceil(least * whole))), max(1.0, whole)
+    if lowest > LARGEST_ORDER:
         return ()
     tried = np.arange(lowest, LARGEST_ORDER + 1)
     turn = np.exp(1j * angle)
     wave = turn ** lowest
     strength = np.empty(len(tried))
     for i in range(len(tried)):
-        strength[i] = np.abs(np.mean(residual * wave)) ** 2
+        mean, twice, taken = np.mean(wave), np.mean(wave * wave), np.mean(residual * wave)
+        shared = 0.5 * twice.imag - mean.real * mean.imag  # covariances of cosine and sine
+        spread = np.array([[0.5 + 0.5 * twice.real - mean.real**2, shared],
+                           [shared, 0.5 - 0.5 * twice.real - mean.imag**2]])
+        both = np.array([taken.real, taken.imag])
+        strength[i] = both @ np.linalg.pinv(spread, rcond=1e-6) @ both
         wave = wave * turn
     best = []
     for i in np.argsort(strength)[::-1]:
-        if all(abs(tried[i] - b) > 1 for b in best):
+        if all(abs(tried[i] - b) > apart for b in best):
             best.append(tried[i])
         if len(best) == most:
             break

@@ -9,7 +9,7 @@ import numpy as np
 from servo_twin.physics.effect import Effect
 
 from .balance import BALANCES
-from .scales import orders, Scales
+from .scales import orders, PART, Scales
 from .stack import Stack
 
 
@@ -65,4 +65,4 @@ def _spectrum(stack, residual, balance, angle, weight) -> tuple[float, ...]:
         factor = np.sign(one.weighed(weight, balance)[kept]) if weight else 1.0
         angles.append(one.weighed(angle, balance)[kept])
         values.append(residual[rows] * factor)
-    return orders(np.concatenate(angles), np.concatenate(values)) if angles else ()
+    return orders(np.concatenate(angles), np.concatenate(values), least=PART) if angles else ()
