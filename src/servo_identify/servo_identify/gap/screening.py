@@ -198,24 +198,32 @@ class Screening:
         """
         Return how far a candidate is from nothing, in standard deviations.
 
-        The larger of two tests over blocks, which know nothing of how samples within a block hang
-        together: Wald's of the amplitudes, which does not punish an effect that shows in a few
-        blocks, and that of the held-out gain, which holds where much else is still unexplained.
+        The largest of three tests over blocks, which know nothing of how samples within a block
+        hang together: Wald's of the amplitudes, which does not punish an effect that shows in a
+        few blocks, that of the held-out gain, which holds where much else is still unexplained,
+        and that of the share of each block, which holds where few blocks have most of the gap.
         """
-        return max(self._drop(one, chosen), self._wald(one, chosen))
+        return max(self._drop(one, chosen), self._drop_of_shares(one, chosen),
+                   self._wald(one, chosen))
 
     def is_sure(self, one: int, chosen: list[int], limit: float) -> bool:
         """Tell whether the :meth:`significance` of a candidate reaches a limit."""
-        return self._drop(one, chosen) >= limit or self._wald(one, chosen) >= limit
+        return any(test(one, chosen) >= limit for test in (
+            self._drop, self._drop_of_shares, self._wald))
 
     def _drop(self, one: int, chosen: list[int]) -> float:
         before, after = self.residual(chosen), self.residual([*chosen, one])
         return self.sureness(before**2 - after**2)
 
+    def _drop_of_shares(self, one: int, chosen: list[int]) -> float:
+        sizes = np.bincount(self.blocks)
+        before, after = (np.log1p(np.bincount(self.blocks, self.residual(causes)**2) / sizes)
+                         for causes in (chosen, [*chosen, one]))
+        return _sureness(before - after)
+
     def sureness(self, drop: np.ndarray) -> float:
         """Return a sum of what rows lose in standard deviations, over blocks."""
-        drop = np.bincount(self.blocks, drop)
-        return float(drop.sum() / (np.std(drop) * np.sqrt(len(drop)) + 1e-12))
+        return _sureness(np.bincount(self.blocks, drop))
 
     def _wald(self, one: int, chosen: list[int]) -> float:
         """Return Wald's test of a candidate's amplitudes, as standard deviations."""
@@ -238,3 +246,8 @@ class Screening:
         size = (fitted * weight)[inside][mine]
         wald = float(size @ np.linalg.pinv(spread[np.ix_(mine, mine)]) @ size)
         return float(norm.isf(max(chi2.sf(wald, mine.sum()), 1e-300)))
+
+
+def _sureness(drops: np.ndarray) -> float:
+    """Return the sum of what blocks lose in standard deviations."""
+    return float(drops.sum() / (np.std(drops) * np.sqrt(len(drops)) + 1e-12))
