@@ -133,9 +133,9 @@ def _settled(extended: Extended, parts: Split, seen: list[Observation]):
 
 def _unnamed(evidence: Evidence, kept: list[int]) -> list[int]:
     """Return the causes that the evidence does not bear out, though they explain a part."""
-    named = judged(evidence).named
+    named = {cause.key for cause in judged(evidence).named}
     return [one for one, choice in zip(kept, evidence.choices, strict=True)
-            if choice.candidate.name not in named]
+            if choice.candidate.key not in named]
 
 
 def _bare(stack: Stack) -> Screening:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .augmented import is_spring
 from .balance import BALANCES
+from .candidates import Candidate
 from .evidence import Evidence
 from .noise import signal_of
-from .spring import NAME as SPRING_NAME
 from .status import Judgement
 from .wrong_reading import ENTERS
 
@@ -42,7 +44,7 @@ def sentence(found: Judgement, evidence: Evidence, balance: str, gone: float) ->
         left = _left(evidence, balance)
         return (f'The twin departs from the rig at {where}, by {100 * left:.2g} % of what acts '
                 f'there, and no effect known here explains it.{shape}')
-    spoken = _spoken(evidence, list(found.named))
+    spoken = _spoken(found.named)
     causes = ', '.join(n.replace('_', ' ') for n in spoken)
     text = (f'The twin departs from the rig at {where}: it lacks {causes}; with '
             f'{"it" if len(spoken) == 1 else "them"} ')
@@ -70,14 +72,12 @@ def _left(evidence: Evidence, balance: str) -> float:
     return float(size / (np.sqrt(np.mean(np.square(signal))) or 1.0))
 
 
-def _spoken(evidence: Evidence, named: list[str]) -> list[str]:
+def _spoken(named: Sequence[Candidate]) -> list[str]:
     """Return what a person is told of the causes: the side too where a name is there twice."""
-    bends = any(is_spring(choice.candidate) for choice in evidence.choices)
-    spoken = [RIGID if bends and name == SPRING_NAME else name for name in named]
-    sites = {name: [c.candidate.site for c in evidence.choices if c.candidate.name == name]
-             for name in named}
-    return [f'{word} ({sites[name].pop(0)})' if named.count(name) > 1 and sites[name] else word
-            for name, word in zip(named, spoken, strict=True)]
+    names = [cause.name for cause in named]
+    return [RIGID if is_spring(cause) else
+            f'{cause.name} ({cause.site})' if names.count(cause.name) > 1 else cause.name
+            for cause in named]
 
 
 def _both(reading: str) -> str:

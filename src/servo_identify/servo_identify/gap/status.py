@@ -9,6 +9,7 @@ import numpy as np
 from .acceptance import leftover
 from .ambiguity import Choice
 from .balance import BALANCES
+from .candidates import Candidate
 from .completeness import Remainder
 from .evidence import Evidence
 from .resimulation import shrink
@@ -20,6 +21,7 @@ OPEN = 0.1  # predictable share of a gap above which it is not explained
 STILL = 0.6  # the same in squares of noise and margin, however large the gap was
 WRONG = 0.28  # and above which what was found is not the cause
 WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind when it is right
+ALONE = 0.02  # the same where only values are at work, no effect whose form may be another
 FAR = 1000.0  # the same in squares of noise and margin: a sixth of all that acts is no detail,
 NOT_FAR = ('controller',)  # but where errors add up, since the law runs on with no loop closed
 TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
@@ -39,7 +41,7 @@ class Judgement:
     status: str
     squares: dict[str, float]
     gaps: set[str]
-    named: tuple[str, ...] = ()
+    named: tuple[Candidate, ...] = ()
     share: float = 0.0
     worst: Remainder | None = None
 
@@ -71,9 +73,9 @@ def judged(evidence: Evidence) -> Judgement:
     share = max(still.values(), default=0.0)
     left = {r.balance: r.predictable for r in evidence.remainders if r.balance in still}
     wrong = [choice for choice in evidence.choices
-             if _leaves_too_much(choice, still, left) or _is_a_piece(choice, evidence, left)
-             or _mimics_reading(choice, evidence.reading)]
-    named = [choice.candidate.name for choice in evidence.choices
+             if _leaves_too_much(choice, evidence, still, left)
+             or _is_a_piece(choice, evidence, left) or _mimics_reading(choice, evidence.reading)]
+    named = [choice.candidate for choice in evidence.choices
              if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
     if not evidence.choices:
         worst = max((r for r in evidence.remainders if r.balance in gaps),
@@ -91,11 +93,18 @@ def _mimics_reading(choice: Choice, reading: str) -> bool:
     return set(choice.balances) <= set(ENTERS.get(reading, ()))
 
 
-def _leaves_too_much(choice: Choice, share: dict[str, float], square: dict[str, float]) -> bool:
+def _leaves_too_much(choice: Choice, evidence: Evidence, share: dict[str, float],
+                     square: dict[str, float]) -> bool:
     """Tell whether what still follows a law in a cause's balances speaks against it."""
-    most = WRONG_VALUE if choice.candidate.switch is None else WRONG
-    return any(share.get(b, 0.0) > most or (square.get(b, 0.0) > FAR and b not in NOT_FAR)
-               for b in choice.balances)
+    for balance in choice.balances:
+        left, most = square.get(balance, 0.0), WRONG
+        if choice.candidate.switch is None:
+            alone = all(other.candidate.switch is None for other in evidence.choices
+                        if balance in other.balances)
+            most = ALONE if alone and left > STILL else WRONG_VALUE
+        if share.get(balance, 0.0) > most or (left > FAR and balance not in NOT_FAR):
+            return True
+    return False
 
 
 def _is_a_piece(choice: Choice, evidence: Evidence, square: dict[str, float]) -> bool:

@@ -20,14 +20,15 @@ from .status import judged, squares_of
 def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: dict) -> GapReport:
     """Put the evidence of a diagnosis into a report."""
     found = judged(evidence)
-    status, gaps, named = found.status, found.gaps, list(found.named)
+    status, gaps = found.status, found.gaps
     where = _where(evidence, gaps)
     which = _which(evidence)
     taken = [b for choice in evidence.choices for b in choice.balances]
     # a cause may show within the noise, where no balance by itself has a gap
     balance = max(gaps or taken[:1], key=lambda name: found.squares[name], default='')
     gap = _gap(evidence)
-    verdict = {'status': status, 'effects': named, 'balance': balance,
+    verdict = {'status': status, 'effects': [cause.name for cause in found.named],
+               'balance': balance,
                'sentence': sentence(found, evidence, taken[0] if taken else balance,
                                     gap['shrink'])}
     explanation = evidence.best.explanation
