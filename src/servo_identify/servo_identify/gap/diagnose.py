@@ -11,6 +11,7 @@ from servo_twin.recording import Recording
 from .acceptance import accept, run_over, tried
 from .answer import GapReport
 from .balance import Balance
+from .cancelling import cancelling
 from .candidates import candidates_of, extend, Extended
 from .checks import CannotDiagnose, check, unsaturated
 from .evidence import Evidence, Findings, gathered
@@ -67,12 +68,19 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
 
     stages.begin('screening')
     screening = Screening(stacks['screen'], library)
-    chosen = Selection(screening).select(stages.share)
+    selection = Selection(screening)
+    chosen, undone = _without_cancelling(selection, selection.select(stages.share))
+    warnings += undone
 
     stages.begin('acceptance')
     kept, fallen = accept(screening, chosen, purposes['accept'], stacks['accept'], stages.share)
     kept, outdone = undisputed(screening, kept)
     warnings += fallen + outdone
+    if len(kept) < len(chosen):
+        needed = selection.pruned(kept)
+        warnings += [f'{library.candidates[one].label} was there for what fell beside it'
+                     for one in kept if one not in needed]
+        kept = needed
     try:
         base = tried(screening, [], purposes['accept'])
         given = run_over(as_given(stacks['screen']), purposes['report'])
@@ -136,6 +144,18 @@ def _unnamed(evidence: Evidence, kept: list[int]) -> list[int]:
     named = {cause.key for cause in judged(evidence).named}
     return [one for one, choice in zip(kept, evidence.choices, strict=True)
             if choice.candidate.key not in named]
+
+
+def _without_cancelling(selection: Selection, chosen: list[int]) -> tuple[list[int], list[str]]:
+    """Return (causes of which no two undo each other, what is to be said of those that do)."""
+    screening, said = selection.screening, []
+    pairs = cancelling(screening, chosen)
+    for one, other, balance in pairs:
+        said.append('{} and {} undo each other at the {} and are not taken'.format(
+            *(screening.library.candidates[c].label for c in (one, other)), balance))
+    undone = {c for *pair, _ in pairs for c in pair}
+    kept = [c for c in chosen if c not in undone]
+    return (selection.pruned(kept) if undone else kept), said
 
 
 def _bare(stack: Stack) -> Screening:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from heapq import heappop, heappush
+from itertools import combinations, islice
 
 import numpy as np
 from scipy.stats import norm
@@ -29,9 +30,9 @@ PASSED = 12  # candidates that are passed over so that another balance is heard
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 FEW = 2  # causes up to which it is asked whether another beginning would have led elsewhere
-BEGUN = 3  # other causes that are begun with where much is left
+BEGUN = 8  # causes of which the best sets are begun with where much is left
 MISSED = 0.03  # share of a balance's first square that is much
-LESS = 0.5  # share of that by which another beginning must leave less
+LESS = 0.5  # share of that which another beginning may leave
 SHAPE = 0.15  # share of a cause's gain below which another law of its kind mends its shape only
 
 
@@ -44,15 +45,26 @@ class Selection:
     @cached_property
     def _rows(self) -> list[np.ndarray]:
         """Rows, bool, by which it is judged what a cause takes away."""
-        return list(self.screening.stack.showing(self.screening.residual([])).values())
+        return list(self.screening.stack.showing(self._start).values())
+
+    @cached_property
+    def _start(self) -> np.ndarray:
+        """Residual without any cause, at the weights of the beginning."""
+        return self.screening.residual([])
+
+    @cached_property
+    def _limit(self) -> float:
+        """Standard deviations above which a gain is no luck, of as many causes as are asked."""
+        causes = len({c.key for c in self.screening.library.candidates})
+        return float(norm.isf(CHANCE / max(1, causes)))
 
     def select(self, tick: Callable[[float], None]) -> list[int]:
         """
         Choose causes one by one until nothing more is worth it, pruning and swapping.
 
-        Two causes that move the same balance may hide behind a third that does a part of both. So
-        where few were found and much is left, each of those that did about as much at first is
-        begun with once.
+        Two or three causes that move the same balance may hide behind others that do a part of
+        each. So where few were found and much is left, the best pair and the best three of those
+        that did most at first are begun with.
         """
         screening = self.screening
         first = screening.squares([])
@@ -62,34 +74,38 @@ class Selection:
             return self._of_their_own(chosen)
         weighed, alike = screening.weighed(), dict.fromkeys(first, 1.0)
         screening.weigh(alike)
-        for other in self._foremost([], ())[:BEGUN]:
+        for some in self._sets():
             screening.weigh(alike)
-            again = self._grown([refined(screening, other, [], closely=True)], tick)
+            again = self.pruned(self._grown(self._again(some), lambda share: None))
             still = self._open(first, again)
             if still < LESS * left:
                 chosen, left, weighed = again, still, screening.weighed()
         screening.weigh(weighed)
         return self._of_their_own(chosen)
 
+    def _sets(self) -> list[list[int]]:
+        """Return, of the causes that do most alone, the best two and the best three together."""
+        foremost = [c for _, c in islice(self._ranked([], ()), BEGUN)]
+        return [list(min(combinations(foremost, size), key=self.screening.loss))
+                for size in (2, 3) if len(foremost) >= size]
+
     def _open(self, first: dict[int, float], chosen: list[int]) -> float:
         """Return the largest share of its first gap that is left of a balance, if it is clear."""
         left = self.screening.squares(chosen)
         return max(((square - 1.0) / (first[b] - 1.0) for b, square in left.items()
-                    if first[b] > square > CLEAR), default=0.0)
+                    if first[b] >= square > CLEAR), default=0.0)
 
     def _grown(self, chosen: list[int], tick: Callable[[float], None]) -> list[int]:
         """Add causes to some until nothing more is worth it."""
         screening = self.screening
-        causes = len({c.key for c in screening.library.candidates})
-        limit = norm.isf(CHANCE / max(1, causes))
-        start, first = screening.residual([]), screening.squares([])
+        first = screening.squares([])
         faint: set[tuple[str, str]] = set()
         while len(chosen) < MOST:
             best = self._best(chosen, faint)
             if best is None:
                 break
-            if self._deserves(best, chosen, start, MUCH if faint else WORTH, limit):
-                chosen = self._tidied([*chosen, best], limit, MUCH if faint else 0.0)
+            if self._deserves(best, chosen, MUCH if faint else WORTH):
+                chosen = self._tidied([*chosen, best], MUCH if faint else 0.0)
                 if faint:
                     screening.weigh(screening.squares(chosen))
                 tick(len(chosen) / MOST)
@@ -103,13 +119,10 @@ class Selection:
             chosen = self._again(chosen)  # a shape may have done a part of what came later
         return chosen
 
-    def _deserves(self, best: int, chosen: list[int], start: np.ndarray, least: float,
-                  limit: float) -> bool:
-        """Tell whether the best of the others is there for sure and takes away what matters."""
-        screening = self.screening
-        before, after = screening.residual(chosen), screening.residual([*chosen, best])
-        return (self._worth(before, after) >= least and self._share(start, chosen, after) >= LATER
-                and screening.is_sure(best, chosen, limit))
+    def _deserves(self, best: int, chosen: list[int], least: float = WORTH) -> bool:
+        """Tell whether a cause is worth it beside others where there still is a gap to see."""
+        return (self._share(chosen, self.screening.residual([*chosen, best])) >= LATER
+                and self._is_worth_it(best, chosen, least))
 
     def _drowned(self, first: dict[int, float], chosen: list[int]) -> bool:
         """Tell whether a balance has a clear gap that was hidden so far by that of another."""
@@ -150,6 +163,19 @@ class Selection:
         kinds = {c: screening.library.candidates[c].kind for c in chosen}
         return [c for c in chosen if kinds[c] is None or all(
             gains[c] >= SHAPE * gains[o] for o in chosen if kinds[o] == kinds[c])]
+
+    def pruned(self, chosen: list[int]) -> list[int]:
+        """
+        Return those of some causes that are worth it beside each other, the least asked first.
+
+        One that was taken beside others, which fell since, may have been there for them alone.
+        """
+        screening, kept = self.screening, list(chosen)
+        for one in sorted(chosen, key=lambda c: screening.loss([o for o in chosen if o != c])):
+            rest = [c for c in kept if c != one]
+            if not self._deserves(one, rest):
+                kept = rest
+        return kept
 
     def _foremost(self, chosen: list[int], passed: Collection[tuple[str, str]]) -> list[int]:
         """
@@ -195,7 +221,7 @@ class Selection:
                 taken.add(library[c].key)
                 yield -loss, c
 
-    def _tidied(self, chosen: list[int], limit: float, least: float) -> list[int]:
+    def _tidied(self, chosen: list[int], least: float) -> list[int]:
         """
         Drop what later choices made needless; swap what another does better, a simpler as well.
 
@@ -207,23 +233,28 @@ class Selection:
             if not rest or one not in chosen:
                 continue
             alone = self._again(rest)
-            before, after = screening.residual(alone), screening.residual([*alone, one])
-            if self._worth(before, after) < WORTH or not screening.is_sure(one, alone, limit):
+            if not self._is_worth_it(one, alone):
                 chosen = alone
                 continue
-            before, after = screening.residual(rest), screening.residual(chosen)
-            if self._worth(before, after) < WORTH or not screening.is_sure(one, rest, limit):
+            if not self._is_worth_it(one, rest):
                 chosen = rest
                 continue
             better = self._best(rest)
             if better is not None and better != one:
                 gain = screening.loss(rest) - screening.loss(chosen)
                 other = screening.loss(rest) - screening.loss([*rest, better])
-                worth = self._worth(before, screening.residual([*rest, better]))
+                worth = self._worth(screening.residual(rest),
+                                    screening.residual([*rest, better]))
                 simpler = complexity(screening, better) < complexity(screening, one)
                 if other > (SAME if simpler else 1.02) * gain and worth >= least:
                     chosen = [*rest, better]
         return chosen
+
+    def _is_worth_it(self, one: int, rest: list[int], least: float = WORTH) -> bool:
+        """Tell whether a cause takes away, for sure, a share that counts of what others leave."""
+        screening = self.screening
+        before, after = screening.residual(rest), screening.residual([*rest, one])
+        return self._worth(before, after) >= least and screening.is_sure(one, rest, self._limit)
 
     def _again(self, chosen: list[int]) -> list[int]:
         """Return the same causes at the sizes and shapes that fit best without any other."""
@@ -245,7 +276,7 @@ class Selection:
                 most = max(most, taken / float(np.mean(before[rows] ** 2)))
         return most
 
-    def _share(self, start: np.ndarray, chosen: list[int], after: np.ndarray) -> float:
+    def _share(self, chosen: list[int], after: np.ndarray) -> float:
         """
         Largest share of a balance's first gap that a step takes away.
 
@@ -254,7 +285,7 @@ class Selection:
         screening = self.screening
         before, shares = screening.residual(chosen), []
         for rows in self._rows:
-            gap = float(np.sum(start[rows] ** 2))
+            gap = float(np.sum(self._start[rows] ** 2))
             if float(np.mean(before[rows] ** 2)) <= (STILL if chosen else 1.0):
                 continue
             shares.append(float(np.sum(before[rows] ** 2 - after[rows] ** 2)) / max(gap, 1e-12))
