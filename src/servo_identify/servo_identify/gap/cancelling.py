@@ -20,6 +20,16 @@ ALIKE = 0.5  # share of the larger that the smaller one reaches
 MATTERS = 1.0  # root mean square of the smaller, in units of the scale
 
 
+def without_cancelling(screening: Screening, chosen: list[int]) -> tuple[list[int], list[str]]:
+    """Return (causes of which no two undo each other, what is to be said of those that do)."""
+    pairs = cancelling(screening, chosen)
+    undone = {cause for one, other, _ in pairs for cause in (one, other)}
+    label = {cause: screening.library.candidates[cause].label for cause in undone}
+    return [cause for cause in chosen if cause not in undone], [
+        f'{label[one]} and {label[other]} undo each other in the balance of the {balance} and are '
+        'not taken' for one, other, balance in pairs]
+
+
 def cancelling(screening: Screening, chosen: list[int]) -> list[tuple[int, int, str]]:
     """Return (one, other, balance) of causes that undo each other in a balance."""
     done = _done(screening, chosen)

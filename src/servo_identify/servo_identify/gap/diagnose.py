@@ -11,7 +11,7 @@ from servo_twin.recording import Recording
 from .acceptance import accept, run_over, tried
 from .answer import GapReport
 from .balance import Balance
-from .cancelling import cancelling
+from .cancelling import without_cancelling
 from .candidates import candidates_of, extend, Extended
 from .checks import CannotDiagnose, check, unsaturated
 from .evidence import Evidence, Findings, gathered
@@ -66,21 +66,9 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     candidates = candidates_of(extended, shape_values(stacks['screen'], start))
     library = build_library(stacks['screen'], candidates, stages.share)
 
-    stages.begin('screening')
     screening = Screening(stacks['screen'], library)
-    selection = Selection(screening)
-    chosen, undone = _without_cancelling(selection, selection.select(stages.share))
-    warnings += undone
-
-    stages.begin('acceptance')
-    kept, fallen = accept(screening, chosen, purposes['accept'], stacks['accept'], stages.share)
-    kept, outdone = undisputed(screening, kept)
-    warnings += fallen + outdone
-    if len(kept) < len(chosen):
-        needed = selection.pruned(kept)
-        warnings += [f'{library.candidates[one].label} was there for what fell beside it'
-                     for one in kept if one not in needed]
-        kept = needed
+    kept, fallen = _standing(Selection(screening), purposes['accept'], stacks['accept'], stages)
+    warnings += fallen
     try:
         base = tried(screening, [], purposes['accept'])
         given = run_over(as_given(stacks['screen']), purposes['report'])
@@ -146,16 +134,21 @@ def _unnamed(evidence: Evidence, kept: list[int]) -> list[int]:
             if choice.candidate.key not in named]
 
 
-def _without_cancelling(selection: Selection, chosen: list[int]) -> tuple[list[int], list[str]]:
-    """Return (causes of which no two undo each other, what is to be said of those that do)."""
-    screening, said = selection.screening, []
-    pairs = cancelling(screening, chosen)
-    for one, other, balance in pairs:
-        said.append('{} and {} undo each other at the {} and are not taken'.format(
-            *(screening.library.candidates[c].label for c in (one, other)), balance))
-    undone = {c for *pair, _ in pairs for c in pair}
-    kept = [c for c in chosen if c not in undone]
-    return (selection.pruned(kept) if undone else kept), said
+def _standing(selection: Selection, balances: list[Balance], others: Stack,
+              stages: Stages) -> tuple[list[int], list[str]]:
+    """Return (the causes that are asked for and stand on other recordings, why others fell)."""
+    screening = selection.screening
+    stages.begin('screening')
+    chosen = selection.select(stages.share)
+    kept, undone = without_cancelling(screening, chosen)
+    kept = selection.pruned(kept) if undone else kept
+    stages.begin('acceptance')
+    kept, fallen = accept(screening, kept, balances, others, stages.share)
+    kept, outdone = undisputed(screening, kept)
+    needed = selection.pruned(kept) if len(kept) < len(chosen) else kept
+    needless = [f'{screening.library.candidates[one].label} was there for what fell beside it'
+                for one in kept if one not in needed]
+    return needed, [*undone, *fallen, *outdone, *needless]
 
 
 def _bare(stack: Stack) -> Screening:
