@@ -23,7 +23,7 @@ PLACES = tuple(k / 6 for k in range(7))  # of the travel of a shaft; half as man
 FREQUENCIES = tuple(float(f) for f in np.geomspace(0.01, 0.4, 49))
 """Shares of the bump's own pass band: 8 % apart, or a resonance would lie unseen between two."""
 LARGEST_ORDER = 200
-PART = 0.35  # of a period that a shaft must cover, for a law of that order to be tried
+PART = 0.35  # of a period that a shaft must cover for a transmission error of that order
 
 
 def is_place(parameter: Parameter) -> bool:

@@ -21,16 +21,18 @@ def shape_values(stack: Stack, start: np.ndarray) -> Callable[[type[Effect], str
     ``start`` is what is left with no cause: orders are read off its spectrum over the angles.
     """
     scales = Scales(stack.balances)
-    spectra: dict[tuple[str, str], tuple[float, ...]] = {}
+    spectra: dict[tuple[str, str, str, float], tuple[float, ...]] = {}
 
     def found(effect: type[Effect], site: str) -> tuple[float, ...]:
         balance, angle = _periodic(effect, site, stack)
         weight = {'position_dependent_friction': 'load_speed',
                   'position_dependent_backlash': 'torque',
                   'torque_ripple': 'current'}.get(effect.name, '')
-        key = (balance, angle, weight)
+        # friction on a part of a turn would be a level that nearly stays as it is
+        least = PART if effect.port == 'mesh_error' else 1.0
+        key = (balance, angle, weight, least)
         if key not in spectra:
-            spectra[key] = _spectrum(stack, start, balance, angle, weight)
+            spectra[key] = _spectrum(stack, start, *key)
         return spectra[key]
 
     def shapes(effect: type[Effect], site: str) -> list[dict[str, float]]:
@@ -55,7 +57,7 @@ def _periodic(effect: type[Effect], site: str, stack: Stack) -> tuple[str, str]:
     return ('motor' if site == 'motor' else 'load'), angle
 
 
-def _spectrum(stack, residual, balance, angle, weight) -> tuple[float, ...]:
+def _spectrum(stack, residual, balance, angle, weight, least) -> tuple[float, ...]:
     angles, values = [], []
     for number, one in enumerate(stack.balances):
         if balance not in one.names:
@@ -65,4 +67,4 @@ def _spectrum(stack, residual, balance, angle, weight) -> tuple[float, ...]:
         factor = np.sign(one.weighed(weight, balance)[kept]) if weight else 1.0
         angles.append(one.weighed(angle, balance)[kept])
         values.append(residual[rows] * factor)
-    return orders(np.concatenate(angles), np.concatenate(values), least=PART) if angles else ()
+    return orders(np.concatenate(angles), np.concatenate(values), least=least) if angles else ()
