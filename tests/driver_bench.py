@@ -136,9 +136,11 @@ class Listener:
                     if status.name.endswith(f': {part}'))
 
     def hears(self, part: str, words: str, level: int | None = None) -> DiagnosticStatus:
-        """Wait until the status of a part says these words."""
+        """Wait until the status of a part says these words; what passes may have begun before."""
+        first = max(0, len(self.diagnoses) - 3)
+
         def heard() -> DiagnosticStatus | None:
-            for diagnosis in self.diagnoses[:-2 if level == 0 else -4:-1]:
+            for diagnosis in self.diagnoses[-1:] if level == 0 else self.diagnoses[first:]:
                 for status in diagnosis.status:
                     if status.name.endswith(f': {part}') and words in status.message and (
                             level is None or status.level == bytes([level])):
