@@ -8,11 +8,12 @@ from math import isnan
 import numpy as np
 import pytest
 
-from servo_identify.blind import command, resolution
+from servo_identify.blind import command, resolution, running
 from servo_identify.blind.cases import Case, of_plan, Truth
 from servo_identify.blind.definitions import machines
 from servo_identify.blind.outcome import judged
 from servo_identify.blind.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
+from servo_identify.blind.running import run_case, Wanted
 from servo_identify.blind.scoring import confusion, figures, of_baseline, risk_coverage
 from servo_rig_driver.emulated.excitation import family
 
@@ -199,6 +200,29 @@ def test_an_ambiguous_pair_without_a_proposal_counts_as_not_resolved(tmp_path, m
                        lambda bags, folder: a_report(cause('gravity', 'load')))
     answer = json.loads((tmp_path / 'resolved.json').read_text())
     assert (answer['by_proposed'], answer['by_random']) == (False, True)
+
+
+@pytest.mark.parametrize('separates, asked', [
+    ([], []), (['gravity', 'spring_load'], ['gravity', 'spring_load']),
+    (['cogging', 'torque_ripple'], [])])
+def test_it_asks_again_only_where_a_truth_was_left_open(tmp_path, separates, asked):
+    single = a_case('single', ('gravity', 1.0))
+    assert resolution.open_pair(single, tmp_path) == []
+    (tmp_path / 'diagnosis').mkdir()
+    answer = a_report(cause('gravity', 'load')) | {'next_experiment': {'separates': separates}}
+    (tmp_path / 'diagnosis' / 'report.json').write_text(json.dumps(answer))
+    assert resolution.open_pair(single, tmp_path) == asked
+    (tmp_path / 'resolved.json').write_text('{}')
+    assert resolution.open_pair(single, tmp_path) == []
+
+
+def test_a_case_that_is_answered_has_no_recordings_made_again(tmp_path, monkeypatch):
+    single = a_case('single', ('gravity', 1.0))
+    place = tmp_path / single.name / 'diagnosis'
+    place.mkdir(parents=True)
+    (place / 'report.json').write_text(json.dumps(a_report(cause('gravity', 'load'))))
+    monkeypatch.setattr(running, 'make_bags', lambda *orders: pytest.fail('recordings were made'))
+    run_case(single, tmp_path, Wanted(baselines=False, resolution=True))
 
 
 def run(folder, *options):

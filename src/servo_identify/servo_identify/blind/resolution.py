@@ -27,18 +27,30 @@ _RENAMED = {'chirp': {'from': 'first', 'to': 'last'},
             'slow_reversals': {'speed': 'amplitude'}}
 
 
+def open_pair(case: Case, place: Path) -> list[str]:
+    """
+    Return the pair that the answer to a case left open and no recording was asked for yet.
+
+    Empty where there is no answer, it is sure, or neither of the two is a truth of the case.
+    """
+    report = place / 'diagnosis' / 'report.json'
+    if (place / 'resolved.json').is_file() or not report.is_file():
+        return []
+    proposed = json.loads(report.read_text()).get('next_experiment') or {}
+    pair = proposed.get('separates') or []
+    return pair if len(pair) == 2 and _about_a_truth(case, pair) else []
+
+
 def resolve(case: Case, bags: Mapping[str, Sequence[Path]], place: Path,
             ask: Callable[[Mapping[str, Sequence[Path]], Path], Mapping[str, Any] | None]) -> None:
     """
-    Follow the proposal in the report of a case and write resolved.json, where there is one.
+    Follow the proposal in the report of a case with an `open_pair` and write resolved.json.
 
     ``ask(bags, folder)`` diagnoses and returns the report, None where it failed.
     """
     report = json.loads((place / 'diagnosis' / 'report.json').read_text())
-    proposed = report.get('next_experiment') or {}
-    pair = proposed.get('separates') or []
-    if len(pair) != 2 or not case.truths or not _about_a_truth(case, pair):
-        return
+    proposed = report['next_experiment']
+    pair = proposed['separates']
     machine = machines()[case.machine]
     answers = {'separates': pair, 'proposed': proposed['family']}
     rng = np.random.default_rng(zlib.crc32(case.name.encode()))

@@ -27,6 +27,7 @@ from typing import Any
 from ..cluster import scattered
 from .cases import Case
 from .definitions import config_folder, machines, SPLITS
+from .resolution import open_pair, resolve
 from .rig import make_bags
 
 
@@ -50,13 +51,12 @@ def run_case(case: Case, folder: Path, wanted: Wanted) -> Path:
     (place / 'case.json').write_text(json.dumps(case.as_json(), indent=1) + '\n')
     answered = (place / 'diagnosis' / 'report.json').is_file() or (place / 'failed.txt').is_file()
     compared = (place / 'baselines.json').is_file() or not wanted.baselines
-    if answered and compared and not wanted.resolution:
+    if answered and compared and not (wanted.resolution and open_pair(case, place)):
         return place
     bags = _bags(case, place)
     if not answered:
         _answer(case, bags, place)
-    if wanted.resolution and not (place / 'failed.txt').is_file():
-        from .resolution import resolve
+    if wanted.resolution and open_pair(case, place):
         resolve(case, bags, place, lambda more, where: _diagnose(case, more, where)[0])
     if not compared:
         from .baselines import compare
