@@ -2,9 +2,13 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+import numpy as np
+import pytest
 from screened import chosen_of, names_of, twice, with_effects
 
+from servo_identify.gap.balance import BALANCES
 from servo_identify.gap.selection import Selection
+from servo_identify.gap.stack import Beside
 
 
 class Hasty(Selection):
@@ -31,6 +35,35 @@ def test_a_spring_is_found_wherever_on_the_way_it_has_its_zero(rest):
     rig = with_effects(('spring_load', 'load', {'stiffness': 60.0, 'rest': rest}))
     screening = twice(rig, 'asymmetric_friction', 'gravity', 'spring_load')
     assert names_of(screening, chosen_of(screening)) == ['spring_load']
+
+
+@given(width=st.floats(5e-5, 1.2e-3), stiffness=st.floats(4.3e5, 5.7e5))
+@settings(deadline=None, max_examples=6)
+def test_a_gap_is_told_from_a_bent_spring_by_any_stiffness_that_the_file_allows(width, stiffness):
+    """A stiffness that is off says nothing inside the gap, and a bent spring made up for that."""
+    rig = with_effects(('backlash', 'mesh', {'width': width})).with_values(
+        {'mechanism.stiffness': stiffness})
+    screening = twice(rig, 'backlash', 'nonlinear_stiffness', 'load_dependent_backlash')
+    assert names_of(screening, chosen_of(screening)) == ['backlash']
+
+
+def test_the_columns_of_a_gap_and_what_is_beside_it_make_up_the_residual_in_full():
+    rig = with_effects(('backlash', 'mesh', {'width': 4e-4})).with_values(
+        {'mechanism.stiffness': 5.6e5})
+    screening = twice(rig, 'backlash')
+    gap = next(one for one in screening.library.candidates if one.name == 'backlash')
+    slot = screening.stack.extended.servo.slots()['mechanism.stiffness'].start
+    column = screening.stack.derivative('mechanism.stiffness', 0, 1e4)
+    theta, on = screening.stack.with_shapes(gap)
+    theta[slot] += 6e4
+    beside = Beside(theta.copy(), screening.stack.base + 6e4 * column)
+    width = np.array([4e-4])
+    theta[screening.stack.extended.slot(gap.paths[0])] += width[0]
+    whole = beside.residual + screening.stack.columns(gap, width, beside) @ width
+    rows = screening.stack.balance == BALANCES.index('transmission')
+    assert whole[rows] == pytest.approx(screening.stack.at(theta, on)[rows], abs=1e-9)
+    apart = beside.residual + screening.stack.columns(gap, width) @ width
+    assert np.abs(apart - whole)[rows].max() > 10.0
 
 
 def test_what_was_taken_for_what_fell_falls_too():

@@ -68,17 +68,31 @@ def stands_in(screening: Screening, one: int, other: int, rest: list[int]) -> bo
 
     It may leave no more that counts in any balance, nor surely more where a recording shows
     it. One with more numbers must be likely to leave less: as good as anything is its limit
-    at which it is the simpler law, and no recording could tell it from that.
+    at which it is the simpler law, and no recording could tell it from that. Of two laws of the
+    mesh it is enough that neither leaves anything that matters, short of that limit: what they
+    differ by within a kink is blurred before they are asked.
     """
     kept, instead = [*rest, one], [*rest, other]
-    if not as_good(screening.squares(instead), screening.squares(kept), 1.5, 0.3):
+    left, least = screening.squares(instead), screening.squares(kept)
+    if not as_good(left, least, 1.5, 0.3):
         return False
-    if complexity(screening, other) > complexity(screening, one):
+    richer = complexity(screening, other) > complexity(screening, one)
+    if (all(screening.library.candidates[c].of_mesh for c in (one, other))
+            and as_good(left, least, 1.0, 0.0, at_least=1.0)
+            and not (richer and at_a_limit(screening, other))):
+        return True
+    if richer:
         drop = screening.residual(kept)**2 - screening.residual(instead)**2
         return screening.sureness(drop) > LIKELY
     if max(shown(screening, kept, instead).values()) <= 1.0:
         return True
     return not surely_worse(screening, other, one, rest)
+
+
+def at_a_limit(screening: Screening, one: int) -> bool:
+    """Tell whether a shape of a candidate came out at an end, where it is a simpler law."""
+    return any(screening.shapes.at_an_end(path, value)
+               for path, value in screening.library.candidates[one].shapes)
 
 
 def shown(screening: Screening, kept: list[int], instead: list[int]) -> dict[int, float]:

@@ -66,6 +66,16 @@ class Candidate:
         return self.effect.port, self.site, self.effect.variables(), bool(self.effect.memory)
 
     @property
+    def bends_mesh(self) -> bool:
+        """Whether it is a law of the mesh: then what a stiffness does hangs on it."""
+        return self.effect is not None and self.effect.port in ('mesh', 'clearance')
+
+    @property
+    def of_mesh(self) -> bool:
+        """Whether it says how the mesh winds up under a torque: such a law, or its stiffness."""
+        return self.bends_mesh or 'mechanism.stiffness' in self.paths
+
+    @property
     def label(self) -> str:
         """For people."""
         return f'{self.name} ({self.site})' if self.site else self.name

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from .balance import Balance
 from .candidates import Candidate, Extended
 from .library import Library
 from .screening import Screening
-from .stack import Stack
+from .stack import Beside, Stack
 
 
 def joined(screening: Screening, more: Stack, candidates: list[int]) -> Screening:
@@ -72,7 +72,12 @@ class Joined:
         table = np.block([[upper, np.zeros((len(upper), beside.shape[1]))], [lower, beside]])
         return labels, table, np.array(low), np.array(high)
 
-    def columns(self, candidate: Candidate, amplitudes: np.ndarray) -> np.ndarray:
+    def columns(self, candidate: Candidate, amplitudes: np.ndarray,
+                beside: Beside | None = None) -> np.ndarray:
         """Return what `Stack.columns` does, of all recordings."""
-        return np.vstack((self.known.stack.columns(candidate, amplitudes),
-                          self.more.columns(candidate, amplitudes)))
+        upper = lower = None
+        if beside is not None:
+            upper, lower = (replace(beside, residual=part) for part in np.split(
+                beside.residual, [len(self.known.stack.base)]))
+        return np.vstack((self.known.stack.columns(candidate, amplitudes, upper),
+                          self.more.columns(candidate, amplitudes, lower)))

@@ -18,7 +18,7 @@ from .candidates import Candidate
 from .library import Library
 from .regression import Folds
 from .shapes import Shapes
-from .stack import Stack
+from .stack import Beside, Stack
 
 FOLDS = 8
 KEPT = 64  # residuals that are remembered: each is asked for many times over
@@ -94,18 +94,15 @@ class Screening:
         self.library.amplitudes.append(amplitudes)
         return len(self.members) - 1
 
-    def size(self, one: int, chosen: list[int]) -> np.ndarray:
-        """Return the amplitudes of a candidate fitted beside chosen ones."""
-        return self.fitted(chosen, self.library.candidates[one], self.table(one),
-                            self.library.amplitudes[one])
-
     def _beside(self, chosen: list[int], candidate: Candidate, table: np.ndarray):
         """Return (products, low, high, unknowns) of a fit of some columns beside others."""
-        used = self.used(chosen)
-        used = np.array([u for u in used if u >= len(self.nuisance)
-                         or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
+        used = self._used_beside(chosen, candidate)
         room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
         return self._with_more(used, table, *room.T)
+
+    def _used_beside(self, chosen: list[int], candidate: Candidate) -> np.ndarray:
+        return np.array([u for u in self.used(chosen) if u >= len(self.nuisance)
+                         or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
 
     def _with_more(self, used: np.ndarray, table: np.ndarray, low: np.ndarray, high: np.ndarray):
         key = tuple(used)
@@ -128,11 +125,35 @@ class Screening:
         return folds.loss(members, low, high)
 
     def fitted(self, chosen: list[int], candidate: Candidate, table: np.ndarray,
-               last: np.ndarray) -> np.ndarray:
-        """Return the fitted amplitudes; those that came out as nothing stay as they were."""
+               last: np.ndarray) -> tuple[np.ndarray, Beside | None]:
+        """
+        Return (fitted amplitudes, what is fitted beside them if that matters to the candidate).
+
+        Amplitudes that came out as nothing stay as they were.
+        """
+        used = self._used_beside(chosen, candidate)
         folds, low, high, members = self._beside(chosen, candidate, table)
-        size = folds.fit(members, low, high)[-table.shape[1]:]
-        return np.where(np.abs(size) > 1e-3 * np.abs(last) + 1e-12, size, last)
+        fitted = folds.fit(members, low, high)
+        size = fitted[len(used):]
+        size = np.where(np.abs(size) > 1e-3 * np.abs(last) + 1e-12, size, last)
+        if not candidate.bends_mesh:
+            return size, None
+        return size, self._values_beside(chosen, used, fitted[:len(used)])
+
+    def _values_beside(self, chosen: list[int], used: np.ndarray, fitted: np.ndarray) -> Beside:
+        """Return values that any servo file has, tolerances and chosen causes, as fitted."""
+        extended, library = self.stack.extended, self.library.candidates
+        slots = {n: extended.slot(self.labels[n]) for n in self.nuisance
+                 if self.labels[n] in extended.servo.values}
+        for c in chosen:
+            if library[c].switch is None:
+                slots.update(zip(self.members[c], map(
+                    extended.slot, library[c].paths, library[c].elements), strict=True))
+        own = np.isin(used, list(slots))
+        theta = extended.theta.copy()
+        for column, value in zip(used[own], fitted[own], strict=True):
+            theta[slots[column]] += value
+        return Beside(theta, self.stack.base + self.columns(used[own]) @ fitted[own])
 
     def _room(self, candidate: Candidate, i: int) -> tuple[float, float]:
         path, element = candidate.paths[i], candidate.elements[i]

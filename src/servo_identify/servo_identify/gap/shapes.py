@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from .candidates import Candidate
 from .scales import is_place, PLACES, Scales
 from .side_by_side import side_by_side
-from .stack import Stack
+from .stack import Beside, Stack
 
 if TYPE_CHECKING:
     from .screening import Screening
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 BEYOND = 0.3  # share of the travel by which a place may lie outside it
 REACH = 1.2  # of a shape's logarithm, to either side of where it was tried
 NARROW = 0.1  # the same of a frequency: a resonance beside it does not show
+SIZED = 10  # times that the columns of a law are taken anew where it fits
+SETTLED = 0.02  # share by which what it leaves may change then
+END = 1.1  # times the smallest that can be found, up to which a shape is at that end
 LARGER = 2.0  # times the largest shape tried first, up to which it is searched
 
 
@@ -55,6 +58,13 @@ class Shapes:
             high = min(high, LARGER * max(tried))
         return max(low, 1e-12), high
 
+    def at_an_end(self, path: str, value: float) -> bool:
+        """Tell whether a shape is beyond all that were tried, or as small as can be found."""
+        tried = self.tried.get(path, ())
+        if self.is_place(path) or not self.searched(path) or not tried:
+            return False
+        return not END * np.exp(-REACH) * min(tried) < value < max(tried)
+
     def searched(self, path: str) -> bool:
         """Tell whether a shape is searched on a line; orders are read off the residual."""
         parameter = self.stack.extended.declaration(path)
@@ -83,19 +93,17 @@ def _sought(screening: Screening, one: int, chosen: list[int],
             closely: bool) -> tuple[Candidate, np.ndarray, np.ndarray] | None:
     """Return (version, columns, amplitudes) of a candidate where it fits best; None: as it is."""
     library, shapes = screening.library, screening.shapes
-    version, table = library.candidates[one], screening.table(one)
-    size, least = screening.size(one, chosen), screening.loss([*chosen, one])
-    start = least
+    version, table, size = library.candidates[one], screening.table(one), library.amplitudes[one]
+    start = least = screening.loss([*chosen, one])
     for _ in range(3 if closely else 1):
         before = least
-        trial = screening.stack.columns(version, size)
-        loss = screening.loss_with(chosen, version, trial)
+        loss, trial, size, beside = _sized(screening, chosen, version, table, size)
         if loss < least:
             least, table = loss, trial
         for i, (path, value) in enumerate(version.shapes):
             if not shapes.searched(path):
                 continue
-            line = _Line(screening, chosen, version, i, size, not shapes.is_place(path))
+            line = _Line(screening, chosen, version, i, size, beside, not shapes.is_place(path))
             around = shapes.around(path, value)
             found = minimize_scalar(line.loss, bounds=around, method='bounded',
                                     options={'maxiter': 14 if closely else 6,
@@ -105,8 +113,28 @@ def _sought(screening: Screening, one: int, chosen: list[int],
                 version, table = line.version, line.table
         if least >= before * (1.0 - 1e-4):
             break
-        size = screening.fitted(chosen, version, table, size)
     return (version, table, size) if least < start else None
+
+
+def _sized(screening: Screening, chosen: list[int], version: Candidate, table: np.ndarray,
+           size: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, Beside | None]:
+    """
+    Return (loss, columns, amplitudes, what is fitted beside them) of a version where it fits.
+
+    Taken anew until that changes little: how wide a gap is hangs on how stiff the mesh is that
+    closes.
+    """
+    best, last = None, screening.loss_with(chosen, version, table)
+    for _ in range(SIZED):
+        size, beside = screening.fitted(chosen, version, table, size)
+        table = screening.stack.columns(version, size, beside)
+        loss = screening.loss_with(chosen, version, table)
+        if best is None or loss < best[0]:
+            best = loss, table, size, beside
+        if abs(loss - last) <= SETTLED * loss:
+            break
+        last = loss
+    return best
 
 
 @dataclass
@@ -118,6 +146,7 @@ class _Line:
     start: Candidate
     shape: int
     size: np.ndarray
+    beside: Beside | None
     logarithmic: bool
     version: Candidate | None = None
     table: np.ndarray | None = None
@@ -128,5 +157,5 @@ class _Line:
         value = float(np.exp(at) if self.logarithmic else at)
         shapes[self.shape] = (shapes[self.shape][0], value)
         self.version = replace(self.start, shapes=tuple(shapes))
-        self.table = self.screening.stack.columns(self.version, self.size)
+        self.table = self.screening.stack.columns(self.version, self.size, self.beside)
         return self.screening.loss_with(self.chosen, self.version, self.table)

@@ -21,6 +21,14 @@ CONVENTION = (-1.1, 0.2)  # samples: a reading may be taken before or after the 
 SHIFT = 0.7  # samples by which a channel may be sampled early or late without being wrong
 
 
+@dataclass(frozen=True)
+class Beside:
+    """Values of the servo fitted beside a candidate, and what their columns say is left there."""
+
+    theta: np.ndarray
+    residual: np.ndarray
+
+
 @dataclass
 class Stack:
     """
@@ -175,21 +183,46 @@ class Stack:
         """Change of all residuals for one unit of a parameter, by a step that stays inside."""
         return self._one_after_the_other([(path, element, step)])[:, 0]
 
-    def columns(self, candidate: Candidate, amplitudes: np.ndarray) -> np.ndarray:
+    def columns(self, candidate: Candidate, amplitudes: np.ndarray,
+                beside: Beside | None = None) -> np.ndarray:
         """
         Change of all residuals for one unit of each amplitude of a candidate.
 
         Taken between the value at which it vanishes and ``amplitudes``, so that laws with kinks
-        are seen at the size at which they matter.
+        are seen at the size at which they matter, and a law of the mesh ``beside`` what else is
+        fitted, where that is known.
         """
         numbers = list(zip(candidate.paths, candidate.elements, amplitudes, strict=True))
         if candidate.switch is None:
             return self._one_after_the_other(numbers)
+        if candidate.bends_mesh and beside is not None:
+            return self._in_full(candidate, numbers, beside)
         table = np.empty((len(self.base), len(numbers)))
         for i, (path, element, amplitude) in enumerate(numbers):
             theta, on = self.with_shapes(candidate)
             theta[self.extended.slot(path, element)] += amplitude
             table[:, i] = (self.at(theta, on, self.touched(candidate)) - self.base) / amplitude
+        return table
+
+    def _in_full(self, candidate: Candidate, numbers: list[tuple[str, int, float]],
+                 beside: Beside) -> np.ndarray:
+        """
+        Columns of a law of the mesh that with what is beside it make up all that is left.
+
+        A gap that opens takes away what a stiffness, a zero of the wind-up or the width of
+        another gap did in it. No column of theirs says so; those of the law do, where it fits.
+        """
+        touched, rows = self.touched(candidate), self.balance == BALANCES.index('transmission')
+        without = before = self.at(beside.theta, self.extended.on, touched)
+        theta, on = self.with_shapes(candidate, beside.theta)
+        table = np.empty((len(self.base), len(numbers)))
+        for i, (path, element, amplitude) in enumerate(numbers):
+            theta[self.extended.slot(path, element)] += amplitude
+            after = self.at(theta, on, touched)
+            table[:, i], before = (after - before) / amplitude, after
+        sizes = np.array([amplitude for *_, amplitude in numbers])
+        most = np.argmax(np.mean(table**2, axis=0) * sizes**2)
+        table[rows, most] += (without - beside.residual)[rows] / sizes[most]
         return table
 
     def _one_after_the_other(self, numbers: list[tuple[str, int, float]]) -> np.ndarray:
