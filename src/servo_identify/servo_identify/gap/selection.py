@@ -100,12 +100,17 @@ class Selection:
         screening = self.screening
         first = screening.squares([])
         faint: set[tuple[str, str]] = set()
+        been = {self._causes(chosen)}
         while len(chosen) < MOST:
             best = self._best(chosen, faint)
             if best is None:
                 break
             if self._deserves(best, chosen, MUCH if faint else WORTH):
-                chosen = self._tidied([*chosen, best], MUCH if faint else 0.0)
+                tidied = self._tidied([*chosen, best], MUCH if faint else 0.0)
+                if self._causes(tidied) in been:  # what came fell again, and would come again
+                    break
+                chosen = tidied
+                been.add(self._causes(chosen))
                 if faint:
                     screening.weigh(screening.squares(chosen))
                 tick(len(chosen) / MOST)
@@ -118,6 +123,10 @@ class Selection:
         if len(chosen) == FEW and self._open(first, chosen):
             chosen = self._again(chosen)  # a shape may have done a part of what came later
         return chosen
+
+    def _causes(self, chosen: list[int]) -> frozenset[tuple[str, str]]:
+        """Return which causes some candidates are, whatever their shapes."""
+        return frozenset(self.screening.library.candidates[c].key for c in chosen)
 
     def _deserves(self, best: int, chosen: list[int], least: float = WORTH) -> bool:
         """Tell whether a cause is worth it beside others where there still is a gap to see."""
