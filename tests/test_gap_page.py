@@ -127,6 +127,20 @@ def test_a_page_without_causes_leaves_out_what_they_would_fill(diagnosis):
     assert 'Shrink by excitation' not in text and 'could not be told apart' not in text
 
 
+def test_a_channel_without_a_gap_has_no_column_and_many_columns_no_neighbour(diagnosis):
+    def page_with(**shrinks):
+        families = {name: {**one, 'channels': shrinks}
+                    for name, one in diagnosis.report.by_family.items()}
+        return page_of(judged(diagnosis, 'explained', by_family=families))
+
+    few = page_with(load_position=0.4, current=0.0)
+    many = page_with(load_position=0.4, motor_position=0.4, torque=-0.2, wind_up=0.1, current=0.1)
+    for page, current, beside in ((few, False, True), (many, True, False)):
+        head = re.search(r'<tr><th>recordings</th>(.*?)</tr>', page)[1]
+        assert ('current' in head, 'pair uneven' in page) == (current, beside)
+        assert 'load position' in head
+
+
 def test_a_page_says_that_no_recording_would_separate_a_pair(diagnosis):
     following = {'separates': ['gravity', 'spring_load'], 'family': '', 'settings': {}}
     text = text_of(page_of(judged(diagnosis, 'explained', next_experiment=following)))

@@ -20,18 +20,20 @@ class Hasty(Selection):
         return super()._grown(chosen, tick) if chosen else first
 
 
-class Fickle(Selection):
-    """A search that drops what it has just taken, as where the rest does as well without it."""
-
-    def _tidied(self, chosen, least):
-        return chosen[:1]
-
-
 def test_a_search_ends_where_what_came_falls_again():
+    asked = []
+
+    class Fickle(Selection):
+        def _tidied(self, chosen, least):
+            asked.append(chosen)
+            assert len(asked) < 20, 'it goes on for ever'
+            return chosen[:1]
+
     rig = with_effects(('gravity', 'load', {'sine': 12.0, 'cosine': 4.8}),
                        ('asymmetric_friction', 'load', {'difference': 30.0, 'slope': 0.0}))
     screening = twice(rig, 'asymmetric_friction', 'gravity')
-    assert len(Fickle(screening).select(lambda share: None)) == 1
+    assert len(Fickle(screening)._grown([], lambda share: None)) == 1
+    assert [len(chosen) for chosen in asked] == [1, 2]
 
 
 def test_two_causes_are_found_behind_a_third_that_does_a_part_of_both():

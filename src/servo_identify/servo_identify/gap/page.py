@@ -138,7 +138,9 @@ def _pictures(report: GapReport, evidence: Evidence) -> list[dict]:
 
 
 def _heat(report: GapReport) -> dict:
-    channels = list(dict.fromkeys(c for one in report.by_family.values() for c in one['channels']))
+    shrinks = [one['channels'] for one in report.by_family.values()]
+    channels = [c for c in dict.fromkeys(c for one in shrinks for c in one)
+                if any(_has_gap(one.get(c, 0.0)) for one in shrinks)]
     rows = []
     for family, one in report.by_family.items():
         cells = [_cell(one['channels'].get(c, 0.0)) for c in channels]
@@ -148,8 +150,12 @@ def _heat(report: GapReport) -> dict:
     return {'channels': channels, 'rows': rows}
 
 
+def _has_gap(shrink: float) -> bool:
+    return isfinite(shrink) and abs(shrink) >= 1e-6
+
+
 def _cell(shrink: float) -> dict:
-    if abs(shrink) < 1e-6 or not isfinite(shrink):
+    if not _has_gap(shrink):
         return {'said': '–', 'style': '', 'interval': ''}
     strength = min(70.0, 70.0 * abs(shrink))
     tone = 'augmented' if shrink > 0.0 else 'far'
