@@ -97,7 +97,7 @@ def test_it_recovers_from_a_fault_that_the_drive_tells(machine):
     wire = Wire(open_bus(BusSettings('unix_bus', machine.channel)))
     try:
         wire.send([(0x601, b'\x2b\x11\x20\x00\x10\x23\x00\x00')])  # 2011h = 2310h, over-current
-        machine.ears.hears('drive', 'reports emergency 0x2310', 2)
+        machine.ears.has_heard('drive (node 1) reports emergency 0x2310')  # gone within 0.1 s
     finally:
         wire.bus.shutdown()
     machine.ears.hears('drive', 'ok', 0)
