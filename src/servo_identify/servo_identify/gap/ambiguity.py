@@ -78,7 +78,7 @@ def stands_in(screening: Screening, one: int, other: int, rest: list[int]) -> bo
         return False
     richer = complexity(screening, other) > complexity(screening, one)
     if (all(screening.library.candidates[c].of_mesh for c in (one, other))
-            and as_good(left, least, 1.0, 0.0, at_least=1.0)
+            and all(square <= max(1.0, least[b]) for b, square in left.items())
             and not (richer and at_a_limit(screening, other))):
         return True
     if richer:

@@ -10,10 +10,9 @@ SURELY = 3.5  # standard deviations over blocks by which the better of two laws 
 LITTLE = 0.05  # and the share of what it leaves, or all laws but the exact one were surely worse
 
 
-def as_good(left: dict[int, float], least: dict[int, float], times: float, more: float,
-            at_least: float = 0.0) -> bool:
+def as_good(left: dict[int, float], least: dict[int, float], times: float, more: float) -> bool:
     """Tell whether squares by balance are no more than so many times others and a little."""
-    return all(square <= max(times * least[b] + more, at_least) for b, square in left.items())
+    return all(square <= times * least[b] + more for b, square in left.items())
 
 
 def surely_worse(screening: Screening, one: int, most: int, chosen: list[int]) -> bool:

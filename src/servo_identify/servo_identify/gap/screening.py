@@ -95,14 +95,12 @@ class Screening:
         return len(self.members) - 1
 
     def _beside(self, chosen: list[int], candidate: Candidate, table: np.ndarray):
-        """Return (products, low, high, unknowns) of a fit of some columns beside others."""
-        used = self._used_beside(chosen, candidate)
-        room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
-        return self._with_more(used, table, *room.T)
-
-    def _used_beside(self, chosen: list[int], candidate: Candidate) -> np.ndarray:
-        return np.array([u for u in self.used(chosen) if u >= len(self.nuisance)
+        """Return (columns used, products, low, high, unknowns) of a fit of some beside others."""
+        used = self.used(chosen)
+        used = np.array([u for u in used if u >= len(self.nuisance)
                          or self.labels[u].split(':')[0] not in candidate.paths], dtype=int)
+        room = np.array([self._room(candidate, i) for i in range(table.shape[1])])
+        return used, *self._with_more(used, table, *room.T)
 
     def _with_more(self, used: np.ndarray, table: np.ndarray, low: np.ndarray, high: np.ndarray):
         key = tuple(used)
@@ -121,7 +119,7 @@ class Screening:
 
     def loss_with(self, chosen: list[int], candidate: Candidate, table: np.ndarray) -> float:
         """Return the loss with a candidate that is not in the library, by its columns."""
-        folds, low, high, members = self._beside(chosen, candidate, table)
+        _, folds, low, high, members = self._beside(chosen, candidate, table)
         return folds.loss(members, low, high)
 
     def fitted(self, chosen: list[int], candidate: Candidate, table: np.ndarray,
@@ -131,8 +129,7 @@ class Screening:
 
         Amplitudes that came out as nothing stay as they were.
         """
-        used = self._used_beside(chosen, candidate)
-        folds, low, high, members = self._beside(chosen, candidate, table)
+        used, folds, low, high, members = self._beside(chosen, candidate, table)
         fitted = folds.fit(members, low, high)
         size = fitted[len(used):]
         size = np.where(np.abs(size) > 1e-3 * np.abs(last) + 1e-12, size, last)

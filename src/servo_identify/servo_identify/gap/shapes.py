@@ -97,7 +97,7 @@ def _sought(screening: Screening, one: int, chosen: list[int],
     start = least = screening.loss([*chosen, one])
     for _ in range(3 if closely else 1):
         before = least
-        loss, trial, size, beside = _sized(screening, chosen, version, table, size)
+        loss, trial, size, beside = _sized(screening, chosen, version, table, size, least)
         if loss < least:
             least, table = loss, trial
         for i, (path, value) in enumerate(version.shapes):
@@ -117,14 +117,14 @@ def _sought(screening: Screening, one: int, chosen: list[int],
 
 
 def _sized(screening: Screening, chosen: list[int], version: Candidate, table: np.ndarray,
-           size: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, Beside | None]:
+           size: np.ndarray, last: float) -> tuple[float, np.ndarray, np.ndarray, Beside | None]:
     """
     Return (loss, columns, amplitudes, what is fitted beside them) of a version where it fits.
 
-    Taken anew until that changes little: how wide a gap is hangs on how stiff the mesh is that
-    closes.
+    Taken anew until the loss, ``last`` with the columns given, changes little: how wide a gap is
+    hangs on how stiff the mesh is that closes.
     """
-    best, last = None, screening.loss_with(chosen, version, table)
+    best = None
     for _ in range(SIZED):
         size, beside = screening.fitted(chosen, version, table, size)
         table = screening.stack.columns(version, size, beside)

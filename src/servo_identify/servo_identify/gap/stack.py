@@ -254,7 +254,7 @@ class Stack:
         torque = all(one.seen.has('torque') for one in self.balances)
         if port == 'drive' and measured:
             return ('drive',)
-        if port in ('mesh', 'clearance') and torque:
+        if candidate.bends_mesh and torque:
             return ('transmission',)
         if port in ('torque', 'friction', 'mesh', 'clearance', 'mesh_error'):
             return ('motor', 'load', 'torque', 'transmission')
