@@ -139,7 +139,9 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
             asked = started(tmp_path / attempt, 'friction', '--speeds', '0.5')
             bag = tmp_path / attempt / 'friction_0.5'
             assert asked.stdout.readline() == 'playing friction_0.5\n'
-            wait_until(growing(bag, size(bag) + 200_000), 'it moves', 60.0, processes)
+            grown = growing(bag, size(bag) + 200_000)
+            wait_until(lambda asked=asked, grown=grown: grown() or asked.poll() is not None,
+                       'it moves', 60.0, processes)
             asked.send_signal(signal.SIGINT)
             _, said = asked.communicate(timeout=30)
             assert asked.returncode == 1
