@@ -104,14 +104,15 @@ class Scales:
 
 
 def orders(angle: np.ndarray, residual: np.ndarray, most: int = 3,
-           least: float = 1.0) -> tuple[float, ...]:
+           least: float = 1.0, multiples: int = 1) -> tuple[float, ...]:
     """
     Return the orders (1/rad) of a shaft at which a residual is periodic, strongest first.
 
     ``angle`` in rad and ``residual`` of the same shape; NaN is left out. An order is tried when
     the shaft covers at least so much of its period, ``least``; of two that it cannot tell apart
     the stronger one. Least squares at each order, beside a constant, so that the samples need not
-    be even in angle.
+    be even in angle. Of a law that has up to so many ``multiples`` of its order, the strongest
+    may be one of them: the orders of which it can be follow.
     """
     good = np.isfinite(angle) & np.isfinite(residual)
     if good.sum() < 50:
@@ -139,4 +140,6 @@ def orders(angle: np.ndarray, residual: np.ndarray, most: int = 3,
             best.append(tried[i])
         if len(best) == most:
             break
+    parts = {best[0] // n for n in range(2, multiples + 1) if best[0] % n == 0}
+    best += sorted({one for one in parts if one >= lowest}.difference(best), reverse=True)
     return tuple(float(b) for b in best)

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import norm
 
 from .comparison import as_good, complexity, surely_worse
+from .further_orders import take_in_further_orders
 from .screening import Screening
 from .shapes import all_refined, refined
 
@@ -113,6 +114,8 @@ class Selection:
                 been.add(self._causes(chosen))
                 if faint:
                     screening.weigh(screening.squares(chosen))
+                if self._shows(screening.residual(chosen)):
+                    take_in_further_orders(screening, chosen)
                 tick(len(chosen) / MOST)
             elif len(faint) < PASSED and self._drowned(first, chosen):
                 if not faint:
@@ -123,6 +126,10 @@ class Selection:
         if len(chosen) == FEW and self._open(first, chosen):
             chosen = self._again(chosen)  # a shape may have done a part of what came later
         return chosen
+
+    def _shows(self, left: np.ndarray) -> bool:
+        """Tell whether what is left of some balance is still a gap."""
+        return any(float(np.mean(left[rows] ** 2)) > STILL for rows in self._rows)
 
     def _causes(self, chosen: list[int]) -> frozenset[tuple[str, str]]:
         """Return which causes some candidates are, whatever their shapes."""

@@ -9,6 +9,7 @@ import numpy as np
 from servo_twin.physics.effect import Effect
 
 from .balance import BALANCES
+from .candidates import ROW
 from .scales import orders, PART, Scales
 from .stack import Stack
 
@@ -67,4 +68,6 @@ def _spectrum(stack, residual, balance, angle, weight, least) -> tuple[float, ..
         factor = np.sign(one.weighed(weight, balance)[kept]) if weight else 1.0
         angles.append(one.weighed(angle, balance)[kept])
         values.append(residual[rows] * factor)
-    return orders(np.concatenate(angles), np.concatenate(values), least=least) if angles else ()
+    if not angles:
+        return ()
+    return orders(np.concatenate(angles), np.concatenate(values), least=least, multiples=ROW)
