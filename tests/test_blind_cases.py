@@ -135,3 +135,12 @@ def test_it_finds_the_severity_at_which_something_shows():
 def test_it_names_near_cases_when_there_is_none():
     with pytest.raises(KeyError, match='gravity'):
         case('reduced', 'rv_plain-single-gravity')
+
+
+@pytest.mark.parametrize('name', machines())
+def test_no_severity_lies_within_what_is_taken_for_granted(name):
+    machine = machines()[name]
+    for trait, value in severities()[name].items():
+        assert value >= 0.995 * severity.beyond(machine, traits()[trait]), trait
+    assert severity.beyond(machine, traits()['sensor_delay']) == pytest.approx(1.05e-3)
+    assert severity.beyond(machine, traits()['gravity']) == 0.0

@@ -103,6 +103,15 @@ def test_an_order_may_be_found_on_a_part_of_its_turn_without_its_neighbours():
     assert orders(angle, np.sin(angle + 0.4))[0] >= 2.0 * np.pi / 2.4
 
 
+def test_the_order_of_which_the_strongest_is_a_multiple_is_found_too():
+    angle = np.linspace(0.0, 7.0, 4000)
+    twice = np.cos(2.0 * angle) + 0.3 * np.sin(angle)
+    assert 1.0 not in orders(angle, twice)
+    assert orders(angle, twice, multiples=3)[0] == 2.0 and 1.0 in orders(angle, twice, multiples=3)
+    assert set(orders(angle, np.cos(12.0 * angle), most=1, multiples=3)) == {12.0, 6.0, 4.0}
+    assert 1.0 not in orders(angle[angle < 5.0], twice[angle < 5.0], multiples=3)
+
+
 def test_the_balances_of_a_rig_are_at_the_noise_floor_under_its_own_laws():
     seen = observe([recorded(SERVO, 1)], SERVO)[0]
     balance = Balance(SERVO, seen, len(SERVO.effects))

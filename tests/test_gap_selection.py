@@ -91,3 +91,26 @@ def test_what_was_taken_for_what_fell_falls_too():
                     if one.name == 'torque_constant_error')
     pruned = Selection(screening).pruned([needless, *chosen])
     assert pruned == chosen and names_of(screening, chosen) == ['gravity']
+
+
+def test_a_ripple_is_found_that_shows_only_once_what_is_far_larger_is_fitted():
+    rig = with_effects(('cogging', 'motor', {'order': 7.0, 'sine': (0.02,), 'cosine': (0.0,)})
+                       ).with_values({'drive.torque_constant': 0.57})
+    screening = twice(rig, 'cogging')
+    assert 7.0 not in orders_of(screening, range(len(screening.library.candidates)))
+    chosen = chosen_of(screening)
+    assert names_of(screening, chosen) == ['torque_constant_error', 'cogging']
+    assert orders_of(screening, chosen) == {7.0}
+
+
+def orders_of(screening, some):
+    """Return the orders that candidates have."""
+    return {value for c in some for path, value in screening.library.candidates[c].shapes
+            if path.endswith('.order')}
+
+
+@pytest.mark.parametrize('share', [0.05, -0.08])
+def test_of_two_causes_that_do_as_well_the_one_is_taken_that_leaves_values_where_they_were(share):
+    gain = with_effects().values['drive.gain'] * (1.0 + share)
+    screening = twice(with_effects().with_values({'drive.gain': gain}), 'current_sensor_gain')
+    assert names_of(screening, chosen_of(screening)) == ['parameter:gain']

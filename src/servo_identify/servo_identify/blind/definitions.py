@@ -78,6 +78,7 @@ class Trait:
     inverse: bool = False
     share: bool = False
     tolerance_of: str = ''
+    granted: float = 0.0
 
     @property
     def known(self) -> bool:

@@ -36,7 +36,9 @@ _METHOD = (
     '- **Smallest detectable severity**: found on the rig alone, without twin or diagnosis. In '
     'one signal of one family the rms of what the trait changes, less what tolerances could make '
     'up for, reaches three noise floors and 5 % of the signal. For an error of a value that has '
-    'a tolerance: at least one and a half tolerances (`blind/severity.py`, `severities.yaml`).',
+    'a tolerance: at least one and a half tolerances; for a delay, one and a half times what any '
+    'recording leaves open, since a row has one time for all its channels (`blind/severity.py`, '
+    '`severities.yaml`).',
     '- **Right** is a name of the trait in `blind/traits.yaml`, on its side; aliases stand there '
     'with their reason. *Unknown* is the status `unknown` or `partly_explained`. A failed '
     "diagnosis is a miss. Located: the balance of the verdict is one of the trait's.",

@@ -13,7 +13,8 @@ counts in units of
 and the smallest severity is the one at which the largest of them, as rms over a family, is 1. The
 noise floor is the rms of the same signal's difference between the rig with and without its noise.
 Where a trait is an error of a tolerated value, the smallest severity is at least one and a half
-times the tolerance: below it nothing need be missing.
+times the tolerance: below it nothing need be missing. The same of what any recording leaves open:
+a row has one time for all its channels, and does not say when in the sample each was read.
 """
 
 from __future__ import annotations
@@ -176,7 +177,9 @@ def search(machine: Machine, names: list[str], told: Callable[[str], None]) -> d
 
 
 def beyond(machine: Machine, trait: Trait) -> float:
-    """Return the severity below which an error of a tolerated value need not be one; else 0."""
+    """Return the severity below which what a trait does is within what is taken for granted."""
+    if trait.granted:
+        return BEYOND * trait.granted
     if trait.tolerance_of not in machine.tolerated:
         return 0.0
     share = BEYOND * machine.share(trait.tolerance_of)

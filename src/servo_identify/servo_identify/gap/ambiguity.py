@@ -9,13 +9,12 @@ import numpy as np
 
 from .balance import BALANCES
 from .candidates import Candidate
-from .comparison import as_good, complexity, surely_worse
+from .comparison import as_good, complexity, SEEN, surely_worse
 from .screening import Screening
 from .shapes import refined
 
 MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
-SEEN = (1.2, 0.05)  # times and squares of the scale by which one leaves more, so that it is seen
 LIKELY = 2.0  # standard deviations over blocks by which a richer law must leave less to be listed
 
 

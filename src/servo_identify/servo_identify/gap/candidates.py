@@ -66,6 +66,23 @@ class Candidate:
         return self.effect.port, self.site, self.effect.variables(), bool(self.effect.memory)
 
     @property
+    def order(self) -> float:
+        """Periods in one turn of a periodic law, 0 for any other."""
+        return next((value for path, value in self.shapes if path.endswith('.order')), 0.0)
+
+    def takes_shape_of(self, other: Candidate) -> bool:
+        """
+        Tell whether it can take up what the law of another leaves: of one kind, or of one order.
+
+        Two laws of one order at one place are waves of the same angle, one of them weighed by a
+        torque or a direction.
+        """
+        if self.kind is not None and self.kind == other.kind:
+            return True
+        whole = max(self.order, other.order) / (min(self.order, other.order) or 1.0)
+        return self.site == other.site and self.order * other.order > 0.0 and whole == int(whole)
+
+    @property
     def bends_mesh(self) -> bool:
         """Whether it is a law of the mesh: then what a stiffness does hangs on it."""
         return self.effect is not None and self.effect.port in ('mesh', 'clearance')

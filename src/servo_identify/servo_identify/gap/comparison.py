@@ -6,6 +6,7 @@ import numpy as np
 
 from .screening import Screening
 
+SEEN = (1.2, 0.05)  # times and squares of the scale by which one leaves more, so that it is seen
 SURELY = 3.5  # standard deviations over blocks by which the better of two laws is told
 LITTLE = 0.05  # and the share of what it leaves, or all laws but the exact one were surely worse
 

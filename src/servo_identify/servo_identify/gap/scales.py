@@ -18,7 +18,10 @@ SHARES = {
     's': (0.1, 0.3),
 }
 """Shares of what a machine reached that are tried for a shape in that unit."""
-TRAVELS = {'mesh': (0.15, 0.5, 1.5), 'shaft': (0.002, 0.01, 0.05)}
+WIND_UPS = (0.15, 0.5, 1.5)  # shares of the wind-up that are tried for a shape of the mesh
+STROKES = (0.002, 0.05)  # of the smallest and the largest stroke, between which bristles are tried
+LEAST_STROKE = 1e-3  # of the largest: a recording that moves less does not move
+APART = 5.0  # times by which one of these is larger than the last
 PLACES = tuple(k / 6 for k in range(7))  # of the travel of a shaft; half as many miss a spring
 FREQUENCIES = tuple(float(f) for f in np.geomspace(0.01, 0.4, 49))
 """Shares of the bump's own pass band: 8 % apart, or a resonance would lie unseen between two."""
@@ -52,10 +55,12 @@ class Scales:
         angles = [one.motion('load_angle') for one in self.balances]
         return float(min(a.min() for a in angles)), float(max(a.max() for a in angles))
 
-    def stroke(self, site: str) -> float:
-        """Return the travel between reversals of a shaft, rad."""
+    def strokes(self, site: str) -> tuple[float, float]:
+        """Return the smallest and the largest travel of a shaft in a recording, rad."""
         name = 'motor_angle' if site == 'motor' else 'load_angle'
-        return max(float(np.ptp(one.motion(name))) for one in self.balances)
+        travels = np.array([np.ptp(one.motion(name)) for one in self.balances])
+        largest = float(np.max(travels))
+        return float(np.min(travels[travels >= LEAST_STROKE * largest])), largest
 
     def grid(self, effect: type[Effect], site: str) -> list[dict[str, float]]:
         """Combinations of shape values worth trying for an effect, orders left out."""
@@ -74,10 +79,10 @@ class Scales:
         if is_place(parameter):
             low, high = self.travelled()
             return tuple(low + s * (high - low) for s in PLACES)
-        if unit == 'rad':
-            kind = 'mesh' if effect.port in ('mesh', 'clearance') else 'shaft'
-            size = self.wind_up() if kind == 'mesh' else self.stroke(site)
-            shares = TRAVELS[kind]
+        if unit == 'rad' and effect.port in ('mesh', 'clearance'):
+            size, shares = self.wind_up(), WIND_UPS
+        elif unit == 'rad':
+            size, shares = 1.0, self._bristles(site)
         elif unit == 'Hz':
             bumps = [b.seen.bump for b in self.balances]
             size, shares = max(0.5 / (b.spacing * b.period) for b in bumps), FREQUENCIES
@@ -88,7 +93,14 @@ class Scales:
         else:
             return parameter.grid
         values = tuple(float(np.clip(size * s, *parameter.bounds)) for s in shares)
-        return values if size > 0.0 else parameter.grid
+        return values if values and size > 0.0 else parameter.grid
+
+    def _bristles(self, site: str) -> list[float]:
+        """Return travels after a reversal, rad, within which friction may build up."""
+        low, high = (s * stroke for s, stroke in zip(STROKES, self.strokes(site), strict=True))
+        if not low > 0.0:
+            return []
+        return np.geomspace(low, high, 1 + int(np.ceil(np.log(high / low) / np.log(APART)))).tolist()
 
     def _size(self, unit: str, site: str) -> float:
         if unit == 'rad/s':

@@ -192,6 +192,24 @@ class Screening:
         used = self.used(chosen)
         return used, self.folds.fit(used, self.low[used], self.high[used])
 
+    def strain(self, chosen: list[int]) -> float:
+        """
+        Return how far values within tolerance have to move with some candidates in.
+
+        The sum of the squares of their shares of their tolerances: 1 for one at its bound.
+        """
+        servo, total = self.stack.extended.servo, 0.0
+        for column, change in zip(*self.coefficients(chosen), strict=True):
+            path = self.labels[column].split(':')[0] if column < len(self.nuisance) else ''
+            if path not in servo.tolerance:
+                continue
+            low, high = servo.tolerance[path]
+            value = self.stack.extended.theta[self.stack.extended.slot(path)] + change
+            given = servo.values[path]
+            room = high - given if value > given else given - low
+            total += ((value - given) / room) ** 2 if room > 0.0 else 0.0
+        return float(total)
+
     def residual(self, chosen: Iterable[int], held_out: bool = True) -> np.ndarray:
         """Return what is left, each row predicted from the other folds unless told otherwise."""
         used = self.used(chosen)

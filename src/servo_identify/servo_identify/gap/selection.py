@@ -11,7 +11,7 @@ from itertools import combinations, islice
 import numpy as np
 from scipy.stats import norm
 
-from .comparison import as_good, complexity, surely_worse
+from .comparison import as_good, complexity, SEEN, surely_worse
 from .further_orders import take_in_further_orders
 from .screening import Screening
 from .shapes import all_refined, refined
@@ -30,6 +30,7 @@ HIDDEN = 0.5  # share of its first square that is left of a balance that no caus
 PASSED = 12  # candidates that are passed over so that another balance is heard
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
+STRAIN = 0.5  # squares of tolerances by which values have to move less, for a cause to be likelier
 FEW = 2  # causes up to which it is asked whether another beginning would have led elsewhere
 BEGUN = 8  # causes of which the best sets are begun with where much is left
 MISSED = 0.03  # share of a balance's first square that is much
@@ -163,22 +164,39 @@ class Selection:
                      or (gains[c] >= SAME * gains[most]
                          and as_good(left[c], least, 1.6, 0.5)))]
         best = min(near, key=lambda c: (complexity(screening, c), -gains[c]))
+        alike = [c for c in gains if gains[c] >= SAME * gains[best]
+                 and as_good(left[c], left[best], *SEEN)]
+        best = self._least_strained(best, alike, chosen)
         return refined(screening, best, chosen, closely=True)
+
+    def _least_strained(self, best: int, alike: list[int], chosen: list[int]) -> int:
+        """
+        Return, of causes that do as well as the best and are as simple, the likeliest.
+
+        Values are rarely at the ends of their tolerances: a cause that holds only where they are
+        (a current sensor that reads too much for a drive that gives too much, the torque
+        constant as far off the other way) gives way to one that leaves them where they were.
+        """
+        screening = self.screening
+        strain = {c: screening.strain([*chosen, c]) for c in (best, *alike)
+                  if complexity(screening, c) == complexity(screening, best)}
+        least = min(strain, key=strain.get)
+        return least if strain[least] < strain[best] - STRAIN else best
 
     def _of_their_own(self, chosen: list[int]) -> list[int]:
         """
         Return the causes that do more than mend the shape of another.
 
         No law of a catalogue is quite that of a machine: what it leaves, another law of the same
-        variables at the same place takes up in part. Only now that all are found: while they are
+        variables, or of the same order, at the same place takes up in part. Only now that all are found: while they are
         sought, a less fitting one would stand in for it.
         """
         screening = self.screening
         now = screening.loss(chosen)
         gains = {c: screening.loss([o for o in chosen if o != c]) - now for c in chosen}
-        kinds = {c: screening.library.candidates[c].kind for c in chosen}
-        return [c for c in chosen if kinds[c] is None or all(
-            gains[c] >= SHAPE * gains[o] for o in chosen if kinds[o] == kinds[c])]
+        laws = {c: screening.library.candidates[c] for c in chosen}
+        return [c for c in chosen if all(
+            gains[c] >= SHAPE * gains[o] for o in chosen if laws[c].takes_shape_of(laws[o]))]
 
     def pruned(self, chosen: list[int]) -> list[int]:
         """
