@@ -67,8 +67,11 @@ class Candidate:
 
     @property
     def order(self) -> float:
-        """Periods in one turn of a periodic law, 0 for any other."""
-        return next((value for path, value in self.shapes if path.endswith('.order')), 0.0)
+        """Periods in one turn, of a periodic law whose order was read off; 0 of any other."""
+        if self.effect is None or not (order := self.effect.parameters.get('order')) or (
+                not order.grid):
+            return 0.0
+        return next(value for path, value in self.shapes if path.endswith('.order'))
 
     def takes_shape_of(self, other: Candidate) -> bool:
         """
@@ -77,10 +80,8 @@ class Candidate:
         Two laws of one order at one place are waves of the same angle, one of them weighed by a
         torque or a direction.
         """
-        if self.kind is not None and self.kind == other.kind:
-            return True
-        whole = max(self.order, other.order) / (min(self.order, other.order) or 1.0)
-        return self.site == other.site and self.order * other.order > 0.0 and whole == int(whole)
+        of_one_order = self.site == other.site and 0.0 < self.order == other.order
+        return of_one_order or (self.kind is not None and self.kind == other.kind)
 
     @property
     def bends_mesh(self) -> bool:

@@ -100,7 +100,8 @@ class Scales:
         low, high = (s * stroke for s, stroke in zip(STROKES, self.strokes(site), strict=True))
         if not low > 0.0:
             return []
-        return np.geomspace(low, high, 1 + int(np.ceil(np.log(high / low) / np.log(APART)))).tolist()
+        steps = int(np.ceil(np.log(high / low) / np.log(APART)))
+        return np.geomspace(low, high, steps + 1).tolist()
 
     def _size(self, unit: str, site: str) -> float:
         if unit == 'rad/s':

@@ -188,8 +188,8 @@ class Selection:
         Return the causes that do more than mend the shape of another.
 
         No law of a catalogue is quite that of a machine: what it leaves, another law of the same
-        variables, or of the same order, at the same place takes up in part. Only now that all are found: while they are
-        sought, a less fitting one would stand in for it.
+        variables or of the same order at the same place takes up in part. Only now that all are
+        found: while they are sought, a less fitting one would stand in for it.
         """
         screening = self.screening
         now = screening.loss(chosen)
