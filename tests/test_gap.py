@@ -18,7 +18,7 @@ from servo_identify.gap.checks import CannotDiagnose, unsaturated
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.observation import observe
 from servo_identify.gap.regression import bounded
-from servo_identify.gap.scales import orders
+from servo_identify.gap.scales import orders, Scales
 from servo_identify.gap.selection import Selection
 from servo_identify.gap.splitting import split
 from servo_identify.gap.weak_form import Bump, count_of, noise_of
@@ -177,6 +177,31 @@ def test_laws_of_one_kind_act_on_the_same_variables_at_the_same_place():
     assert kind['friction_drift', 'load'] != kind['load_dependent_friction', 'load']
     assert find('load_dependent_friction').variables() == {'torque', 'direction'}
     assert Candidate('parameter:stiffness', '', (), ()).kind is None
+
+
+def test_laws_of_one_order_at_one_place_can_take_each_others_shape():
+    def law(name, site, order):
+        path = f'effects.{name}__{site}.order'
+        return Candidate(name, site, (), (), ((path, order),), effect=find(name))
+
+    error = law('transmission_error', 'mesh', 40.0)
+    assert law('position_dependent_backlash', 'mesh', 40.0).takes_shape_of(error)
+    assert not law('position_dependent_backlash', 'mesh', 20.0).takes_shape_of(error)
+    assert not law('cogging', 'motor', 40.0).takes_shape_of(error)
+    # a weight has the order of the turn by its nature
+    weight = law('gravity', 'load', 1.0)
+    assert not law('position_dependent_friction', 'load', 1.0).takes_shape_of(weight)
+
+
+def test_bristles_are_tried_from_a_part_of_the_shortest_to_one_of_the_longest_way():
+    ways = [np.array([0.0, way]) for way in (400.0, 20.0, 0.01)]  # the last one does not move
+    scales = Scales([SimpleNamespace(motion=lambda name, way=way: way) for way in ways])
+    tried = [shapes['breakaway'] for shapes in scales.grid(find('presliding_friction'), 'motor')]
+    assert tried[0] == pytest.approx(0.002 * 20.0) and tried[-1] == 10.0  # no bristle is longer
+    assert np.all(np.diff(np.log(tried)) <= np.log(5.0) + 1e-9)
+    still = Scales([SimpleNamespace(motion=lambda name: np.zeros(2))])
+    assert [shapes['breakaway'] for shapes in still.grid(
+        find('presliding_friction'), 'motor')] == [1e-4, 1e-3, 1e-2]
 
 
 @pytest.mark.parametrize(('gain', 'kept'), ((14.0, [0]), (16.0, [0, 1])))
