@@ -115,7 +115,7 @@ class Selection:
                 been.add(self._causes(chosen))
                 if faint:
                     screening.weigh(screening.squares(chosen))
-                if self._shows(screening.residual(chosen)):
+                if len(chosen) <= FEW and self._shows(screening.residual(chosen)):
                     take_in_further_orders(screening, chosen)
                 tick(len(chosen) / MOST)
             elif len(faint) < PASSED and self._drowned(first, chosen):
