@@ -32,6 +32,11 @@ ALIASES = {name: f'parameter:{path.split(".")[-1]}' for path, name in TABLE_NAME
 """What these are called as the parameters that they are."""
 
 
+def has_order(effect: type[Effect]) -> bool:
+    """Tell whether a law is periodic with an order that is read off the residual."""
+    return 'order' in effect.parameters and bool(effect.parameters['order'].grid)
+
+
 @dataclass(frozen=True)
 class Candidate:
     """
@@ -68,8 +73,7 @@ class Candidate:
     @property
     def order(self) -> float:
         """Periods in one turn, of a periodic law whose order was read off; 0 of any other."""
-        if self.effect is None or not (order := self.effect.parameters.get('order')) or (
-                not order.grid):
+        if self.effect is None or not has_order(self.effect):
             return 0.0
         return next(value for path, value in self.shapes if path.endswith('.order'))
 

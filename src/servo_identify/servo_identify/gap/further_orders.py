@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from servo_twin.physics.effect import Effect
 
-from .candidates import candidates_of
+from .candidates import candidates_of, has_order
 from .library import build_library
 from .screening import Screening
 from .shape_values import shape_values
@@ -21,12 +21,11 @@ def take_in_further_orders(screening: Screening, chosen: list[int]) -> None:
     shapes = shape_values(stack, screening.residual(chosen))
 
     def of_orders(effect: type[Effect], site: str) -> list[dict[str, float]]:
-        order = effect.parameters.get('order')
-        return shapes(effect, site) if order is not None and order.grid else []
+        return shapes(effect, site) if has_order(effect) else []
 
     tried = {(one.key, one.shapes) for one in known}
     further = [one for one in candidates_of(stack.extended, of_orders)
-               if one.shapes and (one.key, one.shapes) not in tried]
+               if one.order and (one.key, one.shapes) not in tried]
     found = build_library(stack, further, lambda share: None)
     for one in zip(found.candidates, found.tables, found.amplitudes, strict=True):
         screening.add(*one)

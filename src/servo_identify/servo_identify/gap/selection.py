@@ -31,7 +31,7 @@ PASSED = 12  # candidates that are passed over so that another balance is heard
 OPENS = 2.0  # times by which a cause may not raise the square of a balance, noise at least
 SAME = 0.985  # share of the best gain that counts as no worse: then the simpler one
 STRAIN = 0.5  # squares of tolerances by which values have to move less, for a cause to be likelier
-FEW = 2  # causes up to which it is asked whether another beginning would have led elsewhere
+FEW = 2  # causes up to which orders are read again, and another beginning is asked for
 BEGUN = 8  # causes of which the best sets are begun with where much is left
 MISSED = 0.03  # share of a balance's first square that is much
 LESS = 0.5  # share of that which another beginning may leave
@@ -165,21 +165,21 @@ class Selection:
                          and as_good(left[c], least, 1.6, 0.5)))]
         best = min(near, key=lambda c: (complexity(screening, c), -gains[c]))
         alike = [c for c in gains if gains[c] >= SAME * gains[best]
-                 and as_good(left[c], left[best], *SEEN)]
-        best = self._least_strained(best, alike, chosen)
+                 and as_good(left[c], left[best], *SEEN)
+                 and complexity(screening, c) == complexity(screening, best)]
+        if len(alike) > 1:
+            best = self._least_strained(best, alike, chosen)
         return refined(screening, best, chosen, closely=True)
 
     def _least_strained(self, best: int, alike: list[int], chosen: list[int]) -> int:
         """
-        Return, of causes that do as well as the best and are as simple, the likeliest.
+        Return, of the best cause and those that do as well and are as simple, the likeliest.
 
         Values are rarely at the ends of their tolerances: a cause that holds only where they are
         (a current sensor that reads too much for a drive that gives too much, the torque
         constant as far off the other way) gives way to one that leaves them where they were.
         """
-        screening = self.screening
-        strain = {c: screening.strain([*chosen, c]) for c in (best, *alike)
-                  if complexity(screening, c) == complexity(screening, best)}
+        strain = {c: self.screening.strain([*chosen, c]) for c in alike}
         least = min(strain, key=strain.get)
         return least if strain[least] < strain[best] - STRAIN else best
 
