@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import signal
@@ -127,6 +128,29 @@ class Listener:
         numbers = [message.sequence + np.arange(len(getattr(message, name))) for message in kept]
         return (np.concatenate(numbers),
                 np.concatenate([np.array(getattr(message, name)) for message in kept]))
+
+    @contextmanager
+    def every_sample(self) -> Iterator[int]:
+        """
+        Give the number of messages until now; check that from them on no sample is missing.
+
+        A machine too busy to serve a rig in time makes the driver leave samples out, but never
+        without a word: only as many may be missing as it has counted since.
+        """
+        first, known = self.more_samples(1), self._left_out()
+        yield first
+        for kept, name in ((self.encoder, 'load_position'), (self.torque, 'torque'),
+                           (self.current, 'current')):
+            numbers, _ = self.column(kept, name, first)
+            assert (np.diff(numbers) > 0).all()
+            missing = numbers[-1] - numbers[0] + 1 - len(numbers)
+            if missing:
+                wait_for(lambda lost=missing: self._left_out() - known >= lost,
+                         f'the driver has counted the {missing} samples missing from {name}')
+
+    def _left_out(self) -> int:
+        counted = {pair.key: int(pair.value) for pair in self.status('samples').values}
+        return counted.get('not_asked', 0) + counted.get('unanswered', 0)
 
     def status(self, part: str) -> DiagnosticStatus | None:
         """Return the latest status of a part of the rig's health."""
