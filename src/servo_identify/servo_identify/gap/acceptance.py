@@ -32,9 +32,14 @@ class Trial:
     gap: Gap
 
 
-def tried(screening: Screening, chosen: list[int], balances: list[Balance]) -> Trial:
-    """Fit a set of causes on the screen recordings and run the twin over other ones."""
-    explanation = fit(screening, chosen)
+def tried(screening: Screening, chosen: list[int], balances: list[Balance],
+          near: Explanation | None = None) -> Trial:
+    """
+    Fit a set of causes on the screen recordings and run the twin over other ones.
+
+    ``near`` is as for :func:`fit`. Raises Diverged.
+    """
+    explanation = fit(screening, chosen, near)
     return Trial(explanation, run_over(explanation, balances))
 
 
@@ -56,7 +61,9 @@ def accept(screening: Screening, chosen: list[int], balances: list[Balance], oth
     full = _tried_or_none(screening, kept, balances)
     for round_number in range(len(chosen)):
         rests = [[c for c in kept if c != one] for one in kept]
-        trials = side_by_side(lambda rest: _tried_or_none(screening, rest, balances), rests)
+        near = full.explanation if full else None
+        trials = side_by_side(
+            lambda rest, near=near: _tried_or_none(screening, rest, balances, near), rests)
         verdicts = [_judge(without, full, others) for without in trials]
         tick((round_number + 1) / max(1, len(chosen)))
         failing = [(gain, one, why) for one, (passes, gain, why) in
@@ -71,9 +78,9 @@ def accept(screening: Screening, chosen: list[int], balances: list[Balance], oth
     return kept, fallen
 
 
-def _tried_or_none(screening, chosen, balances) -> Trial | None:
+def _tried_or_none(screening, chosen, balances, near=None) -> Trial | None:
     try:
-        return tried(screening, chosen, balances)
+        return tried(screening, chosen, balances, near)
     except Diverged:
         return None
 

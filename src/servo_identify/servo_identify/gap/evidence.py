@@ -13,7 +13,7 @@ from .ambiguity import Choice, explain
 from .augmented import augmented
 from .balance import Balance, BALANCES
 from .completeness import Remainder, remainder, repeatable
-from .explanation import fit
+from .explanation import Explanation, fit
 from .resimulation import Diverged, Gap
 from .screening import Screening
 from .side_by_side import side_by_side
@@ -80,7 +80,7 @@ def gathered(known: Findings, screening: Screening, kept: list[int], stages: Sta
         'given': known.given,
         'base': known.bare,
         'best': run_over(best.explanation, purposes['report']),
-        'steps': _steps(screening, kept, purposes),
+        'steps': _steps(screening, kept, purposes, best.explanation),
         'left': leftover(stacks['report'], best.explanation),
     }
     return Evidence(known.servo, better, known.split, stacks, known.start, left, choices,
@@ -111,10 +111,11 @@ def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> floa
     return max(left.predictable, erratic)
 
 
-def _steps(screening: Screening, kept: list[int], purposes: dict) -> list[dict]:
+def _steps(screening: Screening, kept: list[int], purposes: dict,
+           best: Explanation) -> list[dict]:
     """Gaps with the causes added one by one, and with each alone and left out."""
     def gaps(chosen: tuple[int, ...]) -> dict:
-        explanation = fit(screening, list(chosen))
+        explanation = fit(screening, list(chosen), best)
         try:
             return {purpose: run_over(explanation, purposes[purpose])
                     for purpose in ('accept', 'report')}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from .balance import BALANCES
-from .candidates import Candidate
+from .candidates import Candidate, Extended
+from .gauss_newton import gauss_newton
 from .regression import bounded
 from .screening import Screening
 from .stack import Stack
@@ -41,6 +41,11 @@ class Explanation:
     std: np.ndarray
     at_bound: tuple[str, ...] = field(default=())
 
+    def values(self, extended: Extended) -> dict[tuple[str, int], float]:
+        """Return by (path, element) each number that was fitted."""
+        return {(u.path, u.element): float(self.theta[extended.slot(u.path, u.element)])
+                for u in self.unknowns}
+
     def spread(self, path: str, element: int = 0) -> float:
         """Standard deviation of one number; NaN where it was not fitted."""
         for unknown, std in zip(self.unknowns, self.std, strict=True):
@@ -55,19 +60,21 @@ def as_given(stack: Stack) -> Explanation:
     return Explanation((), extended.nominal, extended.on, (), np.zeros(0))
 
 
-def fit(screening: Screening, chosen: list[int]) -> Explanation:
+def fit(screening: Screening, chosen: list[int],
+        near: Explanation | None = None) -> Explanation:
     """
     Fit amplitudes, shapes and what may move within tolerance, all at once, to the balances.
 
-    Each set of causes is fitted once for a screening: acceptance and shrink ask for the same ones.
+    It starts from ``near``, the fit of a set with most of these causes, where there is one. Each
+    set of causes is fitted once for a screening: acceptance and shrink ask for the same ones.
     """
     key = tuple(sorted(chosen))
     if key not in screening.fits:
-        screening.fits[key] = _fitted(screening, chosen)
+        screening.fits[key] = _fitted(screening, chosen, near)
     return screening.fits[key]
 
 
-def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
+def _fitted(screening: Screening, chosen: list[int], near: Explanation | None) -> Explanation:
     stack, library = screening.stack, screening.library
     extended = stack.extended
     causes = tuple(library.candidates[c] for c in chosen)
@@ -100,6 +107,10 @@ def _fitted(screening: Screening, chosen: list[int]) -> Explanation:
                 unknowns.append(Unknown(path, 0, max(low, 0.3 * value), min(high, 3.0 * value),
                                         True))
                 start.append(value)
+    if near is not None:
+        known = near.values(extended)
+        start = [known.get((u.path, u.element), value)
+                 for u, value in zip(unknowns, start, strict=True)]
     return _polished(screening, causes, theta, on, unknowns, np.array(start))
 
 
@@ -116,13 +127,11 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
     low, high = scaled([u.low for u in unknowns]), scaled([u.high for u in unknowns])
     problem = _Problem(screening, unknowns, theta, on, scale, (low, high))
     x = np.clip(scaled(start), low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
-    found = least_squares(problem.left, x, jac=problem.slopes, bounds=(low, high), max_nfev=6,
-                          ftol=1e-4)
-    best = found.x if np.sum(found.fun**2) <= np.sum(problem.left(x)**2) else x
+    best, left, slopes = gauss_newton(problem.left, problem.slopes, x, low, high)
     inside = np.minimum(best - low, high - best) > 1e-3 * np.maximum(np.abs(best), 1e-9)
-    std = _spread(found.jac, found.fun, screening.blocks) * scale
+    std = _spread(slopes, left, screening.blocks) * scale
     # what its bound holds does not spread, and what trades with it no more
-    std[inside] = _spread(found.jac[:, inside], found.fun, screening.blocks) * scale[inside]
+    std[inside] = _spread(slopes[:, inside], left, screening.blocks) * scale[inside]
     values = best * scale
     std = np.where(logarithmic, std * np.exp(np.where(logarithmic, values, 0.0)), std)
     bound = tuple(u.path for u, v, a, b in zip(unknowns, best, low, high, strict=True)
@@ -144,7 +153,7 @@ class _Problem:
         self._products = self._nuisance.T @ self._nuisance
         self._low, self._high = screening.low[free], screening.high[free]
         self._bounds = bounds
-        self._logarithmic = [u.logarithmic for u in unknowns]
+        self._unknowns = unknowns
         self._slots = [self._stack.extended.slot(u.path, u.element) for u in unknowns]
         self._moves: list[tuple[str, ...] | None] = [None] * len(unknowns)
         self._last: tuple[np.ndarray, np.ndarray] | None = None
@@ -152,9 +161,9 @@ class _Problem:
     def place(self, x: np.ndarray) -> np.ndarray:
         """Return the values of the servo at some scaled unknowns."""
         moved = self._theta.copy()
-        for slot, logarithmic, value in zip(self._slots, self._logarithmic, x * self._scale,
-                                            strict=True):
-            moved[slot] = np.exp(value) if logarithmic else value
+        for slot, one, value in zip(self._slots, self._unknowns, x * self._scale, strict=True):
+            value = np.exp(value) if one.logarithmic else value
+            moved[slot] = min(max(value, one.low), one.high)  # but for rounding it is inside
         return moved
 
     def left(self, x: np.ndarray) -> np.ndarray:
