@@ -200,6 +200,9 @@ def test_an_ambiguous_pair_without_a_proposal_counts_as_not_resolved(tmp_path, m
                        lambda bags, folder: a_report(cause('gravity', 'load')))
     answer = json.loads((tmp_path / 'resolved.json').read_text())
     assert (answer['by_proposed'], answer['by_random']) == (False, True)
+    outcome = replace(judged(single, first), resolved=answer)
+    assert figure([outcome], 'resolved by the proposed recording').value == 0.0
+    assert figure([outcome], 'the same where a recording is proposed at all').of == 0
 
 
 @pytest.mark.parametrize('separates, asked', [

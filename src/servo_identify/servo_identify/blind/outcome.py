@@ -51,7 +51,7 @@ class Outcome:
     seconds: float | None = None
     sentence: str = ''
     confidence: float = 0.0
-    resolved: Mapping[str, bool] | None = None  # by the proposed recording, by a random one
+    resolved: Mapping[str, Any] | None = None  # by the proposed recording, by a random one
 
     @property
     def false(self) -> tuple[Named, ...]:

@@ -80,6 +80,9 @@ def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
     return [*found, *_of_shrink(outcomes),
             share_of('ambiguous pairs', 'resolved by the proposed recording', pairs,
                      lambda o: o.resolved['by_proposed'], 'at least 80 %', least=0.80),
+            share_of('ambiguous pairs', 'the same where a recording is proposed at all',
+                     [o for o in pairs if o.resolved['proposed']],
+                     lambda o: o.resolved['by_proposed']),
             share_of('ambiguous pairs', 'resolved by a random one', pairs,
                      lambda o: o.resolved['by_random'], 'at most 40 %', most=0.40)]
 
