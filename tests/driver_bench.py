@@ -52,19 +52,21 @@ class DriverProcess:
 
     def wait(self, patience: float = PATIENCE) -> tuple[int, str]:
         """Return exit status and output of a driver that ends by itself."""
-        said, _ = self.process.communicate(timeout=patience)
+        said = self._said(patience)
         return self.process.returncode, said
 
     def close(self) -> str:
         """Stop it as a service manager would; returns what it said."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
+        return self._said(PATIENCE)
+
+    def _said(self, patience: float) -> str:
         try:
-            said, _ = self.process.communicate(timeout=PATIENCE)
+            return self.process.communicate(timeout=patience)[0]
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise
-        return said
 
 
 class Listener:
