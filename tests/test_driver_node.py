@@ -237,7 +237,7 @@ def test_it_recovers_when_the_hub_was_killed(bench):
 
 def test_it_refuses_to_be_the_second_driver_and_leaves_the_first_alone(bench):
     with bench.ears.every_sample():
-        other = DriverProcess('other', bus__channel=bench.channel)
+        other = DriverProcess('other', bus__channel=bench.channel, listen_time=5.0)
         status, said = other.wait()
         assert status == 1
         assert 'another driver is on this bus, it sends' in said
