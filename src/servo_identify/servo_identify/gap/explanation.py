@@ -126,7 +126,7 @@ def _polished(screening: Screening, causes, theta, on, unknowns, start) -> Expla
 
     low, high = scaled([u.low for u in unknowns]), scaled([u.high for u in unknowns])
     problem = _Problem(screening, unknowns, theta, on, scale, (low, high))
-    x = np.clip(scaled(start), low + 1e-9 * (1 + np.abs(low)), high - 1e-9 * (1 + np.abs(high)))
+    x = np.clip(scaled(start), low, high)
     best, left, slopes = gauss_newton(problem.left, problem.slopes, x, low, high)
     inside = np.minimum(best - low, high - best) > 1e-3 * np.maximum(np.abs(best), 1e-9)
     std = _spread(slopes, left, screening.blocks) * scale

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Stack:
 
     def __post_init__(self) -> None:
         theta, on = self.extended.theta, self.extended.on
-        self._keep, self._part, self.noise, self._nuisances = {}, {}, {}, None
+        self._keep, self._part, self.noise = {}, {}, {}
         block, balance, recording, scale, doubt, first, size = [], [], [], [], [], 0, 0
         for number, one in enumerate(self.balances):
             residuals = one.residuals(theta, on)
@@ -145,11 +146,10 @@ class Stack:
         gains are settings), the zero of the wind-up and the first integral of the controller of
         each recording, and the instants of sampling within a part of a sample.
         """
-        if self._nuisances is None:
-            self._nuisances = self._all_nuisances()
         return self._nuisances
 
-    def _all_nuisances(self) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+    @cached_property
+    def _nuisances(self) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
         servo = self.extended.servo
         labels, columns, low, high = [], [], [], []
         for path, (least, most) in servo.tolerance.items():
