@@ -9,6 +9,7 @@ from screened import BENCH, chosen_of, names_of, screened, swinging, twice, with
 from servo_identify.gap import status
 from servo_identify.gap.diagnose import diagnose
 from servo_identify.gap.free_law import outdone_by
+from servo_identify.gap.periodic_law import periodically_outdone_by
 from servo_identify.gap.plain_law import plainly_outdone_by
 from servo_twin.physics.catalogue import names
 
@@ -42,6 +43,23 @@ def test_bristles_are_not_taken_for_a_law_that_has_no_memory():
     for effect, variable in ((slope, 'speed'), (bristles, '')):
         told = outdone(twice(with_effects(effect), 'presliding_friction'))
         assert told['presliding_friction'] == variable
+
+
+OVER_THE_TURN = {'order': 8.0, 'cosine': (0.1, 0.0, 0.0), 'sine': (0.05, 0.0, 0.0)}
+ROUGH = ('position_dependent_friction', 'motor', OVER_THE_TURN)
+RIPPLE = ('torque_ripple', 'motor', {**OVER_THE_TURN, 'cosine': (0.02, 0.0), 'sine': (0.03, 0.0)})
+COGS = ('cogging', 'motor', {**OVER_THE_TURN, 'cosine': (0.1, 0.0), 'sine': (0.05, 0.0)})
+
+
+@pytest.mark.parametrize(('effect', 'known', 'law'), (
+    (ROUGH, 'position_dependent_friction', ()), (RIPPLE, 'torque_ripple', ()),
+    (COGS, 'cogging', ()),
+    (RIPPLE, 'position_dependent_friction', ('angle of the motor', 'current'))))
+def test_a_periodic_law_is_told_from_another_by_what_it_is_multiplied_by(effect, known, law):
+    screening = twice(with_effects(effect), known)
+    one = chosen_of(screening)[0]
+    assert screening.library.candidates[one].key == (known, 'motor')
+    assert periodically_outdone_by(screening, [one], one) == law
 
 
 LEVEL = ('coulomb_friction', 'motor', {'level': 0.15})

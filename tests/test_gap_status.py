@@ -41,6 +41,7 @@ def evidence(choices, left, shrinks=0.8):
     return SimpleNamespace(
         stacks={'screen': SimpleNamespace(balance=np.repeat(shown, 50))},
         start=np.full(50 * len(shown), np.sqrt(BEFORE)), choices=choices, reading='',
+        disputed={},
         remainders=[remainder(b, share * (BEFORE - 1.0)) for b, share in left.items()],
         reported={'base': gap(1.0), 'best': gap(1.0 - shrinks)})
 
@@ -70,6 +71,17 @@ def test_an_effect_may_be_right_at_one_shaft_and_wrong_at_the_other():
     found = judged(evidence([right, wrong], {'load': 0.0, 'motor': 0.5}))
     assert [one.key for one in found.named] == [('coulomb_friction', 'load')]
     assert found.status == 'partly_explained'
+
+
+@pytest.mark.parametrize('square', (1.1, BEFORE))
+def test_where_a_law_did_more_than_the_cause_there_is_a_gap_that_is_not_known(square):
+    """One family may show it, where the balance as a whole is within noise and margin."""
+    found = evidence([], {'motor': 0.0})
+    found.start[:] = np.sqrt(square)
+    assert judged(found).status == 'no_gap'
+    found.disputed['motor'] = ('angle of the motor', 'current')
+    told = judged(found)
+    assert (told.status, told.gaps, told.worst.balance) == ('unknown', {'motor'}, 'motor')
 
 
 def test_a_name_at_two_shafts_is_told_with_its_shafts():

@@ -156,18 +156,20 @@ class Balance:
         """Return the smooth motion with the sensor effects taken off the readings."""
         return self._read(theta, on)[1].rows
 
-    def weighed(self, name: str, balance: str = 'torque') -> np.ndarray:
+    def series(self, name: str, balance: str = 'torque') -> np.ndarray:
         """
-        Return a column of the smooth motion at the centres of a mechanical balance.
+        Return a column of the smooth motion of a mechanical balance over the inner samples.
 
         ``direction`` is the sign of the speed of the load.
         """
         motion = self.meshed if balance == 'transmission' else self._static
         if name == 'direction':
-            series = np.sign(motion.rows[:, MOTION.index('load_speed')])
-        else:
-            series = motion.rows[:, MOTION.index(name)]
-        return self.under(series, self.bump_of(balance))
+            return np.sign(motion.rows[:, MOTION.index('load_speed')])
+        return motion.rows[:, MOTION.index(name)]
+
+    def weighed(self, name: str, balance: str = 'torque') -> np.ndarray:
+        """Return such a column at the centres of the balance."""
+        return self.under(self.series(name, balance), self.bump_of(balance))
 
     def model_current(self, theta: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Return the current that the drive makes of the command, A, at every sample."""

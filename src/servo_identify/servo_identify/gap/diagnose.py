@@ -67,7 +67,8 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
     library = build_library(stacks['screen'], candidates, stages.share)
 
     screening = Screening(stacks['screen'], library)
-    kept, fallen = _standing(Selection(screening), purposes['accept'], stacks['accept'], stages)
+    kept, fallen, disputed = _standing(Selection(screening), purposes['accept'],
+                                       stacks['accept'], stages)
     warnings += fallen
     try:
         base = tried(screening, [], purposes['accept'])
@@ -81,7 +82,7 @@ def diagnose(recordings: list[Recording], servo: Servo, accepting: list[Recordin
                         'report recordings and is not taken')
 
     known = Findings(servo, parts, purposes, stacks, start, given, base, bare,
-                     wrong_reading(screening, kept))
+                     wrong_reading(screening, kept), disputed)
     evidence = gathered(known, screening, kept, stages)
     while unnamed := _unnamed(evidence, kept):
         warnings.append('explains a part, but not as its cause, and is not taken: '
@@ -135,8 +136,12 @@ def _unnamed(evidence: Evidence, kept: list[int]) -> list[int]:
 
 
 def _standing(selection: Selection, balances: list[Balance], others: Stack,
-              stages: Stages) -> tuple[list[int], list[str]]:
-    """Return (the causes that are asked for and stand on other recordings, why others fell)."""
+              stages: Stages) -> tuple[list[int], list[str], dict[str, tuple[str, ...]]]:
+    """
+    Return (the causes that are asked for and stand on other recordings, why others fell, disputed).
+
+    The last are by balance the variables of laws that do more than what is known.
+    """
     screening = selection.screening
     stages.begin('screening')
     chosen = selection.select(stages.share)
@@ -144,11 +149,11 @@ def _standing(selection: Selection, balances: list[Balance], others: Stack,
     kept = selection.pruned(kept) if undone else kept
     stages.begin('acceptance')
     kept, fallen = accept(screening, kept, balances, others, stages.share)
-    kept, outdone = undisputed(screening, kept)
+    kept, outdone, disputed = undisputed(screening, kept)
     needed = selection.pruned(kept) if len(kept) < len(chosen) else kept
     needless = [f'{screening.library.candidates[one].label} was there for what fell beside it'
                 for one in kept if one not in needed]
-    return needed, [*undone, *fallen, *outdone, *needless]
+    return needed, [*undone, *fallen, *outdone, *needless], disputed
 
 
 def _bare(stack: Stack) -> Screening:

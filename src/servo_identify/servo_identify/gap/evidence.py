@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,7 +33,8 @@ class Findings:
     the screen recordings with no cause, ``given`` the gap on the report recordings with the servo
     file as it came, ``base`` the twin with its values within tolerance and ``bare`` its gap on the
     report recordings, ``reading`` the channel whose wrong reading would be all that departs
-    ('' where there is none).
+    ('' where there is none), ``disputed`` by balance the variables of a law that did more than the
+    cause that was found there.
     """
 
     servo: Servo
@@ -45,6 +46,7 @@ class Findings:
     base: Trial
     bare: Gap
     reading: str
+    disputed: dict[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ class Evidence:
     remainders: tuple[Remainder, ...]
     reported: dict
     reading: str = ''
+    disputed: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def gathered(known: Findings, screening: Screening, kept: list[int], stages: Stages) -> Evidence:
@@ -74,7 +77,7 @@ def gathered(known: Findings, screening: Screening, kept: list[int], stages: Sta
     choices = tuple(explain(screening, kept))
     stages.begin('completeness')
     left = screening.residual(kept)
-    remainders = _remainders(stacks, left, best, bool(kept))
+    remainders = _remainders(stacks, left, best, bool(kept), known.disputed)
     stages.begin('shrink')
     reported = {
         'given': known.given,
@@ -84,17 +87,20 @@ def gathered(known: Findings, screening: Screening, kept: list[int], stages: Sta
         'left': leftover(stacks['report'], best.explanation),
     }
     return Evidence(known.servo, better, known.split, stacks, known.start, left, choices,
-                    known.base, best, remainders, reported, known.reading)
+                    known.base, best, remainders, reported, known.reading, known.disputed)
 
 
-def _remainders(stacks: dict[str, Stack], left: np.ndarray, best: Trial,
-                found: bool) -> tuple[Remainder, ...]:
-    """Describe what is left in each balance that still shows a gap."""
+def _remainders(stacks: dict[str, Stack], left: np.ndarray, best: Trial, found: bool,
+                disputed: dict[str, tuple[str, ...]]) -> tuple[Remainder, ...]:
+    """Describe what is left in each balance that still shows a gap, or in which one is known."""
     screen, accepting = stacks['screen'], stacks['accept']
     remainders = [remainder(screen, left, BALANCES[i]) for i in np.unique(screen.balance)
-                  if np.mean(left[screen.balance == i]**2) > NOTICED]
+                  if np.mean(left[screen.balance == i]**2) > NOTICED or BALANCES[i] in disputed]
     common = repeatable(screen, left, accepting, leftover(accepting, best.explanation))
-    return tuple(replace(r, predictable=_unexplained(r, common, found)) for r in remainders)
+    return tuple(replace(r, predictable=_unexplained(r, common, found),
+                         depends_on=tuple(dict.fromkeys((*disputed.get(r.balance, ()),
+                                                         *r.depends_on))))
+                 for r in remainders)
 
 
 def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> float:

@@ -18,6 +18,7 @@ from .ambiguity import taken_from
 from .balance import BALANCES
 from .candidates import Candidate
 from .completeness import features, VARIABLES
+from .periodic_law import periodically_outdone_by
 from .plain_law import KEPT, plainly_outdone_by
 from .screening import Screening
 
@@ -39,22 +40,36 @@ _MEANS = {
 }
 
 
-def undisputed(screening: Screening, chosen: list[int]) -> tuple[list[int], list[str]]:
+def undisputed(screening: Screening, chosen: list[int],
+               ) -> tuple[list[int], list[str], dict[str, tuple[str, ...]]]:
     """
-    Return (causes that no law of one variable makes needless, what is to be said of the others).
+    Return (causes that no other law makes needless, what is to be said, variables of such laws).
 
-    The least is asked first: once it is gone, the next may have more to do.
+    The least is asked first: once it is gone, the next may have more to do. The variables are by
+    the balance in which the law acts.
     """
-    kept, said = list(chosen), []
+    kept, said, disputed = list(chosen), [], {}
     for one in sorted(chosen, key=lambda c: screening.loss([o for o in chosen if o != c])):
-        variable = (plainly_outdone_by(screening, kept, one)
-                    or outdone_by(screening, kept, one))
-        if variable:
-            kept.remove(one)
+        variables = _outdoing(screening, kept, one)
+        if variables:
+            rest = [c for c in kept if c != one]
+            disputed |= dict.fromkeys(taken_from(screening, rest, kept), variables)
             label = screening.library.candidates[one].label
             said.append(f'{label} explains a part, but not as its cause, and is not taken: '
-                        f'a law of the {variable} alone would do no less')
-    return kept, said
+                        f'a law of the {" times the ".join(variables)} alone would do no less')
+            kept = rest
+    return kept, said, disputed
+
+
+def _outdoing(screening: Screening, chosen: list[int], one: int) -> tuple[str, ...]:
+    """Return the variables of the law that makes a chosen cause needless, () without one."""
+    of_one = plainly_outdone_by(screening, chosen, one)
+    if not of_one:
+        times = periodically_outdone_by(screening, chosen, one)
+        if times:
+            return times
+        of_one = outdone_by(screening, chosen, one)
+    return (of_one,) if of_one else ()
 
 
 def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:

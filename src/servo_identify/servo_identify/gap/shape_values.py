@@ -25,7 +25,7 @@ def shape_values(stack: Stack, start: np.ndarray) -> Callable[[type[Effect], str
     spectra: dict[tuple[str, str, str, float], tuple[float, ...]] = {}
 
     def found(effect: type[Effect], site: str) -> tuple[float, ...]:
-        balance, angle = _periodic(effect, site, stack)
+        balance, angle = periodic_in(effect, site, stack)
         weight = {'position_dependent_friction': 'load_speed',
                   'position_dependent_backlash': 'torque',
                   'torque_ripple': 'current'}.get(effect.name, '')
@@ -48,7 +48,8 @@ def shape_values(stack: Stack, start: np.ndarray) -> Callable[[type[Effect], str
     return shapes
 
 
-def _periodic(effect: type[Effect], site: str, stack: Stack) -> tuple[str, str]:
+def periodic_in(effect: type[Effect], site: str, stack: Stack) -> tuple[str, str]:
+    """Return (balance that shows it, column of the motion with its angle) of a periodic law."""
     names = {n for one in stack.balances for n in one.names}
     if effect.port in ('mesh_error', 'clearance', 'mesh'):
         return 'transmission', 'load_angle'

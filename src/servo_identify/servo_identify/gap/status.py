@@ -60,7 +60,9 @@ def judged(evidence: Evidence) -> Judgement:
     lawful = {r.balance for r in evidence.remainders
               if r.predictable > LAWFUL and r.predictable > OPEN * (squares[r.balance] - 1.0)}
     if not evidence.choices and not gaps & lawful:
-        return Judgement('no_gap', squares, gaps)
+        if not evidence.disputed:
+            return Judgement('no_gap', squares, gaps)
+        gaps = set(evidence.disputed)  # one family shows it, and a law that is not known here
     total = sum(max(0.0, squares[b] - 1.0) for b in gaps) or 1.0
     still, worst = {}, None
     for one in evidence.remainders:
