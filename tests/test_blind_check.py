@@ -199,10 +199,32 @@ def test_an_ambiguous_pair_without_a_proposal_counts_as_not_resolved(tmp_path, m
     resolution.resolve(single, {'screen': [], 'accept': [], 'report': []}, tmp_path,
                        lambda bags, folder: a_report(cause('gravity', 'load')))
     answer = json.loads((tmp_path / 'resolved.json').read_text())
-    assert (answer['by_proposed'], answer['by_random']) == (False, True)
+    assert (answer['by_proposed'], answer['by_random'], answer['by_value']) == (False, True, False)
     outcome = replace(judged(single, first), resolved=answer)
     assert figure([outcome], 'resolved by the proposed recording').value == 0.0
+    assert figure([outcome], 'by the recording, or the value to be measured').value == 0.0
     assert figure([outcome], 'the same where a recording is proposed at all').of == 0
+
+
+@pytest.mark.parametrize('actual, told', [(0.53, True), (0.50, False)])
+def test_a_value_to_be_measured_is_held_against_that_of_the_rig(tmp_path, monkeypatch, actual,
+                                                                told):
+    """The gain of the drive is off: its own value says so, that of a good one would not."""
+    single = replace(a_case('single', ('drive_gain', 1.0)), set={'drive.gain': actual})
+    proposed = {'separates': ['parameter:gain', 'current_sensor_gain'], 'family': '',
+                'settings': {}, 'measure': {'parameter': 'drive.gain', 'unit': 'A/V', 'values': {
+                    'parameter:gain': 0.525, 'current_sensor_gain': 0.495}}}
+    (tmp_path / 'diagnosis').mkdir()
+    first = a_report(cause('parameter:gain', 'drive', ('current_sensor_gain',)))
+    first |= {'next_experiment': proposed}
+    (tmp_path / 'diagnosis' / 'report.json').write_text(json.dumps(first))
+    monkeypatch.setattr(resolution, 'make_bags', lambda orders, servo, place: [])
+    resolution.resolve(single, {'screen': [], 'accept': [], 'report': []}, tmp_path,
+                       lambda bags, folder: None)
+    answer = json.loads((tmp_path / 'resolved.json').read_text())
+    assert (answer['by_proposed'], answer['by_value']) == (False, told)
+    outcome = replace(judged(single, first), resolved=answer)
+    assert figure([outcome], 'by the recording, or the value to be measured').value == told
 
 
 @pytest.mark.parametrize('separates, asked', [

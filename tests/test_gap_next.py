@@ -15,6 +15,7 @@ from servo_identify.gap.ambiguity import explain, stands_in
 from servo_identify.gap.balance import BALANCES
 from servo_identify.gap.experiment_choice import next_experiment, separation
 from servo_identify.gap.menu import recordings_of_the_menu
+from servo_identify.gap.sentence import next_step
 from servo_rig_driver.emulated.excitation import family
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -117,8 +118,8 @@ def proposed(monkeypatch, told):
                         lambda evidence: iter(made))
     monkeypatch.setattr(experiment_choice, 'separation',
                         lambda screening, more, kept, one, other, closely=True: told[more])
-    gravity, spring = SimpleNamespace(name='gravity'), SimpleNamespace(name='spring_load')
-    evidence = SimpleNamespace(choices=(SimpleNamespace(ambiguous=(spring,)),))
+    gravity, spring = (SimpleNamespace(name=n, paths=()) for n in ('gravity', 'spring_load'))
+    evidence = SimpleNamespace(choices=(SimpleNamespace(ambiguous=(spring,)),), servo=SERVO)
     screening = SimpleNamespace(library=SimpleNamespace(candidates=[gravity]))
     return next_experiment(evidence, screening, [0])
 
@@ -132,6 +133,28 @@ def test_the_recording_is_proposed_that_separates_most(monkeypatch):
 def test_none_is_proposed_where_none_would_separate(monkeypatch):
     assert proposed(monkeypatch, (0.4, 0.9)) == {
         'separates': ['gravity', 'spring_load'], 'family': '', 'settings': {}}
+
+
+def test_where_no_recording_separates_a_value_from_a_reading_the_value_is_to_be_measured(
+        monkeypatch):
+    gain, constant = (BENCH.values[f'drive.{name}'] for name in ('gain', 'torque_constant'))
+    servo = replace(BENCH, tolerance={
+        **BENCH.tolerance, 'drive.torque_constant': (0.7 * constant, 1.3 * constant)})
+    rig = servo.with_values({'drive.gain': 1.2 * gain})
+    screening = screened([quick(rig, 1), quick(rig, 2)], servo, 'current_sensor_gain')
+    chosen = chosen_of(screening)
+    assert names_of(screening, chosen) == ['parameter:gain']
+    monkeypatch.setattr(experiment_choice, 'recordings_of_the_menu', lambda evidence: iter(()))
+    answer = next_experiment(
+        SimpleNamespace(choices=explain(screening, chosen), servo=servo), screening, chosen)
+    assert answer['separates'] == ['parameter:gain', 'current_sensor_gain']
+    told = answer['measure']
+    assert (told['parameter'], told['unit']) == ('drive.gain', 'A/V')
+    least, most = servo.tolerance['drive.gain']
+    assert told['values']['parameter:gain'] == pytest.approx(1.2 * gain, rel=0.01)
+    assert least <= told['values']['current_sensor_gain'] <= most
+    said = next_step(answer, linear=False)
+    assert 'measure drive.gain by itself' in said and 'A/V would mean parameter:gain' in said
 
 
 @pytest.mark.parametrize('name, settings', [

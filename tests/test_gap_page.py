@@ -145,6 +145,10 @@ def test_a_page_says_that_no_recording_would_separate_a_pair(diagnosis):
     following = {'separates': ['gravity', 'spring_load'], 'family': '', 'settings': {}}
     text = text_of(page_of(judged(diagnosis, 'explained', next_experiment=following)))
     assert 'no recording of ten seconds would separate gravity from spring load' in text
+    following['measure'] = {'parameter': 'mechanism.stiffness', 'unit': 'N m/rad',
+                            'values': {'gravity': 5e5, 'spring_load': 6e5}}
+    text = text_of(page_of(judged(diagnosis, 'explained', next_experiment=following)))
+    assert 'measure mechanism.stiffness by itself; 5e+05 N m/rad would mean gravity' in text
 
 
 def test_a_page_of_a_poor_rig_greys_what_it_cannot_observe(poor):

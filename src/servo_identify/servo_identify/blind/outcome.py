@@ -51,7 +51,7 @@ class Outcome:
     seconds: float | None = None
     sentence: str = ''
     confidence: float = 0.0
-    resolved: Mapping[str, Any] | None = None  # by the proposed recording, by a random one
+    resolved: Mapping[str, Any] | None = None  # by what is proposed, by a random recording
 
     @property
     def false(self) -> tuple[Named, ...]:

@@ -1,9 +1,10 @@
 """
-Whether the recording that a diagnosis proposes tells an ambiguous pair apart.
+Whether what a diagnosis proposes tells an ambiguous pair apart.
 
 The rig makes the proposed recording twice, and once more a recording drawn at random from the
 families of the machine; the diagnosis is asked again with each of them beside the first ones.
-An ambiguous pair for which no recording is proposed counts as not resolved.
+An ambiguous pair for which no recording is proposed counts as not resolved by one; where a value
+is to be measured instead, the rig's own is held against what either cause would make it.
 """
 
 from __future__ import annotations
@@ -71,7 +72,19 @@ def resolve(case: Case, bags: Mapping[str, Sequence[Path]], place: Path,
              for number, seed in enumerate(seeds)], machine.servo_path, place)
         again = ask({**bags, 'screen': [*bags['screen'], *more]}, place / name)
         answers[f'by_{name}'] = bool(again) and _resolved(case, again, pair)
+    answers['by_value'] = _told_by_value(case, proposed.get('measure'))
     (place / 'resolved.json').write_text(json.dumps(answers, indent=1) + '\n')
+
+
+def _told_by_value(case: Case, proposed: Mapping[str, Any] | None) -> bool:
+    """Whether the value of the rig is nearest to what a truth of the case would make it."""
+    machine = machines()[case.machine]
+    of_rig = {twin: path for path, twins in machine.tolerated.items() for twin in twins}
+    if not proposed or proposed['parameter'] not in of_rig:
+        return False
+    actual, values = case.set[of_rig[proposed['parameter']]], proposed['values']
+    nearest = min(values, key=lambda name: abs(values[name] - actual))
+    return any(nearest in trait.accepted for trait in case.traits)
 
 
 def as_order(machine: Machine, family: str, settings: Mapping[str, Any]) -> dict[str, Any]:

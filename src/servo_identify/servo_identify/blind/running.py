@@ -7,7 +7,7 @@ Each case has a folder. What is in it is kept, so that an interrupted check goes
     diagnosis/report.json   what `servo-identify diagnose` answered
     failed.txt              instead of it, where it gave no answer
     baselines.json          what others would have answered
-    resolved.json           whether the proposed recording told an ambiguous pair apart
+    resolved.json           whether what it proposed told an ambiguous pair apart
 """
 
 from __future__ import annotations

@@ -83,6 +83,8 @@ def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
             share_of('ambiguous pairs', 'the same where a recording is proposed at all',
                      [o for o in pairs if o.resolved['proposed']],
                      lambda o: o.resolved['by_proposed']),
+            share_of('ambiguous pairs', 'by the recording, or the value to be measured', pairs,
+                     lambda o: o.resolved['by_proposed'] or o.resolved['by_value']),
             share_of('ambiguous pairs', 'resolved by a random one', pairs,
                      lambda o: o.resolved['by_random'], 'at most 40 %', most=0.40)]
 

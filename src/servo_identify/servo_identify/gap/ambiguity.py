@@ -15,6 +15,7 @@ from .shapes import refined
 
 MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
+MATTERS = 1.0  # mean square of a recording, in squares of noise and margin, below which it may stay
 LIKELY = 2.0  # standard deviations over blocks by which a richer law must leave less to be listed
 
 
@@ -68,24 +69,22 @@ def stands_in(screening: Screening, one: int, other: int, rest: list[int]) -> bo
     It may leave no more that counts in any balance, nor surely more where a recording shows
     it. One with more numbers must be likely to leave less: as good as anything is its limit
     at which it is the simpler law, and no recording could tell it from that. Of two laws of the
-    mesh it is enough that neither leaves anything that matters, short of that limit: what they
-    differ by within a kink is blurred before they are asked.
+    mesh it is enough that no recording shows it, short of that limit: what they differ by within
+    a kink is blurred before they are asked.
     """
     kept, instead = [*rest, one], [*rest, other]
     left, least = screening.squares(instead), screening.squares(kept)
     if not as_good(left, least, 1.5, 0.3):
         return False
     richer = complexity(screening, other) > complexity(screening, one)
-    if (all(screening.library.candidates[c].of_mesh for c in (one, other))
-            and all(square <= max(1.0, least[b]) for b, square in left.items())
-            and not (richer and at_a_limit(screening, other))):
+    unseen = max(shown(screening, kept, instead).values()) <= 1.0
+    if unseen and all(screening.library.candidates[c].of_mesh for c in (one, other)) and not (
+            richer and at_a_limit(screening, other)):
         return True
     if richer:
         drop = screening.residual(kept)**2 - screening.residual(instead)**2
         return screening.sureness(drop) > LIKELY
-    if max(shown(screening, kept, instead).values()) <= 1.0:
-        return True
-    return not surely_worse(screening, other, one, rest)
+    return unseen or not surely_worse(screening, other, one, rest)
 
 
 def at_a_limit(screening: Screening, one: int) -> bool:
@@ -99,17 +98,21 @@ def shown(screening: Screening, kept: list[int], instead: list[int]) -> dict[int
     Return by recording how plainly it shows that other causes leave more than those kept.
 
     Mean squares of what they leave over the least that is seen, in the balance in which that
-    is most: above 1 it is seen.
+    is most: above 1 it is seen. Of laws of the mesh only what matters is: no law has quite the
+    kink that a rig has, and each leaves a little of it.
     """
     stack = screening.stack
     least, left = screening.residual(kept)**2, screening.residual(instead)**2
     times, more = SEEN
+    granted = MATTERS if all(screening.library.candidates[c].of_mesh
+                             for c in set(kept) ^ set(instead)) else 0.0
     ratios: dict[int, float] = {}
     for number in np.unique(stack.recording):
         for index in np.unique(stack.balance):
             rows = (stack.recording == number) & (stack.balance == index)
             if rows.any():
-                ratio = float(np.mean(left[rows]) / (times * np.mean(least[rows]) + more))
+                seen = max(granted, times * np.mean(least[rows]) + more)
+                ratio = float(np.mean(left[rows]) / seen)
                 ratios[int(number)] = max(ratio, ratios.get(int(number), 0.0))
     return ratios
 

@@ -14,6 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from .sentence import next_step
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `servo-identify diagnose`."""
@@ -66,12 +68,12 @@ def main(arguments: argparse.Namespace) -> int:
     if not arguments.no_page:
         from .page import write_page
         write_page(found, output / 'report.html')
-    _show(found.report, console)
+    _show(found.report, found.evidence.servo.linear, console)
     console.print(f'[dim]{output / "report.json"}, report.html, augmented.yaml[/dim]')
     return 0
 
 
-def _show(report, console: Console) -> None:
+def _show(report, linear: bool, console: Console) -> None:
     where = Table('balance', 'gap / noise', 'share', 'verdict', title='Where')
     for one in report.where:
         seen = one.verdict != 'not observable'
@@ -89,3 +91,5 @@ def _show(report, console: Console) -> None:
     for warning in report.warnings:
         console.print(f'[yellow]{warning}[/yellow]')
     console.print(f'[bold]{report.verdict["sentence"]}[/bold]')
+    if report.next_experiment:
+        console.print(next_step(report.next_experiment, linear))

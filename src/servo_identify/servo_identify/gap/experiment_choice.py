@@ -1,4 +1,4 @@
-"""The recording that would separate two causes that these recordings cannot tell apart."""
+"""What would separate two causes that these recordings cannot tell apart."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from .ambiguity import shown
 from .candidates import Candidate
+from .explanation import fit
 from .joined import joined
 from .menu import DURATION, recordings_of_the_menu
 from .screening import Screening
@@ -14,6 +15,8 @@ from .stack import Stack
 
 FOREMOST = 3  # recordings of the menu for which the other cause is refined before it is judged
 PAIRS = 2  # pairs looked at before none is found that a recording separates
+READABLE = ('drive.', 'mechanism.')  # values that an instrument can read by themselves
+READ = 0.02  # share of such a value by which two causes must differ in it to be told by it
 
 
 def next_experiment(evidence, screening: Screening, kept: list[int]) -> dict:
@@ -24,8 +27,10 @@ def next_experiment(evidence, screening: Screening, kept: list[int]) -> dict:
     put beside the recordings that are there. The best is the one that shows most plainly what the
     other cause leaves, at the shapes and values within tolerance with which it explains them all.
     ``expected_ratio`` is what it leaves there, as mean squares over the least that is seen (1).
-    Where none reaches that, ``family`` is empty. ``settings`` are SI: amplitudes in V or rad/s at
-    the load, frequencies in Hz, accelerations in rad/s2.
+    Where none reaches that, ``family`` is empty, and ``measure``, if one of the two is a value,
+    what it must be by the one and by the other: ``{parameter, unit, values}``, the last by cause.
+    ``settings`` are SI: amplitudes in V or rad/s at the load, frequencies in Hz, accelerations in
+    rad/s2.
     """
     pairs = _pairs(evidence.choices, kept)
     menu = list(recordings_of_the_menu(evidence)) if pairs else []
@@ -35,8 +40,10 @@ def next_experiment(evidence, screening: Screening, kept: list[int]) -> dict:
             family, settings, _ = menu[best]
             return {'separates': _names(screening, one, other), 'family': family,
                     'settings': {**settings, 'duration': DURATION}, 'expected_ratio': told}
-    if pairs:
-        return {'separates': _names(screening, *pairs[0]), 'family': '', 'settings': {}}
+    for one, other in pairs[:1]:
+        value = _telling_value(evidence, screening, kept, one, other)
+        return {'separates': _names(screening, one, other), 'family': '', 'settings': {},
+                **({'measure': value} if value else {})}
     return {}
 
 
@@ -81,3 +88,25 @@ def _most_telling(menu, screening: Screening, kept: list[int], one: int,
             for number in foremost}
     best = max(told, key=told.get, default=-1)
     return int(best), told.get(best, 0.0)
+
+
+def _telling_value(evidence, screening: Screening, kept: list[int], one: int,
+                   other: Candidate) -> dict:
+    """
+    Return ``{parameter, unit, values}`` of the value that one of two causes is, or {}.
+
+    A drive's gain that is off and a current sensor that reads wrong move every signal alike; the
+    gain itself, read by an instrument, is one number for the one and another for the other.
+    """
+    servo = evidence.servo
+    for path in (*screening.library.candidates[one].paths, *other.paths):
+        if path not in servo.values or not path.startswith(READABLE):
+            continue
+        rival = screening.library.candidates.index(other)
+        slot = screening.stack.extended.slot(path)
+        values = [float(fit(screening, chosen).theta[slot])
+                  for chosen in (kept, [rival if c == one else c for c in kept])]
+        if abs(values[0] - values[1]) >= READ * max(map(abs, values)):
+            return {'parameter': path, 'unit': servo.unit(path),
+                    'values': dict(zip(_names(screening, one, other), values, strict=True))}
+    return {}

@@ -20,17 +20,12 @@ from .evidence import Evidence
 from .page_laws import laws, unexplained
 from .page_seconds import Seconds, steps, telling_seconds
 from .resimulation import HORIZON
+from .sentence import next_step
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
           'partly_explained': 'gap explained in part', 'unknown': 'gap of unknown cause'}
 PURPOSES = {'screen': 'selected the causes', 'accept': 'had to confirm them',
             'report': 'measured the shrink'}
-SETTINGS = {'amplitude': 'V', 'speed': 'rad/s', 'speeds': 'rad/s', 'torque': 'N m', 'period': 's',
-            'duration': 's', 'from': 'Hz', 'to': 'Hz', 'frequency': 'Hz',
-            'acceleration': 'rad/s2'}
-"""Units of the settings of a recording that is proposed."""
-
-
 _CURVES = {'flexible': 'The curve is that of a flexible regressor.',
            'median': 'The curve is the median of what is left.',
            '': 'It follows none of the variables that were measured.'}
@@ -166,28 +161,12 @@ def _cell(shrink: float) -> dict:
 def _ambiguous(report: GapReport, linear: bool) -> list[str]:
     lines = [f'{c.effect} at {c.site}: these recordings cannot tell it from '
              f'{", ".join(c.ambiguous_with)}.' for c in report.which if c.ambiguous_with]
-    following = report.next_experiment
-    if following and not following['family']:
-        one, other = following['separates']
-        lines.append(f'Of what the rig was seen to do, no recording of ten seconds would separate '
-                     f'{one} from {other}.')
-    elif following:
-        settings = ', '.join(f'{name} {_setting(name, v, linear)}'
-                             for name, v in following['settings'].items())
-        one, other = following['separates']
-        lines.append(f'Record next: {following["family"]} ({settings}). Of what the rig was seen '
-                     f'to do, it separates {one} from {other} most.')
+    if report.next_experiment:
+        lines.append(next_step(report.next_experiment, linear))
     if report.which and not lines:
         lines.append('Every accepted effect stands alone: no other one does as well on these '
                      'recordings.')
     return [line.replace('_', ' ') for line in lines]
-
-
-def _setting(name: str, value, linear: bool) -> str:
-    said = '/'.join(f'{v:.3g}' for v in value) if isinstance(value, (list, tuple)) else (
-        f'{value:.3g}' if isinstance(value, (int, float)) else str(value))
-    unit = SETTINGS.get(name, '')
-    return f'{said} {unit.replace("N m", "N").replace("rad", "m") if linear else unit}'.strip()
 
 
 def _unknown(report: GapReport, evidence: Evidence) -> dict:

@@ -1,8 +1,9 @@
-"""The verdict as a person is told it."""
+"""The verdict, and what to do next, as a person is told it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,10 @@ PEOPLE = {
     'load': 'the load shaft', 'torque': 'the torque balance of motor and load',
     'controller': 'the controller', 'sensor': 'the sensors',
 }
+SETTINGS = {'amplitude': 'V', 'speed': 'rad/s', 'speeds': 'rad/s', 'torque': 'N m', 'period': 's',
+            'duration': 's', 'from': 'Hz', 'to': 'Hz', 'frequency': 'Hz',
+            'acceleration': 'rad/s2'}
+"""Units of the settings of a recording that is proposed."""
 
 
 def sentence(found: Judgement, evidence: Evidence, balance: str, gone: float) -> str:
@@ -58,6 +63,31 @@ def sentence(found: Judgement, evidence: Evidence, balance: str, gone: float) ->
         text += (f' About {100 * found.share:.0f} % of it still follows a law that is not known '
                  'here.')
     return text
+
+
+def next_step(following: Mapping[str, Any], linear: bool) -> str:
+    """Return what a report proposes to tell two causes apart; a ``linear`` servo moves in m."""
+    one, other = following['separates']
+    if following['family']:
+        settings = ', '.join(f'{name} {_setting(name, value, linear)}'
+                             for name, value in following['settings'].items())
+        return (f'Record next: {following["family"]} ({settings}). Of what the rig was seen to '
+                f'do, it separates {one} from {other} most.')
+    said = (f'Of what the rig was seen to do, no recording of ten seconds would separate {one} '
+            f'from {other}.')
+    value = following.get('measure')
+    if value:
+        read = ', '.join(f'{number:.4g} {value["unit"]} would mean {cause}'
+                         for cause, number in value['values'].items())
+        said += f' An instrument would: measure {value["parameter"]} by itself; {read}.'
+    return said
+
+
+def _setting(name: str, value: Any, linear: bool) -> str:
+    said = '/'.join(f'{v:.3g}' for v in value) if isinstance(value, (list, tuple)) else (
+        f'{value:.3g}' if isinstance(value, (int, float)) else str(value))
+    unit = SETTINGS.get(name, '')
+    return f'{said} {unit.replace("N m", "N").replace("rad", "m") if linear else unit}'.strip()
 
 
 def _left(evidence: Evidence, balance: str) -> float:
