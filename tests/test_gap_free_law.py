@@ -132,3 +132,15 @@ def test_a_ripple_that_shows_at_a_creep_alone_is_found():
     screening = screened([swinging(rig, 1), swinging(rig, 2), *creep], BENCH, 'cogging', 'gravity')
     assert max(screening.squares([]).values()) < 1.3
     assert names_of(screening, chosen_of(screening)) == ['cogging']
+
+
+def test_a_gap_that_one_family_alone_shows_is_said_to_be_where_its_cause_is():
+    rig = with_effects(('cogging', 'motor', {
+        'sine': (2.5e-3, 0.0, 0.0), 'cosine': (0.0, 0.0, 0.0)}))
+    made = [swinging(rig, seed, *settings) for settings in ((), ('creep', 0.5))
+            for seed in (1, 2, 3, 4)]
+    report = diagnose(made, BENCH, without=tuple(n for n in names() if n != 'cogging')).report
+    assert report.verdict['effects'] == ['cogging']
+    told = {one.balance: one for one in report.where}
+    assert report.verdict['balance'] == 'motor' and told['motor'].verdict == 'gap'
+    assert told['motor'].share > 0.9

@@ -21,11 +21,12 @@ def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: d
     """Put the evidence of a diagnosis into a report."""
     found = judged(evidence)
     status, gaps = found.status, found.gaps
-    where = _where(evidence, gaps)
     which = _which(evidence)
     taken = [b for choice in evidence.choices for b in choice.balances]
-    # a cause may show within the noise, where no balance by itself has a gap
-    balance = max(gaps or taken[:1], key=lambda name: found.squares[name], default='')
+    # a cause may show in one family alone, where no balance as a whole has a gap
+    gaps = gaps or set(taken[:1])
+    where = _where(evidence, gaps)
+    balance = max(gaps, key=lambda name: found.squares[name], default='')
     gap = _gap(evidence)
     verdict = {'status': status, 'effects': [cause.name for cause in found.named],
                'balance': balance,
@@ -52,7 +53,10 @@ def report_of(evidence: Evidence, following: dict, warnings: list[str], clock: d
 def _where(evidence: Evidence, gaps: set[str]) -> list[Located]:
     stack = evidence.stacks['report']
     residual = leftover(stack, evidence.base.explanation)
-    excess = {b: max(0.0, s - 1.0) for b, s in squares_of(stack, residual).items()}
+    shown = stack.showing(residual) if gaps else {}
+    squares_of_shown = {b: float(np.mean(residual[rows]**2)) for b, rows in shown.items()}
+    excess = {b: max(0.0, square - 1.0)
+              for b, square in (squares_of(stack, residual) | squares_of_shown).items()}
     total = sum(excess.values()) or 1.0
     chance = np.random.default_rng(0)
     located = []
