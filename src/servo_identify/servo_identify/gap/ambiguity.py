@@ -15,7 +15,7 @@ from .shapes import refined
 
 MAINLY = 0.3  # share of the most that a cause takes away in one balance, for another to count
 ALIKE = 0.9  # share of a cause's gain that another must reach to be called ambiguous with it
-MATTERS = 1.0  # mean square of a recording, in squares of noise and margin, below which it may stay
+MATTERS = 1.0  # mean square in a recording, of noise and margin, below which it may be left
 LIKELY = 2.0  # standard deviations over blocks by which a richer law must leave less to be listed
 
 

@@ -138,7 +138,7 @@ def _unnamed(evidence: Evidence, kept: list[int]) -> list[int]:
 def _standing(selection: Selection, balances: list[Balance], others: Stack,
               stages: Stages) -> tuple[list[int], list[str], dict[str, tuple[str, ...]]]:
     """
-    Return (the causes that are asked for and stand on other recordings, why others fell, disputed).
+    Return (causes that are asked for and stand on other recordings, why others fell, disputed).
 
     The last are by balance the variables of laws that do more than what is known.
     """

@@ -63,13 +63,12 @@ def undisputed(screening: Screening, chosen: list[int],
 
 def _outdoing(screening: Screening, chosen: list[int], one: int) -> tuple[str, ...]:
     """Return the variables of the law that makes a chosen cause needless, () without one."""
-    of_one = plainly_outdone_by(screening, chosen, one)
-    if not of_one:
-        times = periodically_outdone_by(screening, chosen, one)
-        if times:
-            return times
-        of_one = outdone_by(screening, chosen, one)
-    return (of_one,) if of_one else ()
+    if variable := plainly_outdone_by(screening, chosen, one):
+        return (variable,)
+    if variables := periodically_outdone_by(screening, chosen, one):
+        return variables
+    variable = outdone_by(screening, chosen, one)
+    return (variable,) if variable else ()
 
 
 def outdone_by(screening: Screening, chosen: list[int], one: int) -> str:

@@ -1,9 +1,10 @@
 """
 What another law of the same orders would explain in the place of a periodic cause.
 
-Friction that varies over the turn, cogging and a ripple of the torque repeat themselves alike; what
-they are multiplied by tells them apart: the way a shaft turns, nothing, the current. Where the
-orders times another variable explain more, and leave the cause nothing to do, it is not what acts.
+Friction that varies over the turn, cogging and a ripple of the torque repeat themselves alike;
+what they are multiplied by tells them apart: the way a shaft turns, nothing, the current. Where
+the orders times another variable explain more, and leave the cause nothing to do, it is not what
+acts.
 """
 
 from __future__ import annotations
