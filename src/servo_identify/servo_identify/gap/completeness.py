@@ -76,8 +76,13 @@ def since_reversal(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
     return np.abs(angle - angle[anchor])
 
 
-def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
-    """Describe what a residual (in units of the scale) leaves in a balance."""
+def remainder(stack: Stack, residual: np.ndarray, balance: str,
+              known: tuple[str, ...] = ()) -> Remainder:
+    """
+    Describe what a residual (in units of the scale) leaves in a balance.
+
+    ``known`` are variables that it is known to depend on; they come first.
+    """
     from sklearn.ensemble import HistGradientBoostingRegressor
     from threadpoolctl import threadpool_limits
 
@@ -108,8 +113,9 @@ def remainder(stack: Stack, residual: np.ndarray, balance: str) -> Remainder:
     taken = np.mean(clipped**2) - np.mean((clipped - predicted)**2)
     predictable = float(max(0.0, taken))
     strongest = np.argsort(importance)[::-1]
-    depends = tuple(VARIABLES[i] for i in strongest[:3]
-                    if importance[i] > 0.15 * max(importance.max(), 1e-12))
+    found = (VARIABLES[i] for i in strongest[:3]
+             if importance[i] > 0.15 * max(importance.max(), 1e-12))
+    depends = tuple(dict.fromkeys((*known, *found)))
     name = 'angle of the motor' if ANGLE_OF[balance] == 'motor_angle' else 'angle of the load'
     direction = np.sign(table[:, VARIABLES.index('speed')])
     flipped = target * direction

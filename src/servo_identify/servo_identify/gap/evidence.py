@@ -94,13 +94,11 @@ def _remainders(stacks: dict[str, Stack], left: np.ndarray, best: Trial, found: 
                 disputed: dict[str, tuple[str, ...]]) -> tuple[Remainder, ...]:
     """Describe what is left in each balance that shows a gap, or in which a law is disputed."""
     screen, accepting = stacks['screen'], stacks['accept']
-    remainders = [remainder(screen, left, BALANCES[i]) for i in np.unique(screen.balance)
-                  if np.mean(left[screen.balance == i]**2) > NOTICED or BALANCES[i] in disputed]
+    open_ones = [BALANCES[i] for i in np.unique(screen.balance)
+                 if np.mean(left[screen.balance == i]**2) > NOTICED or BALANCES[i] in disputed]
+    remainders = [remainder(screen, left, b, disputed.get(b, ())) for b in open_ones]
     common = repeatable(screen, left, accepting, leftover(accepting, best.explanation))
-    return tuple(replace(
-        r, predictable=_unexplained(r, common, found),
-        depends_on=tuple(dict.fromkeys((*disputed.get(r.balance, ()), *r.depends_on))))
-        for r in remainders)
+    return tuple(replace(r, predictable=_unexplained(r, common, found)) for r in remainders)
 
 
 def _unexplained(left: Remainder, common: dict[str, float], found: bool) -> float:
