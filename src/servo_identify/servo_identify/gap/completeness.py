@@ -122,10 +122,12 @@ def remainder(stack: Stack, residual: np.ndarray, balance: str,
     odd = np.mean(flipped)**2 + _explained(table[:, 2], flipped)
     even = np.mean(target)**2 + _explained(table[:, 2], target)
     angle = table[:, VARIABLES.index(name)]
+    # what the orders are multiplied by flips them, as the current does a ripple of the torque
+    times = np.prod([np.sign(table[:, VARIABLES.index(v)]) for v in known if v != name], axis=0)
     leading = VARIABLES.index(depends[0]) if depends else VARIABLES.index('speed')
     return Remainder(
         balance, square, predictable, depends, 'odd' if odd > even else 'even',
-        orders(angle, target) if name in depends else (),
+        orders(angle, target * times) if name in depends else (),
         'travel since reversal' in depends, 'time' in depends or 'temperature' in depends,
         _curve(table[:, leading], predicted))
 
