@@ -12,6 +12,7 @@ from servo_identify.gap.completeness import Remainder
 from servo_identify.gap.resimulation import Gap
 from servo_identify.gap.sentence import sentence
 from servo_identify.gap.status import judged
+from servo_twin.physics.catalogue import find
 
 BEFORE = 101.0  # mean square of each balance without any cause, in squares of noise and margin
 
@@ -71,6 +72,26 @@ def test_an_effect_may_be_right_at_one_shaft_and_wrong_at_the_other():
     found = judged(evidence([right, wrong], {'load': 0.0, 'motor': 0.5}))
     assert [one.key for one in found.named] == [('coulomb_friction', 'load')]
     assert found.status == 'partly_explained'
+
+
+@pytest.mark.parametrize(('left', 'torque', 'status'), [
+    (0.3, 0.0, 'explained'), (0.9, 0.0, 'unknown'), (0.9, 2e-3, 'explained')])
+def test_a_law_of_the_mesh_is_named_where_the_twin_winds_up_with_it_as_the_rig_does(
+        left, torque, status):
+    """What its torque is off by winds it up otherwise too, and says nothing of the mesh."""
+    def wound(wind_up, torque):
+        return Gap({'torque': np.array([[100.0 * torque**2, 100.0]]),
+                    'wind_up': np.array([[100.0 * wind_up**2, 100.0]])},
+                   {'torque': 0.0, 'wind_up': 1e-3}, {'torque': 1.0, 'wind_up': 1.0},
+                   np.array([0]))
+
+    bent = Candidate('nonlinear_stiffness', 'mesh', ('effects.n.soft',), (0,), switch=0,
+                     effect=find('nonlinear_stiffness'))
+    found = evidence([Choice(bent, 1.0, 10.0, ('transmission',))], {'transmission': 0.0})
+    stiffness = 1e-3
+    found.servo = SimpleNamespace(values={'mechanism.stiffness': stiffness})
+    found.reported = {'base': wound(1.0, 5e-3), 'best': wound(left, torque)}
+    assert judged(found).status == status
 
 
 @pytest.mark.parametrize('square', (1.1, BEFORE))

@@ -24,6 +24,8 @@ WRONG_VALUE = 0.05  # the same of a value: one that is off leaves nothing behind
 ALONE = 0.02  # the same where only values are at work, no effect whose form may be another
 FAR = 1000.0  # the same in squares of noise and margin: a sixth of all that acts is no detail,
 NOT_FAR = ('controller',)  # but where errors add up, since the law runs on with no loop closed
+WOUND = 0.75  # share of the gap of the wind-up that a twin with a law of the mesh may keep
+BY_TORQUE = 2.0  # or times what its torque is off by, over the stiffness
 TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
 HOLDS = 0.5  # of the square of the balances there; if less is left, it stands all the same
 
@@ -76,7 +78,8 @@ def judged(evidence: Evidence) -> Judgement:
     left = {r.balance: r.predictable for r in evidence.remainders if r.balance in still}
     wrong = [choice for choice in evidence.choices
              if _leaves_too_much(choice, evidence, still, left)
-             or _is_a_piece(choice, evidence, left) or _mimics_reading(choice, evidence.reading)]
+             or _is_a_piece(choice, evidence, left) or _mimics_reading(choice, evidence.reading)
+             or _winds_up_otherwise(choice, evidence)]
     named = [choice.candidate for choice in evidence.choices
              if choice not in wrong and not any(_mends(choice, other) for other in wrong)]
     if not evidence.choices:
@@ -93,6 +96,23 @@ def judged(evidence: Evidence) -> Judgement:
 def _mimics_reading(choice: Choice, reading: str) -> bool:
     """Tell whether a cause would only do what a wrong reading ('' for none) does."""
     return set(choice.balances) <= set(ENTERS.get(reading, ()))
+
+
+def _winds_up_otherwise(choice: Choice, evidence: Evidence) -> bool:
+    """
+    Tell whether a law of the mesh closes its balance, but not the gap of the twin's wind-up.
+
+    The balance asks it by the wind-up that was measured. One that gives way to any wind-up closes
+    it whatever moved the readings, an encoder that reads late as well; the twin, which has but its
+    own torque to wind up by, does not follow.
+    """
+    before, after = evidence.reported['base'], evidence.reported['best']
+    if not choice.candidate.bends_mesh or not {'wind_up', 'torque'} <= set(after.squares):
+        return False
+    stiffness = evidence.servo.values.get('mechanism.stiffness', 0.0)
+    left, first = after.excess('wind_up'), before.excess('wind_up')
+    return (first > after.floor['wind_up'] and left > WOUND * first
+            and left * stiffness > BY_TORQUE * after.rms('torque'))
 
 
 def _leaves_too_much(choice: Choice, evidence: Evidence, share: dict[str, float],
