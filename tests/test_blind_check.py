@@ -206,11 +206,12 @@ def test_an_ambiguous_pair_without_a_proposal_counts_as_not_resolved(tmp_path, m
     assert figure([outcome], 'the same where a recording is proposed at all').of == 0
 
 
-@pytest.mark.parametrize('actual, told', [(0.53, True), (0.50, False)])
-def test_a_value_to_be_measured_is_held_against_that_of_the_rig(tmp_path, monkeypatch, actual,
+@pytest.mark.parametrize('withheld, told', [(0.07, True), (0.02, False)])
+def test_a_value_to_be_measured_is_held_against_that_of_the_rig(tmp_path, monkeypatch, withheld,
                                                                 told):
     """The gain of the drive is off: its own value says so, that of a good one would not."""
-    single = replace(a_case('single', ('drive_gain', 1.0)), set={'drive.gain': actual})
+    single = replace(a_case('single'), truths=(Truth('drive_gain', 1.0, withheld),),
+                     set={'drive.gain': 0.49, 'withheld.drive_gain': withheld})
     proposed = {'separates': ['parameter:gain', 'current_sensor_gain'], 'family': '',
                 'settings': {}, 'measure': {'parameter': 'drive.gain', 'unit': 'A/V', 'values': {
                     'parameter:gain': 0.525, 'current_sensor_gain': 0.495}}}

@@ -82,7 +82,11 @@ def _told_by_value(case: Case, proposed: Mapping[str, Any] | None) -> bool:
     of_rig = {twin: path for path, twins in machine.tolerated.items() for twin in twins}
     if not proposed or proposed['parameter'] not in of_rig:
         return False
-    actual, values = case.set[of_rig[proposed['parameter']]], proposed['values']
+    path, values = of_rig[proposed['parameter']], proposed['values']
+    actual = case.set[path]
+    for truth, trait in zip(case.truths, case.traits, strict=True):
+        if trait.share and trait.tolerance_of == path:  # withheld as a share of it
+            actual *= 1.0 + truth.severity
     nearest = min(values, key=lambda name: abs(values[name] - actual))
     return any(nearest in trait.accepted for trait in case.traits)
 
