@@ -25,7 +25,7 @@ ALONE = 0.02  # the same where only values are at work, no effect whose form may
 FAR = 1000.0  # the same in squares of noise and margin: a sixth of all that acts is no detail,
 NOT_FAR = ('controller',)  # but where errors add up, since the law runs on with no loop closed
 WOUND = 0.75  # share of the gap of the wind-up that a twin with a law of the mesh may keep
-BY_TORQUE = 2.0  # or times what its torque is off by, over the stiffness
+BY_TORQUE = 5.0  # or times what its torque is off by, over the stiffness
 TOLD = 0.05  # growth of the gap on the report recordings that refutes what was accepted
 HOLDS = 0.5  # of the square of the balances there; if less is left, it stands all the same
 
