@@ -228,6 +228,14 @@ def test_a_value_to_be_measured_is_held_against_that_of_the_rig(tmp_path, monkey
     assert figure([outcome], 'by the recording, or the value to be measured').value == told
 
 
+def test_a_value_that_the_rig_was_given_holds_what_is_withheld_already():
+    stiff = replace(a_case('single'), truths=(Truth('stiffness_error', 1.0, 0.2),),
+                    set={'machine.stiffness': 6e5})
+    measured = {'parameter': 'mechanism.stiffness', 'unit': 'N m/rad',
+                'values': {'stiffness_error': 6e5, 'backlash': 7e5}}
+    assert resolution._told_by_value(stiff, measured)
+
+
 @pytest.mark.parametrize('separates, asked', [
     ([], []), (['gravity', 'spring_load'], ['gravity', 'spring_load']),
     (['cogging', 'torque_ripple'], [])])

@@ -78,14 +78,14 @@ def resolve(case: Case, bags: Mapping[str, Sequence[Path]], place: Path,
 
 def _told_by_value(case: Case, proposed: Mapping[str, Any] | None) -> bool:
     """Whether the value of the rig is nearest to what a truth of the case would make it."""
-    machine = machines()[case.machine]
-    of_rig = {twin: path for path, twins in machine.tolerated.items() for twin in twins}
+    of_rig = {twin: path for path, twins in machines()[case.machine].tolerated.items()
+              for twin in twins}
     if not proposed or proposed['parameter'] not in of_rig:
         return False
     path, values = of_rig[proposed['parameter']], proposed['values']
     actual = case.set[path]
     for truth, trait in zip(case.truths, case.traits, strict=True):
-        if trait.share and trait.tolerance_of == path:  # withheld as a share of it
+        if trait.share and trait.tolerance_of == path != trait.property:  # withheld beside it
             actual *= 1.0 + truth.severity
     nearest = min(values, key=lambda name: abs(values[name] - actual))
     return any(nearest in trait.accepted for trait in case.traits)
