@@ -126,9 +126,11 @@ def test_a_cause_found_in_one_family_is_refuted_by_that_family(monkeypatch, left
     assert status._refuted(evidence, set()) is refuted
 
 
+FAINT = ('cogging', 'motor', {'sine': (2.5e-3, 0.0, 0.0), 'cosine': (0.0, 0.0, 0.0)})
+
+
 def test_a_ripple_that_shows_at_a_creep_alone_is_found():
-    rig = with_effects(('cogging', 'motor', {
-        'sine': (2.5e-3, 0.0, 0.0), 'cosine': (0.0, 0.0, 0.0)}))
+    rig = with_effects(FAINT)
     creep = [swinging(rig, seed, 'creep', 0.5) for seed in (3, 4)]
     screening = screened([swinging(rig, 1), swinging(rig, 2), *creep], BENCH, 'cogging', 'gravity')
     assert max(screening.squares([]).values()) < 1.3
@@ -136,8 +138,7 @@ def test_a_ripple_that_shows_at_a_creep_alone_is_found():
 
 
 def test_a_gap_that_one_family_alone_shows_is_said_to_be_where_its_cause_is():
-    rig = with_effects(('cogging', 'motor', {
-        'sine': (2.5e-3, 0.0, 0.0), 'cosine': (0.0, 0.0, 0.0)}))
+    rig = with_effects(FAINT)
     made = [swinging(rig, seed, *settings) for settings in ((), ('creep', 0.5))
             for seed in (1, 2, 3, 4)]
     report = diagnose(made, BENCH, without=tuple(n for n in names() if n != 'cogging')).report

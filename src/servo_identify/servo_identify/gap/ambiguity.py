@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,14 +77,17 @@ def stands_in(screening: Screening, one: int, other: int, rest: list[int]) -> bo
     if not as_good(left, least, 1.5, 0.3):
         return False
     richer = complexity(screening, other) > complexity(screening, one)
-    unseen = max(shown(screening, kept, instead).values()) <= 1.0
-    if unseen and all(screening.library.candidates[c].of_mesh for c in (one, other)) and not (
-            richer and at_a_limit(screening, other)):
+    blurred = _of_mesh(screening, (one, other)) and not at_a_limit(screening, other)
+    if (blurred or not richer) and max(shown(screening, kept, instead).values()) <= 1.0:
         return True
     if richer:
         drop = screening.residual(kept)**2 - screening.residual(instead)**2
         return screening.sureness(drop) > LIKELY
-    return unseen or not surely_worse(screening, other, one, rest)
+    return not surely_worse(screening, other, one, rest)
+
+
+def _of_mesh(screening: Screening, some: Iterable[int]) -> bool:
+    return all(screening.library.candidates[c].of_mesh for c in some)
 
 
 def at_a_limit(screening: Screening, one: int) -> bool:
@@ -104,8 +107,7 @@ def shown(screening: Screening, kept: list[int], instead: list[int]) -> dict[int
     stack = screening.stack
     least, left = screening.residual(kept)**2, screening.residual(instead)**2
     times, more = SEEN
-    granted = MATTERS if all(screening.library.candidates[c].of_mesh
-                             for c in set(kept) ^ set(instead)) else 0.0
+    granted = MATTERS if _of_mesh(screening, set(kept) ^ set(instead)) else 0.0
     ratios: dict[int, float] = {}
     for number in np.unique(stack.recording):
         for index in np.unique(stack.balance):

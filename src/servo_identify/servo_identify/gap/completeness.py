@@ -20,6 +20,7 @@ from .stack import Stack
 
 ANGLE_OF = {'motor': 'motor_angle', 'drive': 'motor_angle', 'load': 'load_angle',
             'torque': 'load_angle', 'transmission': 'load_angle', 'controller': 'load_angle'}
+ANGLES = {'motor_angle': 'angle of the motor', 'load_angle': 'angle of the load'}
 VARIABLES = ('angle of the load', 'angle of the motor', 'speed', 'torque', 'current', 'wind-up',
              'acceleration', 'direction', 'travel since reversal', 'time', 'temperature')
 
@@ -47,23 +48,20 @@ class Remainder:
 
 def features(stack: Stack, balance: str) -> np.ndarray:
     """Return the variables of :data:`VARIABLES` at the rows of a balance, (rows, variables)."""
-    parts = []
-    for number, one in enumerate(stack.balances):
-        if balance not in one.names:
-            continue
+    def of(one):
         bump, reach = one.bump_of(balance), one.seen.bump.reach
         centres = bump.centres(len(one.seen.recording))
         at = np.clip(centres - reach, 0, len(one.motion('load_angle')) - 1)
         motion = {n: one.motion(n)[at] for n in MOTION}
         speed = motion['load_speed']
         turned = since_reversal(one.motion('load_angle'), one.motion('load_speed'))
-        table = np.column_stack((
+        return np.column_stack((
             np.mod(motion['load_angle'], 2.0 * np.pi), np.mod(motion['motor_angle'], 2.0 * np.pi),
             speed, motion['torque'], motion['current'], motion['wind_up'],
             motion['load_acceleration'], np.sign(speed), turned[at],
             centres * one.seen.period, motion['temperature']))
-        parts.append(table[stack.kept(number, balance)])
-    return np.nan_to_num(np.concatenate(parts))
+
+    return stack.at_rows(balance, of)
 
 
 def since_reversal(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -116,7 +114,7 @@ def remainder(stack: Stack, residual: np.ndarray, balance: str,
     found = (VARIABLES[i] for i in strongest[:3]
              if importance[i] > 0.15 * max(importance.max(), 1e-12))
     depends = tuple(dict.fromkeys((*known, *found)))
-    name = 'angle of the motor' if ANGLE_OF[balance] == 'motor_angle' else 'angle of the load'
+    name = ANGLES[ANGLE_OF[balance]]
     direction = np.sign(table[:, VARIABLES.index('speed')])
     flipped = target * direction
     odd = np.mean(flipped)**2 + _explained(table[:, 2], flipped)

@@ -33,18 +33,18 @@ def next_experiment(evidence, screening: Screening, kept: list[int]) -> dict:
     rad/s2.
     """
     pairs = _pairs(evidence.choices, kept)
-    menu = list(recordings_of_the_menu(evidence)) if pairs else []
+    if not pairs:
+        return {}
+    menu = list(recordings_of_the_menu(evidence))
     for one, other in pairs[:PAIRS]:
         best, told = _most_telling(menu, screening, kept, one, other)
         if told > 1.0:
             family, settings, _ = menu[best]
             return {'separates': _names(screening, one, other), 'family': family,
                     'settings': {**settings, 'duration': DURATION}, 'expected_ratio': told}
-    for one, other in pairs[:1]:
-        value = _telling_value(evidence, screening, kept, one, other)
-        return {'separates': _names(screening, one, other), 'family': '', 'settings': {},
-                **({'measure': value} if value else {})}
-    return {}
+    nothing = {'separates': _names(screening, *pairs[0]), 'family': '', 'settings': {}}
+    value = _telling_value(evidence, screening, kept, *pairs[0])
+    return {**nothing, 'measure': value} if value else nothing
 
 
 def separation(screening: Screening, more: Stack, kept: list[int], one: int,

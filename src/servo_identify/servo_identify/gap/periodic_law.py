@@ -14,16 +14,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from .ambiguity import taken_from
-from .plain_law import KEPT
+from .completeness import ANGLES
+from .plain_law import AT_A_SHAFT, KEPT
 from .screening import Screening
 from .shape_values import periodic_in
 from .stack import Stack
 
 MORE = 1.05  # times a cause's gain that another law with as many numbers must take away
-TIMES = {'': (), 'direction': ('direction',), 'current': ('current',), 'torque': ('torque',),
-         'load_speed': ('speed',), 'load_acceleration': ('acceleration',)}
-"""By column of the motion what the waves are multiplied by."""
-OF = {'motor_angle': 'angle of the motor', 'load_angle': 'angle of the load'}
+TIMES = {**AT_A_SHAFT, 'current': 'current', 'torque': 'torque'}
+"""By variable the column of the motion by which waves are multiplied."""
 
 
 def periodically_outdone_by(screening: Screening, chosen: list[int],
@@ -43,27 +42,26 @@ def periodically_outdone_by(screening: Screening, chosen: list[int],
     multiples = max(1, len(screening.members[one]) // 2)
     better: list[tuple[float, tuple[str, ...]]] = []
     for balance in taken_from(screening, rest, chosen):
-        for factor, table in _laws(screening.stack, balance, angle,
-                                   candidate.order * np.arange(1, multiples + 1)):
+        for times, table in _laws(screening.stack, balance, angle,
+                                  candidate.order * np.arange(1, multiples + 1)):
             left = screening.loss_beside(rest, table)
             beside = left - screening.loss_beside(chosen, table)
             if without - left > MORE * (without - last) and beside < KEPT * (without - last):
-                better.append((left, (OF[angle], *TIMES[factor])))
+                better.append((left, (ANGLES[angle], *times)))
     return min(better, default=(0.0, ()))[1]
 
 
 def _laws(stack: Stack, balance: str, angle: str,
-          orders: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield (factor, the change of all rows by waves of the orders times it, (rows, waves))."""
-    for factor in TIMES:
-        values = []
-        for number, one in enumerate(stack.balances):
-            if balance not in one.names:
-                continue
-            phase = orders * one.series(angle, balance)[:, None]
-            waves = np.hstack((np.cos(phase), np.sin(phase)))
-            if factor:
-                waves *= one.series(factor, balance)[:, None]
-            seen = [one.under(wave, one.bump_of(balance)) for wave in waves.T]
-            values.append(np.column_stack(seen)[stack.kept(number, balance)])
-        yield factor, stack.columns_of(balance, np.nan_to_num(np.concatenate(values)))
+          orders: np.ndarray) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
+    """Yield (what waves are multiplied by, the change of all rows by them, (rows, waves))."""
+    def of(one):
+        phase = orders * one.series(angle, balance)[:, None]
+        waves = np.hstack((np.cos(phase), np.sin(phase))).T
+        factors = [1.0, *(one.series(column, balance) for column in TIMES.values())]
+        return np.column_stack([one.under(wave * factor, one.bump_of(balance))
+                                for factor in factors for wave in waves])
+
+    names = [(), *((variable,) for variable in TIMES)]
+    tables = np.split(stack.at_rows(balance, of), len(names), axis=1)
+    for times, table in zip(names, tables, strict=True):
+        yield times, stack.columns_of(balance, table)

@@ -62,7 +62,5 @@ def _left(screening: Screening, balance: str, chosen: list[int]) -> tuple[float,
 def _plain_laws(stack: Stack, balance: str) -> Iterator[tuple[str, np.ndarray]]:
     """Yield (variable, the change of all rows by a law in proportion to it, (rows, 1))."""
     for variable, name in PLAIN.get(balance, {}).items():
-        values = np.concatenate([one.weighed(name, balance)[stack.kept(number, balance)]
-                                 for number, one in enumerate(stack.balances)
-                                 if balance in one.names])
-        yield variable, stack.columns_of(balance, np.nan_to_num(values)[:, None])
+        values = stack.at_rows(balance, lambda one, name=name: one.weighed(name, balance))
+        yield variable, stack.columns_of(balance, values[:, None])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -104,6 +104,12 @@ class Stack:
     def kept(self, number: int, balance: str) -> np.ndarray:
         """Which centres of a balance of a recording are rows, bool."""
         return self._keep[number, balance]
+
+    def at_rows(self, balance: str, of: Callable[[Balance], np.ndarray]) -> np.ndarray:
+        """Return at the rows of a balance what is known of each recording at its centres."""
+        return np.nan_to_num(np.concatenate(
+            [of(one)[self.kept(number, balance)] for number, one in enumerate(self.balances)
+             if balance in one.names]))
 
     def columns_of(self, balance: str, values: np.ndarray) -> np.ndarray:
         """Return physical values at the rows of a balance as columns of all rows, of size one."""
