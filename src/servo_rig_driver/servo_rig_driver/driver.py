@@ -266,6 +266,9 @@ def main(arguments: list[str] | None = None) -> int:
             executor.spin_until_future_complete(Future(), 1.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:  # rclpy raises an RCLError of its own where a signal came while it published
+        if rclpy.ok():
+            raise
     finally:
         refused = node.finished.done()
         if refused:
