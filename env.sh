@@ -44,7 +44,7 @@ _servo_activate() {
   _servo_prepend AMENT_PREFIX_PATH "$_servo_root/install"
   _servo_prepend LD_LIBRARY_PATH "$_servo_root/install/lib"
   _servo_prepend PYTHONPATH "$_servo_root/install/$_servo_packages"
-  for _servo_package in servo_rig_driver servo_twin servo_identify; do
+  for _servo_package in servo_rig_driver servo_twin servo_identify servo_studies; do
     _servo_prepend PYTHONPATH "$_servo_root/build/$_servo_package"
     _servo_prepend PATH "$_servo_root/install/lib/$_servo_package"
   done

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from servo_twin.description.servo_file import dumps, load
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import COLUMNS, PREDICTED, Recording
-from servo_twin.servo_file import dumps, load
+from servo_twin.recording.recording import COLUMNS, PREDICTED, Recording
 
 SERVO = Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml'
 

@@ -45,7 +45,8 @@ class DriverProcess:
     def __init__(self, namespace: str, **values: Any) -> None:
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
-            [sys.executable, '-m', 'servo_rig_driver.driver', '--ros-args', '--params-file',
+            [sys.executable, '-m', 'servo_rig_driver.driver.driver_node', '--ros-args',
+             '--params-file',
              str(CONFIG), '-r', f'__ns:=/{namespace}',
              *[word for parameter in told for word in ('-p', parameter)]],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ))

@@ -5,7 +5,7 @@ from shutil import which
 
 import pytest
 
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.fmu import example
 
 SERVO = """

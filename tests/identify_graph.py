@@ -54,8 +54,10 @@ class Graph:
         self.thread.start()
         servo_file = str(CONFIG / 'servos' / f'{servo}.yaml')
         self.nodes = [
-            self._start('servo_twin.twin_node', 'autostart:=true', f'servo_file:={servo_file}'),
-            self._start('servo_identify.identify_node', f'servo_file:={servo_file}', *settings)]
+            self._start('servo_twin.nodes.twin_node', 'autostart:=true',
+                        f'servo_file:={servo_file}'),
+            self._start('servo_identify.nodes.identify_node', f'servo_file:={servo_file}',
+                        *settings)]
         try:
             self.wait(lambda: self.fact('twin: twin', 'lifecycle') == 'active')
             for client in self.clients.values():
@@ -81,17 +83,20 @@ class Graph:
         bus, file = folder / 'rig.can', folder / 'rig.yaml'
         file.write_text((CONFIG / 'rigs' / f'{rig}.yaml').read_text())
         python = [sys.executable, '-m']
-        self.fed.append(subprocess.Popen([*python, 'servo_rig_driver.can_hub', str(bus)]))
+        self.fed.append(subprocess.Popen([*python, 'servo_rig_driver.can_bus.can_hub', str(bus)]))
         self.wait(bus.exists)
-        emulator = subprocess.Popen([*python, 'servo_rig_driver.emulated_rig', '--rig', str(file),
+        emulator = subprocess.Popen([*python, 'servo_rig_driver.emulated.rig_process', '--rig',
+                                     str(file),
                                      '--interface', 'unix_bus', '--channel', str(bus)])
         self.fed.append(emulator)
         self.fed.append(self._start(
-            'servo_rig_driver.driver', 'sync_period:=0.001', 'block_size:=20', 'autostart:=true',
+            'servo_rig_driver.driver.driver_node', 'sync_period:=0.001', 'block_size:=20',
+            'autostart:=true',
             'bus.interface:=unix_bus', f'bus.channel:={bus}',
             file=('--params-file', str(CONFIG / 'driver.yaml'))))
         self.fed.append(subprocess.Popen(
-            [*python, 'servo_rig_driver.player', *excitation, '--wait', '120', '--ros-args', '-r',
+            [*python, 'servo_rig_driver.record.player_node', *excitation, '--wait', '120',
+             '--ros-args', '-r',
              '__ns:=/rig']))
         return emulator, file
 

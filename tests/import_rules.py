@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 import sys
 
-PACKAGES = ('servo_rig_driver', 'servo_twin', 'servo_identify')
+PACKAGES = ('servo_rig_driver', 'servo_twin', 'servo_identify', 'servo_studies')
 FORBIDDEN = {
-    'servo_rig_driver': {'servo_twin', 'servo_identify'},
-    'servo_twin': {'servo_rig_driver', 'servo_identify'},
-    'servo_identify': {'servo_rig_driver'},
+    'servo_rig_driver': {'servo_twin', 'servo_identify', 'servo_studies'},
+    'servo_twin': {'servo_rig_driver', 'servo_identify', 'servo_studies'},
+    'servo_identify': {'servo_rig_driver', 'servo_studies'},
+    'servo_studies': {'servo_rig_driver'},
 }
 PHYSICS_LIBRARIES = {'math', 'numpy', 'numba', 'servo_twin.physics'}
 # Of the standard library, physics has no use for clocks, chance, processes and file formats.
@@ -101,4 +102,4 @@ def _suits_physics(entry: Import) -> bool:
 
 
 def _is_rim(module: str) -> bool:
-    return module.split('.')[1] in ('conversion', 'bag')
+    return 'bag' in module.split('.')[:2] or module.endswith('.message_conversion')

@@ -13,10 +13,10 @@ from servo_identify.gap.screening import Screening
 from servo_identify.gap.selection import Selection
 from servo_identify.gap.shape_values import shape_values
 from servo_identify.gap.stack import Stack
-from servo_twin import servo_file
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
-from servo_twin.shipped import servo_at
 
 BENCH = servo_file.load(servo_at('rv_bench'))
 TIME = np.arange(int(8.0 / PERIOD)) * PERIOD

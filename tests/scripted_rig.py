@@ -13,8 +13,8 @@ from time import monotonic
 
 from can import CanError
 
-from servo_rig_driver.bus import BusSettings, open_bus, Wire
-from servo_rig_driver.frames import HEARTBEAT_ID, load_frames, NMT_ID, SYNC_ID
+from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.devices.pdo_table import HEARTBEAT_ID, load_frames, NMT_ID, SYNC_ID
 
 DISABLED, READY, ON, ENABLED, FAULT = 0x0250, 0x0231, 0x0233, 0x0237, 0x0218
 NODES = {1: 'drive', 2: 'load_encoder', 3: 'torque_sensor'}

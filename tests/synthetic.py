@@ -6,7 +6,7 @@ import numpy as np
 
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 PERIOD = 1e-3
 

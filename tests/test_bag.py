@@ -25,7 +25,14 @@ from servo_twin.bag import (
 )
 from servo_twin.bag.definitions import own_types
 from servo_twin.bag.writing import SAMPLE_TOPICS
-from servo_twin.recording import BALANCES, COLUMNS, COMPARED, PREDICTED, Predictions, Recording
+from servo_twin.recording.recording import (
+    BALANCES,
+    COLUMNS,
+    COMPARED,
+    PREDICTED,
+    Predictions,
+    Recording,
+)
 
 FLOATS = st.floats(width=64, allow_nan=True, allow_infinity=True)
 

@@ -5,13 +5,13 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from servo_twin import servo_file
-from servo_twin.balances import Balances, channel_residuals
+from servo_twin.balances.residual_filters import Balances, channel_residuals
+from servo_twin.description import servo_file
+from servo_twin.lockstep.twin import Twin
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.state import OUTPUTS
-from servo_twin.recording import BALANCES, COLUMNS
-from servo_twin.samples import CHANNELS, samples_of
-from servo_twin.twin import Twin
+from servo_twin.recording.recording import BALANCES, COLUMNS
+from servo_twin.recording.samples import CHANNELS, samples_of
 
 PERIOD = 1e-3
 SIZE = 2000

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.mechanisms.ball_screw import BallScrew, compliance, reach
 from servo_twin.physics.servo import Placed, ServoError

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from servo_identify.blind import severity
-from servo_identify.blind.cases import case, KINDS, of_plan
-from servo_identify.blind.definitions import machines, plans, severities, traits
 from servo_rig_driver.emulated.make import make_recording
 from servo_rig_driver.emulated.settings import load_rig
-from servo_twin import servo_file
+from servo_studies.blind_check import severity
+from servo_studies.blind_check.cases import case, KINDS, of_plan
+from servo_studies.blind_check.definitions import machines, plans, severities, traits
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import names
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import OUTPUTS

@@ -8,14 +8,15 @@ from math import isnan
 import numpy as np
 import pytest
 
-from servo_identify.blind import command, resolution, running
-from servo_identify.blind.cases import Case, of_plan, Truth
-from servo_identify.blind.definitions import machines
-from servo_identify.blind.outcome import judged
-from servo_identify.blind.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
-from servo_identify.blind.running import run_case, Wanted
-from servo_identify.blind.scoring import confusion, figures, of_baseline, risk_coverage
 from servo_rig_driver.emulated.excitation import family
+from servo_studies.blind_check import resolution, running
+from servo_studies.blind_check.cases import Case, of_plan, Truth
+from servo_studies.blind_check.definitions import machines
+from servo_studies.blind_check.outcome import judged
+from servo_studies.blind_check.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
+from servo_studies.blind_check.running import run_case, Wanted
+from servo_studies.blind_check.scoring import confusion, figures, of_baseline, risk_coverage
+from servo_studies.commands import blind_check as command
 
 
 def a_case(kind, *truths, without=()):

@@ -6,10 +6,10 @@ import every_effect
 import numpy as np
 import pytest
 
+from servo_twin.description.servo_file import loads
 from servo_twin.physics import catalogue
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.simulate import initial_state, simulate
-from servo_twin.servo_file import loads
 
 NEW = '''"""Friction of a seal."""
 

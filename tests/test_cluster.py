@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from synthetic import sampled
 
-from servo_identify.blind import running
-from servo_identify.blind.cases import of_plan
 from servo_identify.cli import main
-from servo_identify.cluster import scattered
-from servo_identify.fitting.jobs import read_jobs
-from servo_twin import servo_file
+from servo_identify.jobs.cluster import scattered
+from servo_identify.jobs.fit_jobs import read_jobs
+from servo_studies.blind_check import running
+from servo_studies.blind_check.cases import of_plan
 from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
 
 SERVO = Path(__file__).parent.parent / 'config/servos/rv_bench.yaml'
 BENCH = servo_file.load(SERVO)
@@ -60,7 +60,7 @@ def test_it_starts_no_cluster_for_a_single_task(tmp_path):
 
 
 def test_it_names_an_address_at_which_no_scheduler_answers(monkeypatch):
-    monkeypatch.setattr('servo_identify.cluster.ANSWERS_WITHIN', '1s')
+    monkeypatch.setattr('servo_identify.jobs.cluster.ANSWERS_WITHIN', '1s')
     with socket.socket() as free:
         free.bind(('127.0.0.1', 0))
         address = f'tcp://127.0.0.1:{free.getsockname()[1]}'

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from servo_rig_driver.cia402 import Controlword, drive_state, DriveMaster, DriveState
+from servo_rig_driver.devices.cia402 import Controlword, drive_state, DriveMaster, DriveState
 
 STATUSWORDS = {
     0x0000: DriveState.NOT_READY,

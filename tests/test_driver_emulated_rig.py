@@ -10,7 +10,7 @@ from driver_bench import DriverProcess, instant, Listener, wait_for
 import numpy as np
 import pytest
 
-from servo_rig_driver.bus import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 
 pytestmark = pytest.mark.ros
 
@@ -32,11 +32,13 @@ class Machine:
                                     fault_reset_pause=0.1)
 
     def start_hub(self) -> subprocess.Popen:
-        return subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.can_hub', self.channel],
+        return subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.can_bus.can_hub',
+                                 self.channel],
                                 stderr=subprocess.DEVNULL)
 
     def start_rig(self) -> subprocess.Popen:
-        return subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated_rig', '--rig',
+        return subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated.rig_process',
+                                 '--rig',
                                  str(RIG), '--channel', self.channel], stderr=subprocess.DEVNULL)
 
     def close(self) -> None:

@@ -1,6 +1,6 @@
 """What the driver says about the rig: what is wrong, since when, and who was heard last."""
 
-from servo_rig_driver.rig_health import Heartbeats, Level, RigHealth
+from servo_rig_driver.driver.rig_health import Heartbeats, Level, RigHealth
 
 
 def test_it_keeps_since_when_while_the_words_change():

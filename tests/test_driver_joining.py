@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servo_rig_driver.joining import SampleJoiner, sync_counter
+from servo_rig_driver.driver.answer_joining import SampleJoiner, sync_counter
 
 
 def test_it_joins_the_answers_to_one_sync():

@@ -9,8 +9,8 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
 import yaml
 
-from servo_rig_driver.can_hub import CanHub
-from servo_rig_driver.parameters import DECLARED
+from servo_rig_driver.can_bus.can_hub import CanHub
+from servo_rig_driver.driver.driver_parameters import DECLARED
 
 pytestmark = pytest.mark.ros
 

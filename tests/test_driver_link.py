@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from scripted_rig import ENABLED, ScriptedRig
 
-from servo_rig_driver.bus import BusSettings, open_bus, Wire
-from servo_rig_driver.cia402 import DriveMaster
-from servo_rig_driver.frames import load_frames
-from servo_rig_driver.rig_frames import RigFrames
-from servo_rig_driver.rig_health import RigHealth
-from servo_rig_driver.rig_link import ForeignDriver, LinkSettings, RigLink
-from servo_rig_driver.rig_watch import RigWatch
-from servo_rig_driver.sampler import Sampler
-from servo_rig_driver.setpoints import Limits, Mode, SetpointPlayer
+from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.devices.canopen_rig import RigFrames
+from servo_rig_driver.devices.cia402 import DriveMaster
+from servo_rig_driver.devices.pdo_table import load_frames
+from servo_rig_driver.driver.rig_health import RigHealth
+from servo_rig_driver.driver.rig_link import ForeignDriver, LinkSettings, RigLink
+from servo_rig_driver.driver.rig_watch import RigWatch
+from servo_rig_driver.driver.sampler import Sampler
+from servo_rig_driver.driver.setpoints import Limits, Mode, SetpointPlayer
 
 PERIOD = 2_000_000
 _channels = (f'link{number}' for number in itertools.count())

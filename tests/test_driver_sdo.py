@@ -2,7 +2,7 @@
 
 import pytest
 
-from servo_rig_driver.sdo import write_request, write_response
+from servo_rig_driver.devices.sdo import write_request, write_response
 
 
 def test_it_writes_objects_of_two_and_four_bytes():

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
-from servo_rig_driver.setpoints import Limits, Mode, Refused, SECOND, SetpointPlayer
+from servo_rig_driver.driver.setpoints import Limits, Mode, Refused, SECOND, SetpointPlayer
 
 MS = SECOND // 1000
 LIMITS = Limits(voltage=10.0, current=5.0, velocity=2.0, lower=-1.0, upper=3.0,

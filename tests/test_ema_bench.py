@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from servo_rig_driver.emulated.bench import Bench, run
 from servo_rig_driver.emulated.settings import load_rig
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS
 

@@ -5,25 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_identify.results.ema_bench import comparison_rows, page
-from servo_identify.results.ema_bench.judged import Apart, judged
-from servo_identify.results.ema_bench.model import Conditions, identified
-from servo_identify.results.ema_bench.plan import (
-    BRAKES,
-    Case,
-    CURVE,
-    curve,
-    grid,
-    learned,
-    SETTINGS,
-)
-from servo_identify.results.systems import SYSTEMS
 from servo_rig_driver.emulated.bench import run
 from servo_rig_driver.emulated.settings import load_rig
-from servo_twin import servo_file
+from servo_studies.papers.ema_bench import comparison_rows, page
+from servo_studies.papers.ema_bench.judged import Apart, judged
+from servo_studies.papers.ema_bench.model import Conditions, identified
+from servo_studies.papers.ema_bench.plan import BRAKES, Case, CURVE, curve, grid, learned, SETTINGS
+from servo_studies.papers.systems import SYSTEMS
+from servo_twin.description import servo_file
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 CONFIG = Path(__file__).parents[1] / 'config'
 SERVO = servo_file.load(CONFIG / 'servos' / 'ema_bench.yaml')
@@ -33,7 +25,8 @@ WIDTHS = {'effects.play.settings': (0.0100, 0.0140), 'effects.play.widths': (0.0
 def of_rig(case, **turned):
     rig = load_rig(CONFIG / 'rigs' / 'ema_bench.yaml', case.turned).with_values(turned)
     columns = run(rig, 'position', case.run.reference, seed=case.seed)
-    return Recording(case.name, 1e-3, {name: columns[name] for name in COLUMNS})
+    return Recording(case.name, 1e-3, {
+        name: columns[name] for name in COLUMNS if name in columns})
 
 
 def of_twin(case, servo):

@@ -11,12 +11,12 @@ import canopen
 import numpy as np
 import pytest
 
-from servo_rig_driver import frames as wire_frames
-from servo_rig_driver.bus import BusSettings, open_bus, Wire
-from servo_rig_driver.can_hub import CanHub
-from servo_rig_driver.dictionary import load_dictionaries
-from servo_rig_driver.emulated_rig import EmulatedRig, main
-from servo_rig_driver.frames import load_frames, sync_counter, sync_frame
+from servo_rig_driver.can_bus.can_hub import CanHub
+from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.devices import pdo_table as wire_frames
+from servo_rig_driver.devices.object_dictionary import load_dictionaries
+from servo_rig_driver.devices.pdo_table import load_frames, sync_counter, sync_frame
+from servo_rig_driver.emulated.rig_process import EmulatedRig, main
 
 RIG = Path(__file__).parents[1] / 'config' / 'rigs' / 'rv_bench.yaml'
 PACKAGE = Path(wire_frames.__file__).parents[1]
@@ -27,7 +27,8 @@ START = (0x000, bytes([1, 0]))
 def test_canopen_reads_and_writes_objects_of_the_nodes_over_a_bus(tmp_path):
     path = str(tmp_path / 'can')
     with CanHub(path):
-        rig = subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated_rig', '--rig',
+        rig = subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated.rig_process',
+                                '--rig',
                                 str(RIG), '--channel', path], env=environment())
         network = canopen.Network(open_bus(BusSettings('unix_bus', path)))
         network.connect()
@@ -66,9 +67,9 @@ def test_real_processes_answer_every_sync_at_a_kilohertz_and_come_back_after_a_s
         tmp_path):
     path, rig_file = str(tmp_path / 'can'), tmp_path / 'rig.yaml'
     rig_file.write_text(RIG.read_text())
-    start = [sys.executable, '-m', 'servo_rig_driver.can_hub', path]
+    start = [sys.executable, '-m', 'servo_rig_driver.can_bus.can_hub', path]
     hub = subprocess.Popen(start, env=environment())
-    rig = subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated_rig', '--rig',
+    rig = subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated.rig_process', '--rig',
                             str(rig_file), '--channel', path], env=environment(), text=True,
                            stderr=subprocess.PIPE)
     try:

@@ -16,7 +16,7 @@ from servo_identify.experiment.bench import emulated_bench
 from servo_identify.experiment.limits import Guard, LimitError, Limits, REACTION
 from servo_identify.experiment.procedures import Choices, PROCEDURES
 from servo_twin.bag import read_recording
-from servo_twin.processes import Processes, wait_until
+from servo_twin.bringup.processes import Processes, wait_until
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 PERIOD = 1e-3

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_identify.deviation_network import (
+from servo_identify.learn.free_run import rolled
+from servo_identify.learn.networks.deviation_network import (
     learned_deviation,
     with_deviation,
     without_deviation,
 )
-from servo_identify.free_run import rolled
-from servo_identify.results.feed_drive import comparison_rows, making, page, text
-from servo_identify.results.feed_drive.making import Circle, circle, Judged, judged, PERIOD, plan
-from servo_identify.results.recordings import Part, recorded
-from servo_twin import servo_file
-from servo_twin.recording import Recording
+from servo_studies.papers.feed_drive import comparison_rows, making, page, text
+from servo_studies.papers.feed_drive.making import Circle, circle, Judged, judged, PERIOD, plan
+from servo_studies.papers.recordings import Part, recorded
+from servo_twin.description import servo_file
+from servo_twin.recording.recording import Recording
 
 CONFIG = Path(__file__).parents[1] / 'config'
 FEED = servo_file.load(CONFIG / 'servos' / 'feed_drive.yaml')

@@ -8,9 +8,9 @@ import pytest
 from synthetic import sampled
 
 from servo_identify.cli import main
-from servo_identify.fitting import fit, foresee
-from servo_twin import servo_file
+from servo_identify.fit import fit, foresee
 from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed, ServoError
 

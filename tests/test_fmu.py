@@ -7,21 +7,21 @@ from fmu_maker import made, mapped, SERVO, servo_of
 import numpy as np
 import pytest
 
-from servo_identify.fitting import fit
-from servo_twin import servo_file
-from servo_twin.answering import answer
+from servo_identify.fit import fit
 from servo_twin.bag import write_recording
 from servo_twin.cli import main
+from servo_twin.description import servo_file
 from servo_twin.fmu.opened import FmuError, FmuFailure
 from servo_twin.linear.forms import linearise
 from servo_twin.linear.operating import usual_point
-from servo_twin.lockstep import Lockstep, Settings, warm_up
+from servo_twin.lockstep.lockstep import Lockstep, Settings, warm_up
+from servo_twin.lockstep.twin import Twin
+from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate, simulate_many
 from servo_twin.physics.state import INPUTS, LOAD_ANGLE, MOTOR_SPEED
-from servo_twin.recording import Recording
-from servo_twin.samples import samples_of
-from servo_twin.twin import Twin
+from servo_twin.recording.recording import Recording
+from servo_twin.recording.samples import samples_of
 
 PERIOD = 1e-3
 BUILT_IN = '  type: two_inertia\n  damping: 2.0\n  stiffness: 4.0e+3'
@@ -221,7 +221,8 @@ def test_a_servo_file_with_an_fmu_reads_back_and_knows_another_fmu(fmus, tmp_pat
 
 
 def test_fmpy_is_imported_only_where_a_servo_file_names_an_fmu():
-    program = ('import sys\nfrom servo_twin import replay, servo_file, shipped\n'
+    program = ('import sys\nfrom servo_twin.commands import replay\n'
+               'from servo_twin.description import servo_file, shipped\n'
                'servo_file.load(shipped.servo_at("rv_plain"))\nprint("fmpy" in sys.modules)')
     said = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
     assert said.stdout.strip() == 'False', said.stderr

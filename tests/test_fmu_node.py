@@ -4,8 +4,8 @@ from fmu_maker import made
 import pytest
 from test_twin_node import graph, PERIOD, samples, servo_files  # noqa: F401  (graph is a fixture)
 
-from servo_twin import servo_file
-from servo_twin.twin import Twin
+from servo_twin.description import servo_file
+from servo_twin.lockstep.twin import Twin
 from servo_twin_msgs.srv import LoadServo
 
 pytestmark = pytest.mark.ros

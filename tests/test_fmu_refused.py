@@ -6,8 +6,8 @@ import zipfile
 from fmu_maker import made, mapped, servo_of
 import pytest
 
+from servo_twin.lockstep.twin import Twin
 from servo_twin.physics.servo import ServoError
-from servo_twin.twin import Twin
 
 PERIOD = 1e-3
 

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.results.feed_drive.making import sine
-from servo_identify.results.fmu import beside, brought, comparison_rows, PUSHED, two_inertias
-from servo_identify.results.systems import SYSTEMS
-from servo_twin import servo_file
+from servo_studies.papers.feed_drive.making import sine
+from servo_studies.papers.fmu import beside, brought, comparison_rows, PUSHED, two_inertias
+from servo_studies.papers.systems import SYSTEMS
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
 from servo_twin.fmu import example
 from servo_twin.fmu.opened import FmuError
 from servo_twin.physics.simulate import initial_state
 from servo_twin.physics.state import ZERO
-from servo_twin.shipped import servo_at
 
 FEED_DRIVE = servo_file.load(servo_at('feed_drive'))
 

@@ -7,8 +7,19 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from servo_rig_driver.dictionary import DictionaryError, load_dictionaries, NODE_IDS, shipped_sets
-from servo_rig_driver.frames import bus_load, FrameError, load_frames, sync_counter, sync_frame
+from servo_rig_driver.devices.object_dictionary import (
+    DictionaryError,
+    load_dictionaries,
+    NODE_IDS,
+    shipped_sets,
+)
+from servo_rig_driver.devices.pdo_table import (
+    bus_load,
+    FrameError,
+    load_frames,
+    sync_counter,
+    sync_frame,
+)
 
 TABLE = load_frames('rv_bench')
 ALL = [(name, frame) for name in shipped_sets() for frame in load_frames(name).values()]

@@ -11,24 +11,24 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.friction.balance import differences, friction_of
-from servo_identify.friction.comparison import compared, markdown
-from servo_identify.friction.dataset import dataset_of, SEQUENCE
-from servo_identify.friction.learned import (
+from servo_identify.learn.friction.comparison import compared, markdown
+from servo_identify.learn.friction.dataset import dataset_of, SEQUENCE
+from servo_identify.learn.friction.friction_samples import differences, friction_of
+from servo_identify.learn.friction.learned import (
     learned_friction,
     with_friction,
     with_motor_friction,
 )
-from servo_identify.friction.learners import learner, names
-from servo_identify.friction.network import trained
-from servo_identify.friction.resampling import equal_angles
-from servo_identify.friction.scores import goodness_of_fit, scores_of
-from servo_twin import servo_file
+from servo_identify.learn.friction.learners import learner, names
+from servo_identify.learn.friction.network import trained
+from servo_identify.learn.friction.resampling import equal_angles
+from servo_identify.learn.friction.scores import goodness_of_fit, scores_of
 from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 BENCH = servo_file.load(Path(__file__).parent.parent / 'config/servos/rv_bench.yaml')
 WAVY = BENCH.with_effects(
@@ -193,7 +193,7 @@ def test_exported_networks_answer_as_torch_does(ladder):
 
 def test_the_command_line_starts_without_torch():
     code = ('import sys; from servo_identify.cli import main; '
-            'import servo_identify.friction.command, servo_identify.fitting.command; '
+            'import servo_identify.commands.friction, servo_identify.commands.fit; '
             'sys.exit("torch" in sys.modules)')
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
 

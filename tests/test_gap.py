@@ -22,10 +22,10 @@ from servo_identify.gap.scales import orders, Scales
 from servo_identify.gap.selection import Selection
 from servo_identify.gap.splitting import split
 from servo_identify.gap.weak_form import Bump, count_of, noise_of
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 SERVO = servo_file.load(
     Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml')

@@ -10,9 +10,9 @@ from synthetic import PERIOD, sampled
 
 from servo_identify.cli import main
 from servo_identify.gap.candidates import candidates_of, extend
-from servo_twin import servo_file
 from servo_twin.bag import write_recording
 from servo_twin.cli import main as twin
+from servo_twin.description import servo_file
 from servo_twin.physics import catalogue
 from servo_twin.physics.servo import Placed
 

@@ -8,8 +8,8 @@ from screened import extended, stacked
 from synthetic import PERIOD, sampled
 
 from servo_identify.gap.balance import BALANCES
-from servo_twin import servo_file
-from servo_twin.shipped import servo_at
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
 
 SERVO = servo_file.load(servo_at('geared_dc'))  # with a play of 8 mrad
 EXTENDED = extended(SERVO)

@@ -8,8 +8,6 @@ import pytest
 from screened import BENCH, chosen_of, names_of, screened, stacked
 from synthetic import PERIOD, sampled
 
-from servo_identify.blind.definitions import machines
-from servo_identify.blind.resolution import as_order
 from servo_identify.gap import experiment_choice, menu
 from servo_identify.gap.ambiguity import explain, stands_in
 from servo_identify.gap.balance import BALANCES
@@ -17,6 +15,8 @@ from servo_identify.gap.experiment_choice import next_experiment, separation
 from servo_identify.gap.menu import recordings_of_the_menu
 from servo_identify.gap.sentence import next_step
 from servo_rig_driver.emulated.excitation import family
+from servo_studies.blind_check.definitions import machines
+from servo_studies.blind_check.resolution import as_order
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 

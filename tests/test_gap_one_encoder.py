@@ -9,8 +9,8 @@ from synthetic import PERIOD, sampled
 
 from servo_identify.gap import observation
 from servo_identify.gap.balance import BALANCES
-from servo_twin import servo_file
-from servo_twin.shipped import servo_at
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
 
 RV = servo_file.load(servo_at('rv_plain'))
 WITH_PLAY = servo_file.load(servo_at('geared_dc'))

@@ -16,7 +16,7 @@ from servo_identify.gap.page import page_of, write_page
 from servo_identify.gap.page_laws import laws
 from servo_identify.gap.page_seconds import steps, telling_seconds
 from servo_identify.gap.resimulation import Run
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from servo_identify.commands.import_table import import_table
 from servo_identify.gap.diagnose import diagnose
-from servo_identify.importing import import_table
-from servo_twin import servo_file
 from servo_twin.bag import write_recording
 from servo_twin.cli import main as twin
+from servo_twin.description import servo_file
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'

@@ -11,7 +11,7 @@ from servo_identify.gap.candidates import candidates_of
 from servo_identify.gap.explanation import fit
 from servo_identify.gap.gains_off import gains_off
 from servo_identify.gap.shape_values import shape_values
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import Placed
 

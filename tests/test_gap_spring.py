@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from servo_identify.gap.diagnose import diagnose
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import names
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 FEW = tuple(n for n in names() if n not in (
     'viscous_friction', 'load_dependent_friction', 'sensor_delay', 'transmission_error'))

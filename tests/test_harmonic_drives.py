@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.drives import CurrentAmplifier, CurrentDrive
 from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harmonic_drive

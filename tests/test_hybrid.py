@@ -8,29 +8,33 @@ import pytest
 from synthetic import sampled
 
 from servo_identify.cli import main
-from servo_identify.current_loop import learned_current_loop, with_current_loop
-from servo_identify.free_run import free_run, free_runs, refined
-from servo_identify.friction.balance import friction_of
-from servo_identify.friction.learned import LearnedFriction, with_friction
-from servo_identify.friction.load_share import load_share, with_load_share
-from servo_identify.friction.network import Network
-from servo_identify.friction.presliding import (
+from servo_identify.learn.current_loop import learned_current_loop, with_current_loop
+from servo_identify.learn.free_run import free_run, free_runs, refined
+from servo_identify.learn.friction.friction_samples import friction_of
+from servo_identify.learn.friction.learned import LearnedFriction, with_friction
+from servo_identify.learn.friction.load_share import load_share, with_load_share
+from servo_identify.learn.friction.network import Network
+from servo_identify.learn.friction.presliding import (
     learned_presliding,
     least_level,
     Presliding,
     with_presliding,
     without_presliding,
 )
-from servo_identify.friction.resampling import AngleTable, equal_angles
-from servo_identify.friction.scores import Scores
-from servo_identify.learning import learn
-from servo_identify.residual_network import learned_residual, with_residual, without_residual
-from servo_twin import servo_file
+from servo_identify.learn.friction.resampling import AngleTable, equal_angles
+from servo_identify.learn.friction.scores import Scores
+from servo_identify.learn.learned_effects import learn
+from servo_identify.learn.networks.residual_network import (
+    learned_residual,
+    with_residual,
+    without_residual,
+)
 from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 BENCH = servo_file.load(Path(__file__).parent.parent / 'config/servos/rv_bench.yaml')
 TIME = np.arange(6000) * 1e-3

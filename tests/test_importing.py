@@ -12,9 +12,9 @@ import pytest
 from scipy.io import savemat
 
 from servo_identify.cli import main
-from servo_identify.importing import import_table
+from servo_identify.commands.import_table import import_table
 from servo_twin.bag import read_recording
-from servo_twin.recording import COLUMNS
+from servo_twin.recording.recording import COLUMNS
 
 CONFIG = Path(__file__).parents[1] / 'config'
 SERVO = CONFIG / 'servos' / 'rv_bench.yaml'

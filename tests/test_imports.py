@@ -17,7 +17,7 @@ def test_it_breaks_no_rule():
 
 def test_it_walks_every_package():
     assert {name.split('.')[0] for name, _ in modules(SRC)} == {
-        'servo_rig_driver', 'servo_twin', 'servo_identify'}
+        'servo_rig_driver', 'servo_twin', 'servo_identify', 'servo_studies'}
 
 
 def _plant(src: Path, module: str, text: str) -> None:
@@ -32,15 +32,15 @@ def _plant(src: Path, module: str, text: str) -> None:
     ('servo_twin.physics.law', 'import rclpy.clock'),
     ('servo_twin.physics.effects.law', 'from ...bag import reading'),
     ('servo_twin.physics.law', 'from .. import servo_file'),
-    ('servo_twin.physics.law', 'def late():\n    from servo_twin.twin import Twin'),
+    ('servo_twin.physics.law', 'def late():\n    from servo_twin.lockstep.twin import Twin'),
     ('servo_rig_driver.emulated.bench', 'from servo_twin.physics import effect'),
-    ('servo_rig_driver.driver', 'if True:\n    import servo_identify.fit'),
-    ('servo_twin.twin', 'import servo_rig_driver'),
+    ('servo_rig_driver.driver.driver_node', 'if True:\n    import servo_identify.fit'),
+    ('servo_twin.lockstep.twin', 'import servo_rig_driver'),
     ('servo_twin.cli', 'import importlib\nimportlib.import_module("servo_identify.cli")'),
     ('servo_identify.fit', 'from servo_rig_driver import emulated'),
     ('servo_identify.training', 'import torch'),
     ('servo_identify.fit', 'def late():\n    import torch.nn'),
-    ('servo_twin.twin', 'from servo_twin_msgs.msg import Encoder'),
+    ('servo_twin.lockstep.twin', 'from servo_twin_msgs.msg import Encoder'),
 ])
 def test_it_catches_a_planted_violation(tmp_path, module, text):
     _plant(tmp_path, module, text)
@@ -53,9 +53,9 @@ def test_it_catches_a_planted_violation(tmp_path, module, text):
     ('servo_twin.physics.kernel', 'import hashlib\nimport numba\nfrom dataclasses import field'),
     ('servo_identify.training', 'def fit():\n    import torch'),
     ('servo_identify.fit', 'from servo_twin.physics import effect'),
-    ('servo_twin.twin_node', 'import rclpy\nfrom servo_twin_msgs.msg import Residual'),
+    ('servo_twin.nodes.twin_node', 'import rclpy\nfrom servo_twin_msgs.msg import Residual'),
     ('servo_twin.bag.writing', 'from servo_twin_msgs.msg import Encoder'),
-    ('servo_twin.conversion', 'from servo_twin_msgs import msg'),
+    ('servo_twin.nodes.message_conversion', 'from servo_twin_msgs import msg'),
 ])
 def test_it_lets_pass_what_is_allowed(tmp_path, module, text):
     _plant(tmp_path, module, text)

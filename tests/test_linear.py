@@ -8,9 +8,9 @@ import control
 import numpy as np
 import pytest
 
-from servo_identify.importing import import_table
-from servo_twin import servo_file
+from servo_identify.commands.import_table import import_table
 from servo_twin.cli import main
+from servo_twin.description import servo_file
 from servo_twin.linear.forms import linearise
 from servo_twin.linear.loop import closed_loop, margins
 from servo_twin.linear.measured import estimate, extremes
@@ -23,7 +23,7 @@ from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, ServoError
 from servo_twin.physics.simulate import inputs_of, simulate
 from servo_twin.physics.state import INPUTS
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 PERIOD = 1e-3

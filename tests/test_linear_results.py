@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from servo_identify.results.linear_forms import (
+from servo_studies.papers.linear_forms import (
     beside_equations,
     beside_rig,
     BIAS,
@@ -15,15 +15,15 @@ from servo_identify.results.linear_forms import (
     transfer_function,
     turns,
 )
-from servo_identify.results.stepping import driven
-from servo_identify.results.systems import SYSTEMS
-from servo_twin import servo_file
+from servo_studies.papers.stepping import driven
+from servo_studies.papers.systems import SYSTEMS
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
 from servo_twin.linear.forms import linearise
 from servo_twin.linear.operating import usual_point
 from servo_twin.physics.harmonic_drives import with_harmonic_drive
 from servo_twin.physics.simulate import initial_state, simulate
-from servo_twin.recording import Recording
-from servo_twin.shipped import servo_at
+from servo_twin.recording.recording import Recording
 
 SERVO = with_harmonic_drive(servo_file.load(servo_at('pan_tilt_azimuth')), None)
 STIFF = SERVO.with_values({

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.online.command import followed, in_windows
-from servo_identify.online.estimator import OnlineEstimator
-from servo_identify.online.reversals import Reversals
-from servo_identify.online.tracker import Tracker
-from servo_twin import servo_file
+from servo_identify.commands.online import followed, in_windows
+from servo_identify.watch.estimator.online_estimator import OnlineEstimator
+from servo_identify.watch.estimator.recursive_least_squares import Tracker
+from servo_identify.watch.estimator.reversals import Reversals
 from servo_twin.bag import read_recording
-from servo_twin.samples import CHANNELS, samples_of
+from servo_twin.description import servo_file
+from servo_twin.recording.samples import CHANNELS, samples_of
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 SERVO = CONFIG / 'servos' / 'rv_bench.yaml'

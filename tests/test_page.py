@@ -8,10 +8,10 @@ from hypothesis import given, strategies
 import numpy as np
 import pytest
 
-from servo_twin.answering import answer
-from servo_twin.charts import line_chart, ticks
-from servo_twin.page import colour, page_of, write_page
-from servo_twin.servo_file import load
+from servo_twin.description.servo_file import load
+from servo_twin.lockstep.whole_recording import answer
+from servo_twin.pages.replay_page import colour, page_of, write_page
+from servo_twin.pages.svg_charts import line_chart, ticks
 
 
 @pytest.fixture(scope='module')

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from servo_identify.free_run import free_runs
-from servo_identify.harmonic_drives import coupled_angle, freed, LINEAR, ranked
-from servo_identify.results.comparison import KEYS
-from servo_identify.results.pan_tilt import comparison_rows, page
-from servo_identify.results.systems import SYSTEMS
+from servo_identify.commands.harmonic_drives import coupled_angle, freed, LINEAR, ranked
+from servo_identify.learn.free_run import free_runs
 from servo_rig_driver.emulated import coupling, flexspline, pair
 from servo_rig_driver.emulated.bench import Bench, run
 from servo_rig_driver.emulated.pair import run_pair
 from servo_rig_driver.emulated.settings import load_rig
-from servo_twin import servo_file
+from servo_studies.papers.comparison import KEYS
+from servo_studies.papers.pan_tilt import comparison_rows, page
+from servo_studies.papers.systems import SYSTEMS
+from servo_twin.description import servo_file
 from servo_twin.physics.harmonic_drives import with_harmonic_drive
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.standing import standing
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 CONFIG = Path(__file__).parents[1] / 'config'
 PAN = load_rig(CONFIG / 'rigs' / 'pan_tilt_azimuth.yaml')

@@ -10,13 +10,13 @@ import pytest
 from test_ema_bench import drawn_play, PLAIN, RIG
 
 from servo_identify.cli import main
-from servo_identify.transmission.play import measured_play, with_curve
+from servo_identify.learn.transmission.play import measured_play, with_curve
 from servo_rig_driver.emulated.bench import run
-from servo_twin import servo_file
 from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import ServoError
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 FILE = Path(__file__).parents[1] / 'config' / 'servos' / 'ema_bench.yaml'
 SERVO = servo_file.load(FILE)
@@ -65,7 +65,8 @@ def of_rig(setting, seed=0):
     t = np.arange(12_500) * PERIOD
     rig = RIG.with_values({**PLAIN, 'carrier.setting': setting, 'sensors.noise': 1.0})
     columns = run(rig, 'position', 0.5 * np.sin(0.16 * pi * t), seed=seed)
-    return Recording(f'play_{1e3 * setting:g}', PERIOD, {n: columns[n] for n in COLUMNS})
+    return Recording(f'play_{1e3 * setting:g}', PERIOD, {
+        n: columns[n] for n in COLUMNS if n in columns})
 
 
 def test_the_curve_over_the_slide_is_that_of_the_gears_as_drawn(tmp_path, capsys):

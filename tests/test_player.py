@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from servo_rig_driver.player import eased, main
+from servo_rig_driver.record.player_node import eased, main
 
 
 def test_a_reference_begins_and_ends_at_rest():

@@ -6,11 +6,11 @@ import sys
 
 import pytest
 
-from servo_twin.answering import answer
 from servo_twin.bag import read_recording
-from servo_twin.fits import fit_of
-from servo_twin.lockstep import Settings
-from servo_twin.replay import servo_of
+from servo_twin.balances.goodness_of_fit import fit_of
+from servo_twin.commands.replay import servo_of
+from servo_twin.lockstep.lockstep import Settings
+from servo_twin.lockstep.whole_recording import answer
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 XL330 = [f'kp{gain}_{name}' for gain in (100, 400)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.real import emps, two_mass, xl330
+from servo_studies.real_machines import emps, two_mass, xl330
 
 
 def test_emps_inverse_model_is_as_good_as_the_published_one(shared_data):

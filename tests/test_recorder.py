@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from servo_rig_driver.sequence import block_of, SequenceWatch
+from servo_rig_driver.record.sequence_loss import block_of, SequenceWatch
 from servo_twin.bag import read_recording
 
 SOURCE = Path(__file__).with_name('sample_source.py')
@@ -25,7 +25,7 @@ class Recording:
         self.bag = folder / 'bag'
         arguments = [f'output:={self.bag}', TOPICS, *parameters]
         self.process = subprocess.Popen(
-            [sys.executable, '-m', 'servo_rig_driver.recorder', '--ros-args',
+            [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args',
              *(part for argument in arguments for part in ('-p', argument))],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 

@@ -13,7 +13,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from servo_twin.bag import BagError, read_recording, write_recording
 from servo_twin.bag.definitions import own_types
 from servo_twin.bag.writing import BagWriter, COUPLED_TOPIC, sample_topics
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 SIZE = 20_000
 

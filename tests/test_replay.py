@@ -8,14 +8,14 @@ from bench_recording import bench_recording, SERVO, without
 import numpy as np
 import pytest
 
-from servo_twin.answering import answer, differences, part_of
 from servo_twin.bag import read_predictions, read_recording, write_predictions, write_recording
+from servo_twin.balances.goodness_of_fit import fit_of, goodness, speed_of
 from servo_twin.cli import main
-from servo_twin.fits import fit_of, goodness, speed_of
-from servo_twin.lockstep import Lockstep, Settings
+from servo_twin.description.servo_file import load
+from servo_twin.lockstep.lockstep import Lockstep, Settings
+from servo_twin.lockstep.whole_recording import answer, differences, part_of
 from servo_twin.physics.servo import ServoError
-from servo_twin.samples import samples_of
-from servo_twin.servo_file import load
+from servo_twin.recording.samples import samples_of
 
 
 @pytest.fixture(scope='module')
@@ -163,7 +163,7 @@ def test_it_plays_a_bag_into_the_graph_with_a_clock(tmp_path):
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from rosgraph_msgs.msg import Clock
 
-    from servo_twin.graph_replay import GraphReplay
+    from servo_twin.nodes.graph_replay import GraphReplay
     from servo_twin_msgs.msg import Current, Encoder, Torque
 
     recording = bench_recording(0.5)

@@ -9,15 +9,15 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.experiment.procedures import Run
-from servo_identify.results import figures, learners, models, pictures
-from servo_identify.results.bench import comparison_rows
-from servo_identify.results.command import pages_of
-from servo_identify.results.comparison import comparison, keep, kept
-from servo_identify.results.page import page
-from servo_identify.results.recordings import LOADS, Part, plan, recorded, SPEEDS
-from servo_identify.results.systems import machines, SYSTEMS, WRITTEN
+from servo_studies.commands.results import pages_of
+from servo_studies.papers import figures, learners, models, pictures
+from servo_studies.papers.bench import comparison_rows
+from servo_studies.papers.comparison import comparison, keep, kept
+from servo_studies.papers.page import page
+from servo_studies.papers.recordings import LOADS, Part, plan, recorded, SPEEDS
+from servo_studies.papers.systems import machines, SYSTEMS, WRITTEN
+from servo_twin.description.servo_file import dumps, loads
 from servo_twin.physics.controllers import PositionLoop
-from servo_twin.servo_file import dumps, loads
 
 DOCS = Path(__file__).parents[1] / 'docs'
 
@@ -138,7 +138,7 @@ def test_the_learners_of_the_bench_give_one_row_with_the_best_first():
 
 @pytest.mark.parametrize('part', machines())
 def test_every_machine_with_a_page_can_be_made_told_and_compared(part):
-    module = import_module(f'servo_identify.results.{part}')
+    module = import_module(f'servo_studies.papers.{part}')
     assert callable(module.make) and callable(module.comparison_rows)
     if part in WRITTEN:
         assert (DOCS / f'{part}.md').exists()

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servo_rig_driver.devices.pdo_table import load_frames, sync_counter, sync_frame
 from servo_rig_driver.emulated.bench import Bench, run
 from servo_rig_driver.emulated.nodes import RigNodes
 from servo_rig_driver.emulated.settings import load_rig
-from servo_rig_driver.frames import load_frames, sync_counter, sync_frame
 
 RIG = Path(__file__).parents[1] / 'config' / 'rigs' / 'rv_bench.yaml'
 TABLE = load_frames()

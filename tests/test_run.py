@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from servo_twin.bag import read_predictions, read_recording, write_recording
+from servo_twin.bringup.processes import ProcessError, Processes, wait_until
 from servo_twin.cli import main
-from servo_twin.processes import ProcessError, Processes, wait_until
 
 pytestmark = pytest.mark.ros
 CONFIG = Path(SERVO).parent.parent
@@ -146,7 +146,7 @@ def test_a_path_that_is_not_there_is_one_clear_line(tmp_path, capsys):
 
 
 def test_processes_are_killed_when_they_do_not_listen(tmp_path, monkeypatch):
-    monkeypatch.setattr('servo_twin.processes._PATIENCE', 0.2)
+    monkeypatch.setattr('servo_twin.bringup.processes._PATIENCE', 0.2)
     deaf = ('import signal,time; signal.signal(2, signal.SIG_IGN); '
             'signal.signal(15, signal.SIG_IGN); print("deaf", flush=True); time.sleep(600)')
     with Processes(tmp_path) as processes:

@@ -9,13 +9,13 @@ from hypothesis import given, strategies
 import numpy as np
 import pytest
 
-from servo_identify.serving.job import Job
-from servo_identify.serving.judging import judge
-from servo_identify.serving.models import Models
-from servo_identify.serving.retraining import wanted
-from servo_identify.serving.ring import Ring
-from servo_twin import servo_file
-from servo_twin.samples import CHANNELS
+from servo_identify.jobs.live.compare_job import judge
+from servo_identify.jobs.live.job_process import Job
+from servo_identify.jobs.live.retrain_job import wanted
+from servo_identify.jobs.live.sample_ring import Ring
+from servo_identify.jobs.live.servo_versions import Models
+from servo_twin.description import servo_file
+from servo_twin.recording.samples import CHANNELS
 
 
 def rows(first, count):
@@ -60,7 +60,7 @@ def finished(job):
 def test_it_hears_what_a_job_reports_and_why_it_failed(tmp_path):
     path = tmp_path / 'spec.json'
     path.write_text('{"servo": "/nowhere.yaml", "learn": [], "bags": [], "output": "x"}')
-    job = Job('servo_identify.serving.retraining', str(path))
+    job = Job('servo_identify.jobs.live.retrain_job', str(path))
     assert finished(job) == 2
     assert job.reports() == [{'stage': 'reading', 'progress': 0.0}]
     assert '/nowhere.yaml' in job.last_words()

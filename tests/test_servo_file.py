@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from servo_twin.description.servo_file import dumps, load, loads, save
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import (
     CONTROLLERS,
@@ -20,7 +21,6 @@ from servo_twin.physics.servo import (
     Servo,
     ServoError,
 )
-from servo_twin.servo_file import dumps, load, loads, save
 
 SHIPPED = sorted((Path(__file__).parents[1] / 'config' / 'servos').glob('*.yaml'))
 BENCH = """

@@ -225,7 +225,7 @@ def test_it_registers_the_bus_with_python_can():
                'print([e.value for e in entry_points(group="can.interface", name="unix_bus")])')
     answer = subprocess.run(['bash', '-c', f". {ROOT}/env.sh && python -c '{program}'"],
                             capture_output=True, text=True, check=True)
-    assert answer.stdout.strip() == str(['servo_rig_driver.unix_bus:UnixBus'])
+    assert answer.stdout.strip() == str(['servo_rig_driver.can_bus.unix_bus:UnixBus'])
 
 
 def test_it_writes_the_stamp_in_one_move(tmp_path):

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.sinusoid import recovered, SinusoidError
+from servo_identify.learn.sinusoid import recovered, SinusoidError
 from servo_twin.bag import write_recording
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 PERIOD = 1e-3
 

@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_identify.learning import learn
-from servo_identify.serving.judging import judge
-from servo_identify.transmission.backlash import learned_backlash, with_backlash
-from servo_identify.transmission.error import ARCMIN, learned_error, with_error
-from servo_identify.transmission.passes import angles
-from servo_identify.transmission.spectrum import amplitudes, dominant, invariance, rebuilt
-from servo_twin import servo_file
+from servo_identify.jobs.live.compare_job import judge
+from servo_identify.learn.learned_effects import learn
+from servo_identify.learn.transmission.backlash import learned_backlash, with_backlash
+from servo_identify.learn.transmission.passes import angles
+from servo_identify.learn.transmission.spectrum import amplitudes, dominant, invariance, rebuilt
+from servo_identify.learn.transmission.transmission_error import ARCMIN, learned_error, with_error
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 BENCH = servo_file.load(Path(__file__).parent.parent / 'config/servos/rv_bench.yaml')
 GAP = 3e-4

@@ -20,11 +20,11 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from servo_twin import servo_file
-from servo_twin.conversion import to_time, TOPICS
-from servo_twin.recording import BALANCES
-from servo_twin.samples import CHANNELS, samples_of
-from servo_twin.twin import Twin
+from servo_twin.description import servo_file
+from servo_twin.lockstep.twin import Twin
+from servo_twin.nodes.message_conversion import to_time, TOPICS
+from servo_twin.recording.recording import BALANCES
+from servo_twin.recording.samples import CHANNELS, samples_of
 from servo_twin_msgs.msg import Current, Encoder, Prediction, Residual, Torque
 from servo_twin_msgs.srv import LoadServo
 
@@ -57,7 +57,8 @@ class Rig:
         node.create_subscription(Residual, f'{name}/twin/residual', self.residuals.append, 5000)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 10)
         self.process = subprocess.Popen(
-            [sys.executable, '-m', 'servo_twin.twin_node', '--ros-args', '-r', f'__ns:=/{name}',
+            [sys.executable, '-m', 'servo_twin.nodes.twin_node', '--ros-args', '-r',
+             f'__ns:=/{name}',
              '-p', 'autostart:=true', '-p', f'servo_file:={file}', '-p', 'catch:=0.0',
              *(word for setting in more for word in ('-p', setting))])
 
@@ -293,7 +294,7 @@ def test_it_runs_beside_another_rig_in_another_namespace(graph):
 def test_it_says_what_is_wrong_with_a_servo_file_and_waits_to_be_configured(servo_files):
     (servo_files / 'bad.yaml').write_text(BENCH.replace('gain', 'gian'))
     process = subprocess.Popen(
-        [sys.executable, '-m', 'servo_twin.twin_node', '--ros-args', '-p', 'autostart:=true',
+        [sys.executable, '-m', 'servo_twin.nodes.twin_node', '--ros-args', '-p', 'autostart:=true',
          '-p', f'servo_file:={servo_files}/bad.yaml'],
         stderr=subprocess.PIPE, text=True, env=os.environ | {'RCUTILS_COLORIZED_OUTPUT': '0'})
     said = process.stderr.readline()

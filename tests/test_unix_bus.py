@@ -12,15 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from servo_rig_driver import can_frames
-from servo_rig_driver.bus import bus_settings, BusError, BusSettings, open_bus, Wire
-from servo_rig_driver.can_hub import CanHub
-from servo_rig_driver.unix_bus import UnixBus
+from servo_rig_driver.can_bus import unix_frames as can_frames
+from servo_rig_driver.can_bus.can_hub import CanHub
+from servo_rig_driver.can_bus.opening import bus_settings, BusError, BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.unix_bus import UnixBus
 
-PACKAGE = Path(can_frames.__file__).parents[1]
+PACKAGE = Path(can_frames.__file__).parents[2]
 ECHO = """
 import sys
-from servo_rig_driver.bus import BusSettings, Wire, open_bus
+from servo_rig_driver.can_bus.opening import BusSettings, Wire, open_bus
 wire = Wire(open_bus(BusSettings('unix_bus', sys.argv[1])))
 wire.send([(0x701, bytes(1))])
 while True:
@@ -63,7 +63,7 @@ def gather(wire, number):
 
 
 def test_frames_cross_three_processes_in_order_and_none_is_lost(path):
-    hub = spawn('-m', 'servo_rig_driver.can_hub', path)
+    hub = spawn('-m', 'servo_rig_driver.can_bus.can_hub', path)
     wire = Wire(opened(path))
     echo = spawn('-c', ECHO, path)
     assert gather(wire, 1) == [(0x701, bytes(1))]
@@ -106,7 +106,7 @@ def test_a_packet_of_the_wrong_length_is_refused_told_and_counted(hub, path, cap
 
 def test_a_client_that_stops_reading_is_let_go_and_does_not_hold_up_the_others(
         hub, path, monkeypatch):
-    monkeypatch.setattr('servo_rig_driver.can_hub.BACKLOG', 100)
+    monkeypatch.setattr('servo_rig_driver.can_bus.can_hub.BACKLOG', 100)
     sender, reader, sleeper = (Wire(opened(path)) for _ in range(3))
     for k in range(3000):
         sender.send([(0x100, k.to_bytes(4, 'little'))])
@@ -133,7 +133,7 @@ def test_a_hub_that_goes_away_is_told_and_a_new_one_serves_again(path):
 
 
 def test_a_killed_hub_leaves_a_socket_that_the_next_one_takes_over(path):
-    killed = spawn('-m', 'servo_rig_driver.can_hub', path)
+    killed = spawn('-m', 'servo_rig_driver.can_bus.can_hub', path)
     opened(path).shutdown()
     killed.kill()
     killed.communicate(timeout=10)
@@ -147,7 +147,7 @@ def test_a_second_hub_on_the_same_path_is_refused(hub, path):
 
 
 def test_without_a_hub_the_error_says_how_to_start_one(path):
-    with pytest.raises(can.CanError, match='python -m servo_rig_driver.can_hub'):
+    with pytest.raises(can.CanError, match='python -m servo_rig_driver.can_bus.can_hub'):
         opened(path, wait=0.0)
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from servo_identify.cli import main
-from servo_identify.watching.changes import ChangeDetector, Settings
+from servo_identify.watch.changes.detector import ChangeDetector, Settings
 
 PERIOD = 0.02
 LEARN = 60.0

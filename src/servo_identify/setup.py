@@ -36,7 +36,7 @@ setup(
     entry_points={
         'console_scripts': [
             'servo-identify = servo_identify.cli:main',
-            'identify_node = servo_identify.identify_node:main',
+            'identify_node = servo_identify.nodes.identify_node:main',
         ],
     },
 )

@@ -35,14 +35,14 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'driver = servo_rig_driver.driver:main',
-            'recorder = servo_rig_driver.recorder:main',
-            'emulated_rig = servo_rig_driver.emulated_rig:main',
-            'can_hub = servo_rig_driver.can_hub:main',
-            'player = servo_rig_driver.player:main',
+            'driver = servo_rig_driver.driver.driver_node:main',
+            'recorder = servo_rig_driver.record.recorder_node:main',
+            'emulated_rig = servo_rig_driver.emulated.rig_process:main',
+            'can_hub = servo_rig_driver.can_bus.can_hub:main',
+            'player = servo_rig_driver.record.player_node:main',
         ],
         'can.interface': [
-            'unix_bus = servo_rig_driver.unix_bus:UnixBus',
+            'unix_bus = servo_rig_driver.can_bus.unix_bus:UnixBus',
         ],
     },
 )

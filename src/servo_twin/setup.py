@@ -33,11 +33,12 @@ setup(
         *shared_files('../../config'),
     ],
     install_requires=['setuptools'],
+    extras_require={'simulators': ['mujoco>=3.2']},
     zip_safe=False,
     entry_points={
         'console_scripts': [
             'servo-twin = servo_twin.cli:main',
-            'twin_node = servo_twin.twin_node:main',
+            'twin_node = servo_twin.nodes.twin_node:main',
         ],
     },
 )

@@ -23,12 +23,12 @@ import time
 
 import numpy as np
 
-from servo_identify.fitting import fit
-from servo_identify.fitting.segments import smoothed
-from servo_identify.real.xl330 import HELD_OUT, recording_of, servos, TRAINED
+from servo_identify.fit import fit
+from servo_identify.fit.segments import smoothed
+from servo_studies.real_machines.xl330 import HELD_OUT, recording_of, servos, TRAINED
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[2] / 'shared' / 'data'

@@ -23,7 +23,7 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 
 from servo_twin.bag import read_recording, write_recording
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 SOURCE = Path(__file__).parents[1] / 'sample_source.py'
 
@@ -83,7 +83,7 @@ def _live(seconds: float, rate: float, size: int) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'bag'
         recorder = subprocess.Popen(
-            [sys.executable, '-m', 'servo_rig_driver.recorder', '--ros-args', '-p',
+            [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args', '-p',
              f'output:={path}', '-p', 'topics:=[encoder, torque, current]'],
             stdout=subprocess.DEVNULL)
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

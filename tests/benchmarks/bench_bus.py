@@ -20,9 +20,9 @@ import time
 
 import numpy as np
 
-from servo_rig_driver.bus import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.devices.pdo_table import load_frames, sync_counter, sync_frame
 from servo_rig_driver.emulated.make import make_recording
-from servo_rig_driver.frames import load_frames, sync_counter, sync_frame
 
 RIG = Path(__file__).parents[2] / 'config' / 'rigs' / 'rv_bench.yaml'
 FRAMES = 30_000
@@ -83,13 +83,13 @@ def main() -> None:
     seconds = parser.parse_args().seconds
     with tempfile.TemporaryDirectory() as folder:
         bus = BusSettings('unix_bus', f'{folder}/can')
-        hub = started('servo_rig_driver.can_hub', bus.channel)
+        hub = started('servo_rig_driver.can_bus.can_hub', bus.channel)
         try:
             ours, theirs = flood(bus), flood(BusSettings('virtual', 'bench'))
             print(f'unix bus through its hub       {ours:9.0f} frames/s, none lost')
             print(f'python-can virtual, one process{theirs:9.0f} frames/s, ratio '
                   f'{ours / theirs:.2f}')
-            rig = started('servo_rig_driver.emulated_rig', '--rig', str(RIG), '--channel',
+            rig = started('servo_rig_driver.emulated.rig_process', '--rig', str(RIG), '--channel',
                           bus.channel)
             wire = Wire(open_bus(bus, 10.0))
             while not any(identifier == 0x701 for identifier, _ in wire.recv(1.0)):

@@ -26,7 +26,7 @@ from rclpy.task import Future
 from rosbags.highlevel import AnyReader
 
 from servo_twin.bag.definitions import own_types
-from servo_twin.balances import WINDOW
+from servo_twin.balances.residual_filters import WINDOW
 from servo_twin_msgs.msg import Command
 
 REFERENCE = ('DESIGN.md, 1 kHz, one a message, driver - twin - sink: 0 of 20 000 lost, 506 us '
@@ -80,18 +80,21 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
 
     node.create_timer(0.25, drive)
     running = {
-        'hub': start('servo_rig_driver.can_hub', channel),
-        'rig': start('servo_rig_driver.emulated_rig', '--rig', asked.rig, '--channel', channel),
-        'recorder': start('servo_rig_driver.recorder', *spaced, '-p', f'output:={folder}/bag',
+        'hub': start('servo_rig_driver.can_bus.can_hub', channel),
+        'rig': start('servo_rig_driver.emulated.rig_process', '--rig', asked.rig, '--channel',
+                     channel),
+        'recorder': start('servo_rig_driver.record.recorder_node', *spaced, '-p',
+                          f'output:={folder}/bag',
                           '-p', f'servo_file:={servo}'),
-        'twin': start('servo_twin.twin_node', *spaced, '-p', 'autostart:=true', '-p',
+        'twin': start('servo_twin.nodes.twin_node', *spaced, '-p', 'autostart:=true', '-p',
                       f'servo_file:={servo}', '-p', f'mode:={asked.mode}'),
     }
     try:
         wait(2)
         spin(1.0)
         running['driver'] = start(
-            'servo_rig_driver.driver', *spaced, '--params-file', str(ROOT / 'config/driver.yaml'),
+            'servo_rig_driver.driver.driver_node', *spaced, '--params-file',
+            str(ROOT / 'config/driver.yaml'),
             '-p', f'bus.channel:={channel}', '-p', f'sync_period:={1 / asked.rate}', '-p',
             f'block_size:={asked.block}')
         spin(5.0)

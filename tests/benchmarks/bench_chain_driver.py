@@ -88,9 +88,10 @@ def main() -> int:
     namespace = f'bench_{os.getpid()}'
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     running = {
-        'hub': start('servo_rig_driver.can_hub', channel),
-        'rig': start('servo_rig_driver.emulated_rig', '--rig', asked.rig, '--channel', channel),
-        'driver': start('servo_rig_driver.driver', '--ros-args', '--params-file',
+        'hub': start('servo_rig_driver.can_bus.can_hub', channel),
+        'rig': start('servo_rig_driver.emulated.rig_process', '--rig', asked.rig, '--channel',
+                     channel),
+        'driver': start('servo_rig_driver.driver.driver_node', '--ros-args', '--params-file',
                         str(ROOT / 'config' / 'driver.yaml'), '-p', f'bus.channel:={channel}',
                         '-p', f'sync_period:={1 / asked.rate}', '-p',
                         f'block_size:={asked.block}', '-p',

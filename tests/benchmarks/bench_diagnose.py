@@ -27,11 +27,11 @@ FAMILIES = {
 
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 30.0
-    from servo_identify.blind.definitions import config_folder
-    from servo_identify.blind.rig import make_bags
     from servo_identify.gap.diagnose import diagnose
-    from servo_twin import servo_file
+    from servo_studies.blind_check.definitions import config_folder
+    from servo_studies.blind_check.rig import make_bags
     from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
 
     config = config_folder()
     servo_path = config / 'servos' / 'rv_bench.yaml'

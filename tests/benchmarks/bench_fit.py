@@ -11,8 +11,8 @@ sys.path.insert(0, str(ROOT / 'tests'))
 
 from synthetic import sampled  # noqa: E402
 
-from servo_identify.fitting import fit  # noqa: E402
-from servo_twin import servo_file  # noqa: E402
+from servo_identify.fit import fit  # noqa: E402
+from servo_twin.description import servo_file  # noqa: E402
 
 TRUTH = {'drive.gain': 0.485, 'drive.torque_constant': 0.48, 'mechanism.rotor_inertia': 1.2e-4,
          'mechanism.load_inertia': 6.0, 'mechanism.stiffness': 4.6e5, 'mechanism.damping': 120.0,

@@ -24,7 +24,7 @@ import time
 from bench_step import NINE, servo_with
 import numpy as np
 
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS

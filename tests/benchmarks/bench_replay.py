@@ -22,12 +22,12 @@ from bench_step import CASES as STEPPED
 from bench_step import servo_with
 import numpy as np
 
-from servo_twin.answering import answer
 from servo_twin.bag import read_recording, write_predictions, write_recording
-from servo_twin.lockstep import warm_up
+from servo_twin.lockstep.lockstep import warm_up
+from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording import COLUMNS, PREDICTED, Recording
+from servo_twin.recording.recording import COLUMNS, PREDICTED, Recording
 
 CASES = {'Coulomb and viscous friction': None, 'ten effects': 1000.0,
          'ten effects, one a 2-30-1 network': 300.0}

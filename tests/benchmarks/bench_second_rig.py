@@ -29,7 +29,7 @@ from second_rig_machines import CLASSES, Lack, LACKS, ONLY, servo_of
 from second_rig_motions import motion
 
 if TYPE_CHECKING:
-    from servo_identify.blind.outcome import Outcome
+    from servo_studies.blind_check.outcome import Outcome
 
 REPLICATES = 3
 
@@ -152,11 +152,11 @@ def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
     """Return (case, what its diagnosis comes to, what it said)."""
     import yaml
 
-    from servo_identify.blind.outcome import judged
     from servo_identify.gap.checks import CannotDiagnose
     from servo_identify.gap.diagnose import diagnose
-    from servo_twin import servo_file
-    from servo_twin.recording import Recording
+    from servo_studies.blind_check.outcome import judged
+    from servo_twin.description import servo_file
+    from servo_twin.recording.recording import Recording
 
     told, made = make(case)
     servo = servo_file.loads(yaml.safe_dump(servo_of(case.machine, told, case.silent)))

@@ -27,7 +27,7 @@ from numba import njit
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from servo_twin import servo_file
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, with_harmonic_drive
 from servo_twin.physics.servo import Placed, Servo

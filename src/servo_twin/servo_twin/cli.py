@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import argparse
 from importlib import import_module
+from importlib.metadata import entry_points
 import sys
 
 COMMANDS = {
-    'run': ('.run', 'rig, driver, twin and recorder side by side, with a live view and a page'),
-    'replay': ('.replay', 'answer a bag as fast as the machine goes, or play it into ROS'),
-    'linearise': ('.linearise', 'transfer function, state space, Bode and step plots of a servo'),
-    'parameters': ('.parameter_table', 'list what a servo file may say: value, unit, bounds'),
+    'run': ('.commands.run',
+            'rig, driver, twin and recorder side by side, with a live view and a page'),
+    'replay': ('.commands.replay',
+               'answer a bag as fast as the machine goes, or play it into ROS'),
+    'linearise': ('.commands.linearise',
+                  'transfer function, state space, Bode and step plots of a servo'),
+    'from-mjcf': ('.commands.from_mjcf', 'a servo file of what MuJoCo has of a joint'),
+    'from-urdf': ('.commands.from_urdf', 'a servo file of what a URDF file has of a joint'),
+    'export': ('.commands.export', 'a servo as the joint of MuJoCo, URDF or Isaac Lab'),
+    'parameters': ('.commands.parameters', 'list what a servo file may say: value, unit, bounds'),
 }
 """Subcommand: its module, which has `add_arguments(parser)` and `main(arguments)`; a summary."""
 
@@ -19,6 +26,12 @@ def main(argv: list[str] | None = None) -> int:
     """Run a subcommand of `servo-twin` and return its exit status."""
     return dispatch('servo-twin', 'A servo and its digital twin, side by side.', COMMANDS,
                     __package__, argv)
+
+
+def added_commands(group: str) -> dict[str, tuple[str, str]]:
+    """Return the subcommands that other installed packages add by entry points of a group."""
+    return {one.name: (one.value, f'of the package {one.value.partition(".")[0]}')
+            for one in entry_points(group=group)}
 
 
 def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], package: str,

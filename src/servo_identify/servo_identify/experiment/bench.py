@@ -8,7 +8,7 @@ from pathlib import Path
 import sys
 import tempfile
 
-from servo_twin.processes import Processes, wait_until
+from servo_twin.bringup.processes import Processes, wait_until
 
 START = 60.0  # s; the first start compiles
 
@@ -23,15 +23,16 @@ def emulated_bench(processes: Processes, namespace: str, rig: Path, driver: Path
     """
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as folder:
         bus = Path(folder) / 'rig.can'
-        processes.start('can_hub', python('servo_rig_driver.can_hub', str(bus)))
+        processes.start('can_hub', python('servo_rig_driver.can_bus.can_hub', str(bus)))
         wait_until(bus.exists, 'the bus is there', START, processes)
         words = [word for one in turned for word in ('--set', one)]
         processes.start('emulated_rig', python(
-            'servo_rig_driver.emulated_rig', '--rig', str(rig), '--interface', 'unix_bus',
+            'servo_rig_driver.emulated.rig_process', '--rig', str(rig), '--interface', 'unix_bus',
             '--channel', str(bus), *words))
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
-        processes.start('driver', [*python('servo_rig_driver.driver'), *ros(namespace, {
+        processes.start('driver', [*python('servo_rig_driver.driver.driver_node'), *ros(namespace,
+                                                                                        {
             'bus.interface': 'unix_bus', 'bus.channel': str(bus), 'sync_period': 1.0 / rate,
             'autostart': 'true'}, driver)])
         yield

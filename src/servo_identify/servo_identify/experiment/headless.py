@@ -11,7 +11,7 @@ import tempfile
 import numpy as np
 
 from servo_twin.bag import write_recording
-from servo_twin.recording import COLUMNS, Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 from .procedures import Run
 

@@ -17,7 +17,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from servo_twin.conversion import SECOND, to_instant, to_time
+from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from .limits import Guard, LimitError, Limits

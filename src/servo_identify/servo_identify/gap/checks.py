@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servo_twin.physics.servo import Servo
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 SHORTEST = 3.0  # s
 SATURATED = 0.6  # share of samples at the largest command

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from servo_twin.physics.servo import Servo
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 from .acceptance import accept, run_over, tried
 from .answer import GapReport

@@ -9,7 +9,7 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS, OUTPUTS
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 from .balance import Balance
 from .observation import observe

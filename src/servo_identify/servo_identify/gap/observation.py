@@ -8,7 +8,7 @@ import numpy as np
 
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import ROOM_TEMPERATURE
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 from .unseen_mesh import wound_up
 from .weak_form import Bump, count_of, noise_of

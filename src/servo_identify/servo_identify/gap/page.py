@@ -10,7 +10,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 import numpy as np
 
-from servo_twin.charts import line_chart
+from servo_twin.pages.svg_charts import line_chart
 
 from . import page_charts as charts
 from .answer import GapReport
@@ -64,7 +64,7 @@ def page_of(diagnosis: Diagnosis) -> str:
 
 def _style() -> str:
     """Return the style sheet of the page of a recording, so that the two look alike."""
-    page = files('servo_twin').joinpath('page.html').read_text('utf8')
+    page = files('servo_twin.pages').joinpath('replay_page.html').read_text('utf8')
     return page.partition('<style>')[2].partition('</style>')[0]
 
 

@@ -7,8 +7,8 @@ from textwrap import wrap
 
 import numpy as np
 
-from servo_twin.charts import BOTTOM, LEFT, RIGHT, ticks, TOP
-from servo_twin.page import CHAIN, times, WITHOUT_TORQUE
+from servo_twin.pages.replay_page import CHAIN, times, WITHOUT_TORQUE
+from servo_twin.pages.svg_charts import BOTTOM, LEFT, RIGHT, ticks, TOP
 
 from .answer import Located
 from .page_laws import Law

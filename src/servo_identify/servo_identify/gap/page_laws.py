@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from servo_twin.fits import shown_unit
+from servo_twin.balances.goodness_of_fit import shown_unit
 
 from .balance import BALANCES, UNITS
 from .candidates import Candidate

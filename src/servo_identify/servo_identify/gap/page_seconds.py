@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servo_twin.fits import shown_unit, speed_of
+from servo_twin.balances.goodness_of_fit import shown_unit, speed_of
 
 from .balance import Balance
 from .explanation import as_given

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 HELD_OUT_FIRST = ('multisine', 'sine', 'chirp', 'square', 'ramps', 'turns')
 """Families that are missed least in the selection when each was recorded once."""

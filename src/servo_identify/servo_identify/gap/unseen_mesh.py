@@ -16,7 +16,7 @@ from scipy.ndimage import maximum_filter1d
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import OUTPUTS
-from servo_twin.recording import Recording
+from servo_twin.recording.recording import Recording
 
 if TYPE_CHECKING:
     from .balance import Balance

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..frames import FrameTable, load_frames
+from ..devices.pdo_table import FrameTable, load_frames
 from . import sampling
 from .settings import RigSettings
 

@@ -20,7 +20,7 @@ import sys
 import numpy as np
 import yaml
 
-from ..dictionary import DictionaryError
+from ..devices.object_dictionary import DictionaryError
 from .bench import COLUMNS, run
 from .excitation import ExcitationError, FAMILIES, family
 from .settings import load_rig, RigFileError

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import logging
 from struct import Struct
 
-from ..dictionary import DriveMode
-from ..frames import Field, Frame, FrameError, FrameTable, HEARTBEAT_ID, NMT_ID, SYNC_ID
+from ..devices.object_dictionary import DriveMode
+from ..devices.pdo_table import Field, Frame, FrameError, FrameTable, HEARTBEAT_ID, NMT_ID, SYNC_ID
 from . import sampling
 from .bench import Bench
 from .drive_states import DriveStates, QUICK_STOP

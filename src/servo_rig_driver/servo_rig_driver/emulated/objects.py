@@ -7,7 +7,7 @@ from collections.abc import Callable
 import can
 from canopen import LocalNode, Network
 
-from ..frames import Field, FrameTable
+from ..devices.pdo_table import Field, FrameTable
 
 HEARTBEAT_TIME, WATCHDOG = 0x1017, 0x2010
 _SETTINGS = (HEARTBEAT_TIME, WATCHDOG)

@@ -19,8 +19,8 @@ import sys
 
 import numpy as np
 
-from ..dictionary import DictionaryError
-from ..frames import load_frames
+from ..devices.object_dictionary import DictionaryError
+from ..devices.pdo_table import load_frames
 from . import coupling
 from .bench import Bench, columns_of, commands_of
 from .make import write_table

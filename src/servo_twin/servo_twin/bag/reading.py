@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
+from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .columns import decode, Run
 from .definitions import deserialize, embedded_types, PACKAGE
 from .joining import join, stretches, TimeError, Track, track

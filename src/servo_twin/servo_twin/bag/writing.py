@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 import yaml
 
-from ..recording import Predictions, Recording
+from ..recording.recording import MAY_BE_EMPTY, Predictions, Recording
 from .definitions import own_types, PACKAGE
 from .layout import HEADER, lay_out, Layout
 from .mcap import ChannelEntry, McapFile, MESSAGE_HEAD
@@ -22,7 +22,7 @@ SAMPLE_TOPICS = {
     'encoder': ('Encoder', ('motor_position', 'load_position')),
     'torque': ('Torque', ('torque', 'external_torque')),
     'current': ('Current', ('current', 'voltage', 'current_reference', 'reference_velocity',
-                            'reference_position', 'temperature')),
+                            'reference_position', 'temperature', 'added_command')),
 }
 """Topic of a rig: its message and the columns of a recording that it carries."""
 
@@ -57,7 +57,7 @@ class Samples:
 
     ``columns`` maps field names of ``message`` to arrays of shape (samples,); ``constants`` gives
     the fields that are the same in every message. What is named in neither is NaN (lists, as long
-    as the columns) or 0.
+    as the columns; empty those of MAY_BE_EMPTY) or 0.
     """
 
     message: str
@@ -157,8 +157,9 @@ class BagWriter:
 
     def _layout(self, samples: Samples, length: int) -> Layout:
         name = f'{PACKAGE}/msg/{samples.message}'
-        layout = lay_out(self._types, name,
-                         lambda path, _: 1 if path == 'header.frame_id' else length)
+        sizes = {'header.frame_id': 1} | {
+            path: 0 for path in MAY_BE_EMPTY if path not in samples.columns}
+        layout = lay_out(self._types, name, lambda path, _: sizes.get(path, length))
         unknown = sorted({*samples.columns, *samples.constants} - set(layout.fields))
         if unknown:
             raise BagError(f'{name} has no fields {unknown}; it has {list(layout.fields)}')
@@ -285,7 +286,8 @@ def write_predictions(path: Path | str, predictions: Predictions, recording: Rec
 
 def sample_topics(recording: Recording) -> dict[str, Samples]:
     """Return what the rig's topics carry of a recording."""
-    topics = {topic: Samples(message, {name: recording[name] for name in names})
+    topics = {topic: Samples(message, {name: recording[name] for name in names
+                                       if name not in MAY_BE_EMPTY or recording.has(name)})
               for topic, (message, names) in SAMPLE_TOPICS.items()}
     if recording.has(COUPLED_COLUMN):
         topics[COUPLED_TOPIC] = Samples('Encoder', {COUPLED_FIELD: recording[COUPLED_COLUMN]})

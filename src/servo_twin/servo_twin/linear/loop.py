@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from ..physics import state
 from ..physics.servo import Servo, ServoError
-from ..samples import control_values, reference_of
+from ..recording.samples import control_values, reference_of
 from .forms import check, dead_of, LinearForm, response_of, system_of, units_of
 from .jacobian import matrices_of, slopes
 from .operating import Point, Still
@@ -154,7 +154,11 @@ def _late(plant: control.StateSpace, period: float, dead: Sequence[float]) -> co
 
 
 def _law(servo: Servo, point: Point, period: float) -> tuple[np.ndarray, ...]:
-    """Return F, G, H, K of the controller; inputs: position and speed reference, both angles."""
+    """
+    Return F, G, H, K of the controller.
+
+    Inputs: position and speed reference, what is added to the command, both angles.
+    """
     p, law = control_values(servo), servo.controller.law
     ratio = servo.values['mechanism.ratio']
 
@@ -164,12 +168,13 @@ def _law(servo: Servo, point: Point, period: float) -> tuple[np.ndarray, ...]:
         return np.append(after, command)
 
     memory = np.zeros(state.CONTROLLER_SIZE)
-    shown = np.array([point.angle, 0.0, point.angle * ratio, point.angle])
+    shown = np.array([point.angle, 0.0, 0.0, point.angle * ratio, point.angle])
     for _ in range(_RUNS):
         memory = answer(memory, shown)[:-1]
     size = len(memory)
     by_memory = slopes(lambda given: answer(given, shown), memory, range(size), [_CHANGE] * size)
-    by_shown = slopes(lambda given: answer(memory, given), shown, range(4), [_CHANGE] * 4)
+    by_shown = slopes(lambda given: answer(memory, given), shown, range(len(shown)),
+                      [_CHANGE] * len(shown))
     used = [j for j in range(size) if j != 0]  # the first only says that it has begun
     return (by_memory[np.ix_(used, used)], by_shown[used], by_memory[-1:, used], by_shown[-1:])
 
@@ -182,7 +187,7 @@ def _joined(plant: control.StateSpace, law: tuple[np.ndarray, ...], input: str,
     shown = plant.C[len(outputs):]
     b, through = plant.B[:, :1], plant.D[:len(outputs), :1]
     wanted, direct = plant.C[:len(outputs)], plant.D[:len(outputs)]
-    on_readings, of_readings = k[:, 2:], g[:, 2:]
+    on_readings, of_readings = k[:, 3:], g[:, 3:]
     names = [*plant.state_labels, *(f'controller[{i + 1}]' for i in range(m))]
 
     # the command, as it follows from the states and from what drives the loop

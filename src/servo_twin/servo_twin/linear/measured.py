@@ -17,7 +17,7 @@ import numpy as np
 from scipy import signal
 
 from ..physics.servo import ServoError
-from ..recording import Recording
+from ..recording.recording import Recording
 
 CLEAR = 0.8
 """Coherence above which a point of the estimate is compared with the model."""

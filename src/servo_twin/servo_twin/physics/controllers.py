@@ -1,4 +1,10 @@
-"""Controllers: from a reference and the readings to the command."""
+"""
+Controllers: from a reference and the readings to the command.
+
+What is added to the output of a controller (``added``, in the unit of the command) stands before
+its limit, as the torque offset of a drive does (CiA 402-2, objects 60B2h and 6072h) and the torque
+fed forward in the firmware of robot joints: what is limited is what the drive is told.
+"""
 
 from math import exp
 
@@ -28,16 +34,16 @@ def encoder_speed(s, angle, filter, period):
 
 
 @register_jitable(error_model='numpy')
-def limited_pi(s, error, gain, ki, limit, period):
+def limited_pi(s, error, gain, ki, limit, period, added):
     r"""
     Return the command, V, of proportional and integral action on an error of speed (rad/s).
 
-    .. math:: u = K e + K_i \int e\,dt, \quad |u| \le u_{max}
+    .. math:: u = K e + K_i \int e\,dt + u_+, \quad |u| \le u_{max}
 
     ``s[3]`` is the integral, V; it stands still while the output is at its limit.
     """
     more = ki * period * error
-    command = gain * error + s[3] + more
+    command = gain * error + s[3] + more + added
     if abs(command) <= limit:
         s[3] += more
     return min(max(command, -limit), limit)
@@ -49,7 +55,7 @@ class Open(Controller):
     source = 'none needed'
 
     @staticmethod
-    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+    def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
         return 0.0
 
 
@@ -71,11 +77,11 @@ class VelocityPi(Controller):
     on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
 
     @staticmethod
-    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+    def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
         angle = load if p.on_load > 0.5 else motor / ratio
         speed = encoder_speed(s, angle, p.filter, period)
         error = reference_velocity - speed
-        return limited_pi(s, error, p.kp, p.ki, p.limit, period)
+        return limited_pi(s, error, p.kp, p.ki, p.limit, period, added)
 
 
 class PositionLoop(Controller):
@@ -101,11 +107,11 @@ class PositionLoop(Controller):
     on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
 
     @staticmethod
-    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+    def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
         angle = load if p.on_load > 0.5 else motor / ratio
         speed = encoder_speed(s, angle, p.filter, period)
         error = p.kp * (reference_position - angle) + p.kf * reference_velocity - p.kd * speed
-        return limited_pi(s, error, p.kv, p.ki, p.limit, period)
+        return limited_pi(s, error, p.kv, p.ki, p.limit, period, added)
 
 
 class Cascade(Controller):
@@ -129,9 +135,46 @@ class Cascade(Controller):
     limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
 
     @staticmethod
-    def law(p, s, reference_position, reference_velocity, motor, load, ratio, period):
+    def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
         angle = motor / ratio
         speed = encoder_speed(s, angle, p.filter, period)
         wanted = p.kp * (reference_position - load)
         error = min(max(wanted, -p.speed_limit), p.speed_limit) - speed
-        return limited_pi(s, error, p.kv, p.ki, p.limit, period)
+        return limited_pi(s, error, p.kv, p.ki, p.limit, period, added)
+
+
+class Impedance(Controller):
+    r"""
+    A spring and a damper between the joint and its reference: what most robot joints run.
+
+    .. math:: \tau = k_p (\theta_r - \theta) + k_d (k_f\,\omega_r - \hat\omega) + c\,u_+, \quad
+              u = \mathrm{clip}(\tau, \tau_{max}) / c
+
+    Torques are those at the load. ``command_torque`` is c, the torque at the load that the
+    firmware expects of one unit of command: ratio, gain and torque constant as it knows them,
+    which need not be the true ones. The torque that is fed forward is the recording's
+    ``added_command`` times c; it is limited together with the rest. With ``kp`` zero the
+    reference position is not needed, and the joint is damped towards the reference speed.
+    Sampled, as firmware is: holds where kd times the period is well below the inertia.
+    """
+
+    source = ('Hogan: Impedance Control, ASME J. Dyn. Sys. 107(1), 1985; Katz: A Low Cost Modular '
+              'Actuator for Dynamic Robots, MIT, 2018 (the same in the firmware of a joint)')
+
+    kp = Parameter(20.0, 'N m/rad', (0.0, 1e7), 'Stiffness at the load.', off=0.0)
+    kd = Parameter(0.5, 'N m s/rad', (0.0, 1e6), 'Damping at the load.', off=0.0)
+    kf = Parameter(1.0, '', (0.0, 10.0), 'Share of the reference speed that is fed on.', off=0.0)
+    command_torque = Parameter(1.0, 'N m/V', (1e-9, 1e7),
+                               'Torque at the load that it expects of one unit of command.')
+    filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
+    torque_limit = Parameter(1e6, 'N m', (0.0, 1e7), 'Most torque at the load that it asks for.')
+    on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
+
+    @staticmethod
+    def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
+        angle = load if p.on_load > 0.5 else motor / ratio
+        speed = encoder_speed(s, angle, p.filter, period)
+        torque = p.kd * (p.kf * reference_velocity - speed) + p.command_torque * added
+        if p.kp > 0.0:
+            torque += p.kp * (reference_position - angle)
+        return min(max(torque, -p.torque_limit), p.torque_limit) / p.command_torque

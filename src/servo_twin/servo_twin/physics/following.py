@@ -13,6 +13,7 @@ MOTION = (
 )
 FOLLOWED = (
     'motor_push', 'motor_resistance', 'load_push', 'load_resistance', 'mesh_torque', 'torque',
+    'lost', 'half_gap', 'spring',
 )
 
 
@@ -21,7 +22,8 @@ def follow(theta, on, x, motion, out, h):
     Evaluate the laws along `motion`, shape (samples, len(MOTION)); fill `out`, likewise FOLLOWED.
 
     The wind-up is ``motor / ratio - load`` with its zero taken off; torque (N m on the load) may
-    be NaN, then it is what the load side takes. A resistance is signed against the motion. While
+    be NaN, then it is what the load side takes. ``lost`` is the kinematic error and ``half_gap``
+    half the clearance (rad at the load), ``spring`` the torque of the effects in the mesh. A resistance is signed against the motion. While
     a shaft stands still its resistance is the full budget, which it need not spend: leave such
     samples out.
     """
@@ -44,13 +46,15 @@ def follow(theta, on, x, motion, out, h):
         torque = measured if measured == measured else carried
 
         teeth = Teeth(motor, load, load_way, abs(load - load_turned), torque)
-        left = wind_up - mesh_error(theta, on, x, teeth, h)
+        lost = mesh_error(theta, on, x, teeth, h)
+        left = wind_up - lost
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         left -= min(max(left, -half), half)
         touching = half == 0.0 or left != 0.0
         rate = rate if touching else 0.0
-        out[k, 4] = mechanism_pull(mechanism, left, rate)
-        out[k, 4] += mesh_torque(theta, on, x, WindUp(left, rate, load), h)
+        spring = mesh_torque(theta, on, x, WindUp(left, rate, load), h)
+        out[k, 4] = mechanism_pull(mechanism, left, rate) + spring
+        out[k, 6], out[k, 7], out[k, 8] = lost, half, spring
 
         at_load = Shaft(load, load_speed, load_way, torque, abs(load - load_turned), current,
                         temperature, time)
@@ -117,10 +121,15 @@ def sense(theta, on, x, truth, readings, period):
 
 
 def govern(theta, on, x, references, motor, load, command, period):
-    """Fill `command` (V) with the controller's answer to `references` (position, speed)."""
+    """
+    Fill `command` (V) with the controller's answer to `references`.
+
+    Their columns: position (rad), speed (rad/s) and, where there is a third, what is added (V).
+    """
     controller = controller_of(theta)
     ratio = mechanism_of(theta).ratio
     for k in range(len(motor)):
         memory = x[CONTROLLER:CONTROLLER + CONTROLLER_SIZE]
-        command[k] = control_law(controller, memory, references[k, 0], references[k, 1],
+        added = references[k, 2] if references.shape[1] > 2 else 0.0
+        command[k] = control_law(controller, memory, references[k, 0], references[k, 1], added,
                                  motor[k], load[k], ratio, period)

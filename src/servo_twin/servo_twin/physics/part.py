@@ -74,9 +74,11 @@ class Controller(Part):
     """
     What makes the command of a reference, once a sample.
 
-    ``law(p, s, reference_position, reference_velocity, motor, load, ratio, period)`` with the
-    readings of the two encoders (rad) returns the command, V; ``s`` holds four numbers, the first
-    of which is 0 before the first call.
+    ``law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period)`` with
+    the readings of the two encoders (rad) returns the command, V (A where the drive takes a
+    current). ``added`` is what stands beside the feedback in the same unit, before the limit: a
+    torque that is fed forward, an excitation. ``s`` holds four numbers, the first of which is 0
+    before the first call.
     """
 
 

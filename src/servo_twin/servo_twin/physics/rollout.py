@@ -80,7 +80,8 @@ def run(theta, on, x, u, y, substeps, h, mode):
         if mode == CLOSED_LOOP:
             memory = x[CONTROLLER:CONTROLLER + CONTROLLER_SIZE]
             command = control_law(controller, memory, u[k, REFERENCE_POSITION],
-                                  u[k, REFERENCE_VELOCITY], motor, load, mechanism.ratio, period)
+                                  u[k, REFERENCE_VELOCITY], u[k, ADDED_COMMAND], motor, load,
+                                  mechanism.ratio, period)
         y[k, 4] = command
 
         # up to the next sample

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .controllers import Cascade, Open, PositionLoop, VelocityPi
+from .controllers import Cascade, Impedance, Open, PositionLoop, VelocityPi
 from .drives import CurrentAmplifier, CurrentDrive, VoltageDrive
 from .effect import Declared, Effect, Parameter
 from .mechanisms.ball_screw import BallScrew
@@ -27,7 +27,7 @@ MECHANISMS: dict[str, type[Mechanism]] = {
 }
 CONTROLLERS: dict[str, type[Controller]] = {
     'none': Open, 'velocity_pi': VelocityPi, 'position_loop': PositionLoop,
-    'cascade': Cascade,
+    'cascade': Cascade, 'impedance': Impedance,
 }
 SENSORS: dict[str, type[SensorPart]] = {
     s.name: s for s in (MotorEncoder, LoadEncoder, TorqueSensor, CurrentSensor, VoltageSensor)

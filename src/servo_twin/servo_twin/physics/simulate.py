@@ -11,6 +11,7 @@ import numpy as np
 from .kernel import fresh_state, kernel_of
 from .servo import Servo
 from .state import (
+    ADDED_COMMAND,
     CLOSED_LOOP,
     COUPLED_POSITION,
     EXTERNAL,
@@ -39,14 +40,15 @@ def inputs_of(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """
     Put the columns of a recording into the order of the kernel, shape (samples, len(INPUTS)).
 
-    What is missing (NaN) of external torque, references, command, coupled position and temperature
-    becomes zero (or room temperature); measured positions stay NaN, which the kernel takes as not
-    measured. There may be no coupled position.
+    What is missing (NaN) of external torque, references, command, added command, coupled position
+    and temperature becomes zero (or room temperature); measured positions stay NaN, which the
+    kernel takes as not measured. There may be no coupled position and no added command.
     """
-    columns = {INPUTS[COUPLED_POSITION]: np.zeros(len(columns[INPUTS[VOLTAGE]])), **columns}
+    nothing = np.zeros(len(columns[INPUTS[VOLTAGE]]))
+    columns = {INPUTS[COUPLED_POSITION]: nothing, INPUTS[ADDED_COMMAND]: nothing, **columns}
     u = np.column_stack([np.asarray(columns[name], dtype=float) for name in INPUTS])
     for column in (VOLTAGE, REFERENCE_VELOCITY, REFERENCE_POSITION, EXTERNAL,
-                   COUPLED_POSITION):
+                   COUPLED_POSITION, ADDED_COMMAND):
         np.nan_to_num(u[:, column], copy=False)
     warm = u[:, TEMPERATURE]
     warm[np.isnan(warm)] = ROOM_TEMPERATURE

@@ -19,10 +19,11 @@ STATE = (
 
 INPUTS = (
     'voltage', 'current', 'reference_velocity', 'reference_position', 'external_torque',
-    'temperature', 'motor_position', 'load_position', 'coupled_position',
+    'temperature', 'motor_position', 'load_position', 'coupled_position', 'added_command',
 )
 VOLTAGE, MEASURED_CURRENT, REFERENCE_VELOCITY, REFERENCE_POSITION = 0, 1, 2, 3
 EXTERNAL, TEMPERATURE, MEASURED_MOTOR, MEASURED_LOAD, COUPLED_POSITION = 4, 5, 6, 7, 8
+ADDED_COMMAND = 9
 
 OUTPUTS = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
 

@@ -1,0 +1,1 @@
+"""The subcommands of `servo-identify`, one module each."""

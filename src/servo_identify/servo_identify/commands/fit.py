@@ -1,0 +1,162 @@
+"""
+Fit parameters of a servo file to bags, and write a servo file with what was found.
+
+Free are the parameters named by --free, else those that the servo file gives a tolerance. Each
+value in the new file has its standard error and the bags, with hash, that it comes from. With
+--learn friction, backlash or transmission_error an effect is learned instead of parameters fitted.
+
+Many rigs, many bags: --each fits every bag by itself, --jobs FILE does the fits that a YAML file
+names (--jobs-help shows one). They run side by side on this machine, or on the Dask cluster at
+--cluster; the output is then a folder with a servo file and an estimate for each, and a fit that
+fails, or whose worker dies, costs itself only.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import sys
+
+from servo_twin.description import servo_file
+from servo_twin.physics.servo import Servo
+
+from ..fit.estimate import Estimate
+from ..fit.output_error import Progress, WEIGHTS
+from ..fit.segments import INPUT_OF
+from ..jobs.fit_jobs import each, Job, LEARNED, read_jobs, run, Settings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the subcommand."""
+    parser.add_argument('bags', type=Path, nargs='*', metavar='BAG')
+    parser.add_argument('--servo', type=Path, help='servo file to begin with')
+    parser.add_argument('-o', '--output', type=Path,
+                        help='servo file to write; with --each or --jobs a folder')
+    parser.add_argument('--free', nargs='+', metavar='PATH', default=(),
+                        help='parameters to fit; left out, all that have a tolerance')
+    parser.add_argument('--learn', choices=LEARNED, default='physical')
+    parser.add_argument('--mode', choices=list(INPUT_OF), default='measured_input',
+                        help='closed_loop simulates the controller with the recorded reference, '
+                        'for disturbances that come back through it')
+    parser.add_argument('--horizon', type=float, help='s between restarts; left out, by the data')
+    parser.add_argument('--weights', choices=WEIGHTS, default='residual')
+    parser.add_argument('--no-delays', action='store_true',
+                        help='do not estimate how late each channel is')
+    parser.add_argument('--beyond-tolerance', action='store_true',
+                        help='let values leave the tolerance of the servo file')
+    parser.add_argument('--robust', action='store_true', help="Huber's loss instead of squares")
+    parser.add_argument('--namespace', help='rig to read where a bag has several')
+    parser.add_argument('--report', type=Path, help='JSON file to write the whole estimate to')
+    many = parser.add_argument_group('many rigs, many bags')
+    many.add_argument('--each', action='store_true', help='fit every bag by itself')
+    many.add_argument('--jobs', type=Path, metavar='FILE', help='YAML file of fits')
+    many.add_argument('--jobs-help', action='store_true', help='show what such a file says')
+    many.add_argument('--cluster', default='', metavar='ADDRESS',
+                      help='Dask scheduler, as tcp://HOST:8786; left out, processes of this '
+                      'machine')
+    many.add_argument('--workers', type=int, default=0, help='processes of this machine; 0: all '
+                      'cores')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Fit and write; nothing is written when the fit fails."""
+    if arguments.jobs_help:
+        print(read_jobs.__doc__)
+        return 0
+    settings = Settings(
+        tuple(arguments.free), arguments.learn, arguments.mode, arguments.horizon,
+        arguments.weights, not arguments.no_delays, arguments.beyond_tolerance, arguments.robust,
+        arguments.namespace)
+    _complete(arguments)
+    if arguments.jobs or arguments.each:
+        from ..jobs.many_fits import run_all
+        jobs = (read_jobs(arguments.jobs, vars(settings)) if arguments.jobs
+                else each(arguments.servo, arguments.bags, settings))
+        return run_all(jobs, arguments.output, arguments.cluster, arguments.workers)
+    if not arguments.output.parent.is_dir():
+        raise ValueError(f'{arguments.output}: there is no folder {arguments.output.parent}')
+    with _shown() as progress:
+        answer = run(Job(arguments.servo, tuple(arguments.bags), settings), progress)
+    if answer.estimate and arguments.report:
+        answer.estimate.save(arguments.report)
+    write(answer.servo, arguments.output)
+    if answer.estimate:
+        _show(answer.estimate, servo_file.load(arguments.servo))
+    print('\n'.join([*answer.said, f'written to {arguments.output}']))
+    return 0
+
+
+def _complete(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go together."""
+    alone = ('bags', 'servo', 'each') if arguments.jobs else ()
+    for name in alone:
+        if getattr(arguments, name):
+            raise ValueError(f'--jobs names servo files and bags itself; leave out {name}')
+    needed = ('output',) if arguments.jobs else ('bags', 'servo', 'output')
+    for name in needed:
+        if not getattr(arguments, name):
+            raise ValueError(f'{name} is missing; --help says what is needed')
+    if not (arguments.jobs or arguments.each) and (arguments.cluster or arguments.workers):
+        raise ValueError('--cluster and --workers are for several fits: --each or --jobs')
+    if (arguments.jobs or arguments.each) and arguments.report:
+        raise ValueError('--report is for one fit; several write a report each beside the servo')
+
+
+@contextmanager
+def _shown() -> Iterator:
+    """Show a fit's progress on the terminal; its warnings stay."""
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (SpinnerColumn(), TextColumn('{task.description}'), TimeElapsedColumn())
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task('simulating')
+
+        def told(progress: Progress) -> None:
+            for warning in progress.warnings:
+                console.print(f'warning: {warning}', style='yellow', markup=False)
+            bar.update(task, description=f'step {progress.iteration}, cost {progress.cost:.6g}')
+
+        yield told
+
+
+def write(servo: Servo, path: Path) -> None:
+    """Write a servo file whole or not at all."""
+    draft = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        servo_file.save(servo, draft)
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _show(estimate: Estimate, before: Servo) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(width=None if sys.stdout.isatty() else 110)
+    table = Table(title=f'{estimate.servo.name}: {estimate.iterations} steps in '
+                  f'{estimate.seconds:.1f} s, horizon {estimate.horizon:.3g} s',
+                  title_justify='left')
+    for heading in ('parameter', 'before', 'value', 'standard error', 'unit'):
+        table.add_column(heading, justify='left' if heading in ('parameter', 'unit') else 'right')
+    for name in estimate.names:
+        path, _, rest = name.partition('[')
+        old = before.values[path]
+        old = old[int(rest[:-1])] if rest else old
+        table.add_row(name, f'{old:.6g}', f'{estimate.values[name]:.6g}',
+                      f'{estimate.std[name]:.2g}', estimate.units[name])
+    console.print(table)
+    for channel, rms in estimate.rms.items():
+        console.print(f'{channel}: residual {estimate.rms_before[channel]:.4g} -> {rms:.4g}, '
+                      f'noise floor {estimate.noise[channel]:.3g}', highlight=False)
+    for channel, delay in estimate.delays.items():
+        console.print(f'{channel} is late by {1e3 * delay:.3f} ± '
+                      f'{1e3 * estimate.delay_std[channel]:.3f} ms', highlight=False)
+    for warning in estimate.warnings:
+        console.print(f'warning: {warning}', style='yellow', markup=False)

@@ -1,0 +1,90 @@
+"""
+Learn friction from bags by every learner, and compare them.
+
+Writes into the output folder table.md and table.json (the learners of paper 003 and the classical
+laws on the same splits), friction_speed.png, and, where the bags hold steady turns in both
+directions, network.json with the figures of paper 000 table 1, friction_angle.png and servo.yaml,
+the servo with the learned friction.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+import sys
+
+from servo_twin.bag import read_recording
+from servo_twin.description import servo_file
+
+from ..learn.friction.comparison import best_of, compared, markdown, plain
+from ..learn.friction.dataset import dataset_of, FEATURES
+from ..learn.friction.friction_samples import friction_of
+from ..learn.friction.learners import names
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the subcommand."""
+    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
+    parser.add_argument('--unseen', type=Path, nargs='+', metavar='BAG', default=[],
+                        help='bags that nothing is trained on, to judge every learner by')
+    parser.add_argument('--without', nargs='+', choices=FEATURES, default=[],
+                        help='features that the learners shall not be given; without a torque '
+                        'sensor friction is a sum of current and acceleration')
+    parser.add_argument('--servo', type=Path, required=True, help='servo file of the machine')
+    parser.add_argument('-o', '--output', type=Path, required=True, help='folder to write to')
+    parser.add_argument('--learners', nargs='+', choices=names(), default=names())
+    parser.add_argument('--site', choices=('load', 'motor'), default='load')
+    parser.add_argument('--seconds', type=float, default=60.0,
+                        help='of the processor at most, for each learner')
+    parser.add_argument('--cells', type=int, default=360,
+                        help='equal angles of the turn that friction is resampled to')
+    parser.add_argument('--seed', type=int, default=0)
+    parser.add_argument('--namespace', help='rig to read where a bag has several')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Learn, compare, draw, write."""
+    from rich.console import Console
+
+    servo = servo_file.load(arguments.servo)
+    recordings, unseen = ([read_recording(bag, arguments.namespace) for bag in bags]
+                          for bags in (arguments.bags, arguments.unseen))
+    samples = friction_of(servo, [*recordings, *unseen], arguments.site)
+    data = dataset_of(samples, without=arguments.without, unseen=range(
+        len(recordings), len(recordings) + len(unseen)))
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    console = Console(stderr=True)
+    with console.status('learning') as status:
+        def told(name: str, epoch: int, loss: float, held: float) -> None:
+            status.update(f'{name}: epoch {epoch}, loss {loss:.4g}, validation {held:.4g}')
+
+        rows, models = compared(data, arguments.learners, seed=arguments.seed,
+                                seconds=arguments.seconds, told=told)
+    (arguments.output / 'table.md').write_text(markdown(rows))
+    (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
+    from ..learn.friction.pictures import friction_speed
+    friction_speed(data, models, arguments.output / 'friction_speed.png')
+    print(markdown(rows), end='')
+    print(f'smallest error: {best_of(rows).name}')
+    _paper_network(servo, recordings, arguments)
+    return 0
+
+
+def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
+    from ..learn.friction.learned import learned_friction, with_friction
+    from ..learn.friction.pictures import friction_angle
+    from .fit import write
+
+    try:
+        learned = learned_friction(servo, recordings, arguments.site, seed=arguments.seed,
+                                   cells=arguments.cells)
+    except ValueError as problem:
+        print(f'no network of paper 000: {problem}', file=sys.stderr)
+        return
+    scores = {'forward': vars(learned.forward_scores), 'reverse': vars(learned.reverse_scores)}
+    (arguments.output / 'network.json').write_text(json.dumps(scores, indent=1) + '\n')
+    friction_angle(learned, arguments.output / 'friction_angle.png')
+    write(with_friction(servo, learned), arguments.output / 'servo.yaml')
+    for way, s in scores.items():
+        print(f"{way}: MSE {s['mse']:.5f} N2 m2, MAE {s['mae']:.5f} N m, MAPE {s['mape']:.3f} %")

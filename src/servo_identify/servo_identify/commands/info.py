@@ -1,0 +1,66 @@
+"""Say what bags hold: duration, rate, channels with their ranges, family, gaps, warnings."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+import sys
+
+import numpy as np
+
+from servo_twin.bag import BagError, read_recording
+from servo_twin.recording.recording import COLUMNS, Recording
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the subcommand."""
+    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
+    parser.add_argument('--namespace', help='rig to read where a bag has several')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Print a table a bag; 2 when one of them cannot be read, after the others."""
+    from rich.console import Console
+
+    console = Console(width=None if sys.stdout.isatty() else 110)
+    failed = 0
+    for path in arguments.bags:
+        try:
+            recording = read_recording(path, arguments.namespace)
+        except BagError as error:
+            print(f'servo-identify info: {error}', file=sys.stderr)
+            failed = 2
+            continue
+        _show(console, path, recording)
+    return failed
+
+
+def _show(console, path: Path, recording: Recording) -> None:
+    from rich.table import Table
+
+    said = [f'{recording.duration:.6g} s at {1.0 / recording.period:.6g} Hz',
+            f'{len(recording)} samples from number {recording.sequence}',
+            f'servo {recording.servo or "not said"}',
+            f'family {recording.family or "not said"}',
+            f'replicate {recording.replicate or "not said"}']
+    table = Table(title=str(path), title_justify='left', title_style='bold',
+                  caption=', '.join(said), caption_justify='left')
+    table.add_column('channel')
+    table.add_column('unit')
+    for heading in ('min', 'max', 'mean', 'missing'):
+        table.add_column(heading, justify='right')
+    for name, unit in COLUMNS.items():
+        column = recording[name]
+        known = column[np.isfinite(column)]
+        if len(known):
+            lost = len(column) - len(known)
+            table.add_row(name, unit, f'{known.min():.6g}', f'{known.max():.6g}',
+                          f'{known.mean():.6g}', str(lost) if lost else '')
+        else:
+            table.add_row(name, unit, 'not measured', style='dim')
+    console.print(table)
+    if recording.note:
+        console.print(f'note: {recording.note}', markup=False)
+    for warning in recording.warnings:
+        console.print(f'warning: {warning}', markup=False, style='yellow')
+    console.print(f'sha256 {recording.digest}', style='dim')

@@ -1,0 +1,132 @@
+"""
+Replay the online estimator over a bag, and draw how it followed.
+
+  servo-identify online BAG --servo S.yaml -o DIR
+
+writes DIR/online.csv and DIR/online.png: each quantity with two standard deviations, least
+squares over windows of one time constant beside it, and the temperature where it was measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from servo_twin.bag import read_recording
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
+from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
+from servo_twin.recording.samples import samples_of
+
+from ..watch.estimator.online_estimator import OnlineEstimator, Snapshot
+
+_FOREVER = 1e9  # s, a time constant that forgets nothing
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the subcommand."""
+    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser.add_argument('--servo', required=True, metavar='S.yaml',
+                        help='servo file, or the name of a shipped one')
+    parser.add_argument('-o', '--output', type=Path, required=True, metavar='DIR')
+    parser.add_argument('--time-constant', type=float, default=60.0, metavar='S',
+                        help='in which it forgets (default %(default)g)')
+    parser.add_argument('--every', type=float, default=1.0, metavar='S',
+                        help='from one estimate to the next (default %(default)g)')
+    parser.add_argument('--namespace', help='rig to read where a bag has several')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Replay and draw; 1 when the bag said nothing about any quantity."""
+    given = {'--time-constant': arguments.time_constant, '--every': arguments.every}
+    for name, value in given.items():
+        if not value > 0.0:
+            raise ValueError(f'{name} = {value:g} s; it must be positive')
+    servo = servo_file.load(servo_at(arguments.servo))
+    recording = read_recording(arguments.bag, arguments.namespace)
+    snapshots = followed(servo, recording, arguments.time_constant, arguments.every)
+    if not snapshots or not snapshots[-1].names:
+        raise ValueError(f'{servo.name} has nothing that is tracked online, or '
+                         f'{recording.name} is too short')
+    windows = in_windows(servo, recording, arguments.time_constant)
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    _write(snapshots, recording, arguments.output / 'online.csv')
+    _draw(snapshots, windows, recording, servo, arguments.output / 'online.png')
+    last = snapshots[-1]
+    for name, value, std, bounded, rows in zip(last.names, last.values, last.std, last.bounded,
+                                               last.rows, strict=True):
+        print(f'{name}: {value:.5g} ± {std:.2g} {servo.unit(name)}, from {rows:.0f} rows'
+              + (', at a bound' if bounded else '') + ('' if rows else ': it was not excited'))
+    print(f'written to {arguments.output}/online.csv and online.png')
+    return 0 if last.rows.any() else 1
+
+
+def followed(servo: Servo, recording: Recording, time_constant: float, every: float
+             ) -> list[Snapshot]:
+    """Return what the estimator knew after each ``every`` s of a recording."""
+    estimator = OnlineEstimator(servo, recording.period, time_constant)
+    samples, size = samples_of(recording.columns), max(1, round(every / recording.period))
+    snapshots = []
+    for at in range(0, len(samples) - size + 1, size):
+        estimator.push(at, samples[at:at + size])
+        snapshots.append(estimator.snapshot())
+    return snapshots
+
+
+def in_windows(servo: Servo, recording: Recording, seconds: float) -> list[Snapshot]:
+    """Return least squares over windows of their own, for comparison; ``sequence`` is the end."""
+    samples, size = samples_of(recording.columns), round(seconds / recording.period)
+    found = []
+    for at in range(0, len(samples) - size + 1, size):
+        estimator = OnlineEstimator(servo, recording.period, _FOREVER)
+        estimator.push(at, samples[at:at + size])
+        found.append(replace(estimator.snapshot(), sequence=at + size - 1))
+    return found
+
+
+def _write(snapshots: Sequence[Snapshot], recording: Recording, path: Path) -> None:
+    names = snapshots[-1].names
+    head = ','.join(['t', *names, *(f'std {name}' for name in names)])
+    rows = [np.concatenate([[s.sequence * recording.period], s.values, s.std]) for s in snapshots]
+    np.savetxt(path, rows, delimiter=',', header=head, comments='', fmt='%.8g')
+
+
+def _draw(snapshots: Sequence[Snapshot], windows: Sequence[Snapshot], recording: Recording,
+          servo: Servo, path: Path) -> None:
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+
+    names = snapshots[-1].names
+    warm = recording.has('temperature')
+    figure, axes = pyplot.subplots(len(names) + warm, 1, sharex=True, squeeze=False,
+                                   figsize=(8.0, 2.0 * (len(names) + warm)))
+    time = np.array([s.sequence for s in snapshots]) * recording.period
+    half = 0.5 * (windows[0].sequence + 1) * recording.period if windows else 0.0
+    for k, name in enumerate(names):
+        axis = axes[k, 0]
+        known = np.array([s.rows[k] > 0 for s in snapshots])
+        value = np.array([s.values[k] for s in snapshots])
+        std = np.array([s.std[k] for s in snapshots])
+        axis.fill_between(time[known], (value - 2 * std)[known], (value + 2 * std)[known],
+                          alpha=0.3, linewidth=0)
+        axis.plot(time[known], value[known], label='online, ± 2 std')
+        if windows:
+            axis.plot([s.sequence * recording.period - half for s in windows],
+                      [s.values[k] for s in windows], 'k.', label='least squares by window')
+        axis.set_ylabel(f'{name}\n{servo.unit(name)}'.strip(), fontsize=7)
+        axis.grid(alpha=0.3)
+    axes[0, 0].legend(fontsize=7)
+    if warm:
+        axes[-1, 0].plot(recording.time[::100], recording['temperature'][::100], color='tab:red')
+        axes[-1, 0].set_ylabel('gearbox\n°C', fontsize=7)
+    axes[-1, 0].set_xlabel('s')
+    figure.suptitle(f'{recording.name}: what the online estimator followed', fontsize=9)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    pyplot.close(figure)

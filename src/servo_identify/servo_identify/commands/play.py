@@ -1,0 +1,53 @@
+"""
+Measure the play of bags, and the curve of it over the setting of a slide.
+
+Each bag goes both ways over the same angles, slowly. With --settings, one number a bag, m, and -o
+the servo file gets the curve (effect carrier_backlash).
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from servo_twin.bag import read_recording
+from servo_twin.description import servo_file
+
+from ..learn.transmission.play import measured_play, with_curve
+from .fit import write
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the subcommand."""
+    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
+    parser.add_argument('--servo', type=Path, required=True, metavar='S.yaml',
+                        help='for the ratio, the stiffness and the friction of the load')
+    parser.add_argument('--settings', type=float, nargs='+', metavar='M', default=(),
+                        help='where the slide stood in each bag, m')
+    parser.add_argument('-o', '--output', type=Path, metavar='NEW.yaml',
+                        help='servo file to write with the curve')
+    parser.add_argument('--namespace', help='rig to read where a bag has several')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Print the play of each bag; write the curve."""
+    settings = list(arguments.settings)
+    if settings and len(settings) != len(arguments.bags):
+        raise ValueError(f'there are {len(arguments.bags)} bags and {len(settings)} settings; '
+                         'give one for each')
+    if arguments.output and not settings:
+        raise ValueError('--output needs --settings: a curve is over something')
+    if len(set(settings)) < len(settings):
+        raise ValueError(f'two bags have the same setting: {settings}')
+    servo = servo_file.load(arguments.servo)
+    recordings = [read_recording(bag, arguments.namespace) for bag in arguments.bags]
+    plays = [measured_play(servo, recording) for recording in recordings]
+    for k, (bag, play) in enumerate(zip(arguments.bags, plays, strict=True)):
+        at = f' at {1e3 * settings[k]:g} mm' if settings else ''
+        print(f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from cell to '
+              f'cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of wind-up')
+    if arguments.output:
+        write(with_curve(servo, dict(zip(settings, plays, strict=True)), recordings),
+              arguments.output)
+        print(f'written to {arguments.output}')
+    return 0

@@ -1,0 +1,1 @@
+"""Data in: tables, units, mappings, even time grids."""

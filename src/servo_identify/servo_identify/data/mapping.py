@@ -1,0 +1,139 @@
+"""
+Mapping files: how the columns of somebody else's file become those of a recording.
+
+A mapping is YAML. ``time`` and every entry of ``columns`` takes one ``source`` of the file through
+these steps, in this order, each of which may be left out::
+
+    source: load         the file's own column; or value: 0.0 for a constant one
+    above: 32767         where the value is above this,
+    subtract: 65536      subtract this (signed numbers read as unsigned)
+    scale: 0.00113       multiply
+    offset: 0.0          add
+    times: input_volts   multiply by another column of the file
+    negate: true
+    zero: first          subtract the first value, or the mean (incremental encoders)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from .column_units import NAMES
+from .tables import Table
+
+_KEYS = {'rows': str, 'time': dict, 'columns': dict, 'recording': dict, 'period': (int, float),
+         'drive_on': str}
+_STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
+          'scale': (int, float), 'offset': (int, float), 'times': str, 'negate': bool, 'zero': str}
+_FACTS = ('family', 'replicate', 'note')
+_ZEROS = ('first', 'mean')
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """
+    A mapping file, checked.
+
+    ``rows`` names the list of records in a JSON file; ``period``, s, is the grid to resample to,
+    0 to take it from the times; ``drive_on`` names a column that is 0 while the drive is switched
+    off; ``recording`` gives family, replicate and note, in which {name} stands for what the file
+    says of it.
+    """
+
+    path: Path
+    columns: dict[str, dict[str, Any]]
+    rows: str = ''
+    period: float = 0.0
+    drive_on: str = ''
+    recording: dict[str, Any] = field(default_factory=dict)
+
+    def apply(self, table: Table, warnings: list[str]) -> dict[str, np.ndarray]:
+        """
+        Return the columns of a table; raises ValueError for a source that it lacks.
+
+        Where the drive is off its terminals are open, which a command of 0 V is not: there is no
+        command there (NaN).
+        """
+        columns = {name: _follow(table, steps) for name, steps in self.columns.items()}
+        if self.drive_on:
+            off = np.flatnonzero(table[self.drive_on] == 0.0)
+            if len(off):
+                warnings.append(f'the drive is off in {len(off)} rows, the first is row '
+                                f'{off[0] + 1}: they have no command')
+                if 'voltage' in columns:
+                    columns['voltage'] = np.array(columns['voltage'], dtype=float)
+                    columns['voltage'][off] = np.nan
+        return columns
+
+    def describe(self, table: Table) -> dict[str, Any]:
+        """Return family, replicate and note of a table."""
+        try:
+            return {name: value.format(**table.facts) if isinstance(value, str) else value
+                    for name, value in self.recording.items()}
+        except (KeyError, IndexError) as error:
+            raise ValueError(f'{self.path}: recording: {table.path} does not say {error}; it says '
+                             f'{list(table.facts)}') from None
+
+
+def read_mapping(path: Path) -> Mapping:
+    """Read a mapping file; raises ValueError naming what is wrong in it."""
+    try:
+        content = yaml.safe_load(path.read_text('utf8'))
+    except yaml.YAMLError as error:
+        raise ValueError(f'{path} is no YAML: {error}') from None
+    if not isinstance(content, dict):
+        raise ValueError(f'{path} is no mapping file: it has no keys {list(_KEYS)}')
+    _check(path, 'the file', content, _KEYS)
+    if 'time' not in content or not content.get('columns'):
+        raise ValueError(f"{path}: 'time' and 'columns' must be there; there are {list(content)}")
+    columns = {'t': content['time']} | content['columns']
+    for name, steps in columns.items():
+        _check_steps(path, name, steps)
+    recording = content.get('recording', {})
+    _check(path, 'recording', recording, {name: (str, int) for name in _FACTS})
+    return Mapping(path, columns, content.get('rows', ''), float(content.get('period', 0.0)),
+                   content.get('drive_on', ''), recording)
+
+
+def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None:
+    for key, value in content.items():
+        if key not in known:
+            raise ValueError(f'{path}: {where} has no {key!r}; it has {list(known)}')
+        if not isinstance(value, known[key]) or (
+                isinstance(value, bool) and known[key] is not bool):
+            raise ValueError(f'{path}: {where}: {key} = {value!r} is of the wrong kind')
+
+
+def _check_steps(path: Path, name: str, steps: Any) -> None:
+    if name not in NAMES:
+        raise ValueError(f'{path}: there is no column {name!r}; columns are {list(NAMES)}')
+    if not isinstance(steps, dict):
+        raise ValueError(f'{path}: {name}: {steps!r} is no set of steps; known are {list(_STEPS)}')
+    _check(path, name, steps, _STEPS)
+    if ('source' in steps) == ('value' in steps):
+        raise ValueError(f"{path}: {name}: give either 'source' or 'value'")
+    if ('above' in steps) != ('subtract' in steps):
+        raise ValueError(f"{path}: {name}: 'above' and 'subtract' go together")
+    if steps.get('zero', 'first') not in _ZEROS:
+        raise ValueError(f'{path}: {name}: zero = {steps["zero"]!r}; known are {list(_ZEROS)}')
+
+
+def _follow(table: Table, steps: dict[str, Any]) -> np.ndarray:
+    if 'value' in steps:
+        return np.full(len(next(iter(table.columns.values()))), float(steps['value']))
+    column = table[steps['source']].copy()
+    if 'above' in steps:
+        column[column > steps['above']] -= steps['subtract']
+    column = column * steps.get('scale', 1.0) + steps.get('offset', 0.0)
+    if 'times' in steps:
+        column = column * table[steps['times']]
+    if steps.get('negate'):
+        column = -column
+    if 'zero' in steps:
+        column = column - (column[0] if steps['zero'] == 'first' else np.nanmean(column))
+    return column

@@ -1,0 +1,58 @@
+"""Turns series along the measured motion into hypotheses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..residuals.samples import ResidualSamples
+from .hypothesis import Columns, Hypothesis, Mechanism, Series
+from .scales import Scales
+
+VANISHING = 1e-6  # a column whose size is below this share of a noise unit moves nothing
+
+
+def placed(samples: ResidualSamples, signal: str, of: Series) -> np.ndarray:
+    """Return what a signal does to residuals, (samples, n)."""
+    series = [np.asarray(of(one)) for one in samples.errors]
+    return samples.place({number: one.of_signal(signal, series[number])
+                          for number, one in enumerate(samples.errors)}, series[0].shape[1])
+
+
+@dataclass
+class Builder:
+    """Makes columns of signals for one set of residuals."""
+
+    samples: ResidualSamples
+    scales: Scales = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.scales = Scales(self.samples)
+
+    def place(self, signal: str, of: Series, factor: float = 1.0) -> Columns:
+        """Return what a signal, times a factor, does to all residuals."""
+        return Columns(factor * placed(self.samples, signal, of), signal, of, factor)
+
+    def resisting(self, site: str, budget: Series) -> Columns:
+        """Return what friction at a shaft of the size ``budget`` (N m) does."""
+        return self.place(f'{site}_torque', lambda one: (
+            -one.motion.direction[:, None] * budget(one)))
+
+    def hypothesis(self, mechanism: Mechanism, columns: Columns, signs: Sequence[int],
+                   knots: Sequence = (), **more) -> Hypothesis | None:
+        """Return a hypothesis without the columns that move nothing; None when none is left."""
+        size = np.sqrt(np.mean(columns.table**2, axis=0)) if len(columns.table) else np.zeros(
+            columns.size)
+        kept = np.flatnonzero(size > VANISHING)
+        if not len(kept):
+            return None
+        if len(knots) == columns.size:
+            knots = tuple(knots[k] for k in kept)
+        return Hypothesis(mechanism, columns.only(kept), np.asarray(signs)[kept],
+                          knots=tuple(knots), **more)
+
+    def known(self, port: str) -> bool:
+        """Whether the servo has an effect at a port."""
+        return any(placed.effect.port == port for placed in self.samples.servo.effects)

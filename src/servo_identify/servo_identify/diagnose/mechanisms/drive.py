@@ -1,0 +1,83 @@
+"""The way from the command to the current: dead band, saturation, lag, delay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .builder import Builder
+from .hypothesis import Columns, Hypothesis, Mechanism
+
+BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)  # shares of the largest command within which nothing comes
+CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)  # from which less comes
+LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # sample periods
+DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0)
+
+
+def drive_of(builder: Builder) -> Iterator[Hypothesis]:
+    """Yield the hypotheses of the drive; none where no command is recorded."""
+    if not all('voltage' in one.measured.channels for one in builder.samples.errors):
+        return
+    top = builder.scales.command
+    if not top > 0.0:
+        return
+
+    def shaped(name, change, signs, knots):
+        mechanism = Mechanism(name, 'drive', 'command', ('command',), 'odd')
+        return builder.hypothesis(mechanism, _through(builder, change), signs, knots)
+
+    def band(command, period):
+        return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
+
+    def ceiling(command, period):
+        return -np.sign(command)[:, None] * np.column_stack(
+            [np.maximum(np.abs(command) - s * top, 0.0) for s in CEILINGS])
+
+    yield from filter(None, (
+        shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
+               tuple(s * top for s in CEILINGS))))
+    period = builder.scales.period
+    for name, shares, late in (('current_lag', LAGS, _lagged), ('command_delay', DELAYS, _delayed)):
+        site = 'current' if name == 'current_lag' else 'command'
+        mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
+        for share in shares:
+            columns = _through(builder, lambda command, step, share=share, late=late: (
+                late(command, share * period, step) - command)[:, None])
+            one = builder.hypothesis(mechanism, columns, [1], (share * period,), tried=len(shares))
+            if one:
+                yield one
+
+
+def _through(builder: Builder, change) -> Columns:
+    """
+    Columns of changes of the command, V, as the drive turns them into current.
+
+    ``change(command, period)`` returns (samples, n).
+    """
+    def current(one):
+        command, theta = one.regressor_command, one.servo.theta
+        table = change(command, one.measured.period)
+        before = one.drive_current(theta, command)
+        return np.column_stack([one.drive_current(theta, command + more) - before
+                                for more in table.T])
+
+    def unmeasured(one):
+        return np.zeros_like(current(one)) if 'current' in one.measured.channels else (
+            current(one))
+
+    direct = builder.place('drive_current', current)
+    driven = builder.place('current', unmeasured)
+    return Columns(direct.table + driven.table, 'drive_current', current)
+
+
+def _lagged(command: np.ndarray, settling: float, period: float) -> np.ndarray:
+    keep = float(np.exp(-period / settling))
+    return lfilter([1.0 - keep], [1.0, -keep], command)
+
+
+def _delayed(command: np.ndarray, late: float, period: float) -> np.ndarray:
+    at = np.arange(len(command)) - late / period
+    return np.interp(at, np.arange(len(command)), command)

@@ -1,0 +1,104 @@
+"""One mechanism at one place, as columns of the regression: the hypothesis that it is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+UNKNOWN = 'unknown'
+"""Name of a pattern that no mechanism of the table has."""
+
+Series = Callable[..., np.ndarray]
+"""``of(errors)``: a signal of one recording at the inner or all samples, (samples, n)."""
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """
+    What kind of thing acts, where, and on which variables.
+
+    ``name`` is that of the table of signatures; ``port`` and ``site`` where it acts;
+    ``variables`` what it depends on, the first being that of its curve; ``symmetry`` how it
+    answers to the other direction (odd, even, none); ``memory`` whether it remembers.
+    """
+
+    name: str
+    port: str
+    site: str
+    variables: tuple[str, ...]
+    symmetry: str
+    memory: bool = False
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Name and site (and variables of what has no name): what makes it the same cause."""
+        if self.name != UNKNOWN:
+            return self.name, self.site
+        return (self.name, self.port, *self.variables, self.symmetry)
+
+    @property
+    def label(self) -> str:
+        """For people."""
+        return f'{self.name} ({self.site})' if self.site else self.name
+
+
+@dataclass(frozen=True)
+class Columns:
+    """
+    What a signal of the equations does to all residuals for one unit of each of its amplitudes.
+
+    ``table`` (samples, n); ``signal`` names the signal and ``of`` returns it, times ``factor``;
+    an empty ``signal`` stands for a value of the servo file.
+    """
+
+    table: np.ndarray
+    signal: str = ''
+    of: Series | None = None
+    factor: float = 1.0
+
+    def only(self, kept: np.ndarray) -> Columns:
+        """Return some of the columns; ``kept`` are their numbers."""
+        of = self.of
+        chosen = None if of is None else (lambda one: of(one)[:, kept])
+        return Columns(np.asfortranarray(self.table[:, kept]), self.signal, chosen, self.factor)
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return self.table.shape[1]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """
+    A mechanism with the columns of its flexible form.
+
+    ``signs`` (n,): 0 for a free amplitude, 1 for one of a group that shares a sign. ``either``:
+    that sign may be plus or minus; otherwise it is plus. ``knots`` say for which values of the
+    variable the columns stand. ``path`` is the value of the servo file that would be off, within
+    ``room`` of what it is. ``tried`` counts the alternatives (orders, delays) that this one was
+    chosen from; ``detail`` holds what else was searched.
+    """
+
+    mechanism: Mechanism
+    columns: Columns
+    signs: np.ndarray
+    either: bool = False
+    knots: tuple = ()
+    path: str = ''
+    room: tuple[float, float] = (-np.inf, np.inf)
+    tried: int = 1
+    detail: Mapping[str, object] = field(default_factory=dict)
+
+    def bounds(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return (low, high) of the amplitudes: one pair, or one for each sign."""
+        low = np.full(self.columns.size, self.room[0])
+        high = np.full(self.columns.size, self.room[1])
+        shared = self.signs == 1
+        plus = np.where(shared, 0.0, low), high
+        minus = low, np.where(shared, 0.0, high)
+        if not shared.any():
+            return [(low, high)]
+        return [plus, minus] if self.either else [plus]

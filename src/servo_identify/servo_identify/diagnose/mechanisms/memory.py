@@ -1,0 +1,44 @@
+"""Operators with memory: what follows a motion after each reversal, and what swings behind it."""
+
+from __future__ import annotations
+
+from numba import njit
+import numpy as np
+from scipy.signal import lfilter
+
+
+def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
+    """
+    Return the elastoplastic (Maxwell-slip) answer to ``x``, between -1 and 1, shape of ``x``.
+
+    It follows ``x`` over ``width`` after each reversal and then slips. Source: Al-Bender,
+    Lampaert, Swevers: IEEE TAC 50(11), 2005.
+    """
+    return _stop(np.ascontiguousarray(x), width)
+
+
+def resonator(acceleration: np.ndarray, period: float, frequency: float,
+              damping: float) -> np.ndarray:
+    r"""
+    Return the acceleration of a mass that hangs on a spring, rad/s2, shape of ``acceleration``.
+
+    .. math:: \ddot v + 2\zeta\omega\dot v + \omega^2 v = 2\zeta\omega\dot a + \omega^2 a
+
+    ``frequency`` Hz, ``damping`` a share of critical. Bilinear transform, warped at its frequency.
+    """
+    natural = 2.0 * np.pi * frequency
+    c = natural / np.tan(0.5 * natural * period)
+    top = np.array([natural**2 + 2.0 * damping * natural * c, 2.0 * natural**2,
+                    natural**2 - 2.0 * damping * natural * c])
+    bottom = top + np.array([c**2, -2.0 * c**2, c**2])
+    return lfilter(top / bottom[0], bottom / bottom[0], acceleration)
+
+
+@njit(cache=True, nogil=True)
+def _stop(x, width):
+    out = np.zeros(len(x))
+    z = 0.0
+    for k in range(1, len(x)):
+        z = min(max(z + (x[k] - x[k - 1]) / width, -1.0), 1.0)
+        out[k] = z
+    return out

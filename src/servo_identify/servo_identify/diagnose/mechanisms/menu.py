@@ -1,0 +1,45 @@
+"""All hypotheses for one set of residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from .builder import Builder
+from .drive import drive_of
+from .friction import friction_of
+from .hypothesis import Hypothesis
+from .patterns import patterns_of
+from .readings import readings_of
+from .torque import torque_of
+from .transmission import transmission_of
+from .values import values_of
+
+
+def sides_of(builder: Builder) -> tuple[str, ...]:
+    """Shafts whose friction can be told apart: both where the torque between them is measured."""
+    present = builder.samples.present
+    if 'torque' in present:
+        return ('load',)
+    return tuple(site for site in ('motor', 'load') if site in present)
+
+
+def hypotheses_of(builder: Builder, residual: np.ndarray,
+                  without: Collection[str] = ()) -> list[Hypothesis]:
+    """
+    Return every hypothesis but those of the mechanisms named in ``without``.
+
+    ``residual`` (samples,) is what is left without any.
+    """
+    found: list[Hypothesis] = []
+    for site in sides_of(builder):
+        found += friction_of(builder, site, residual)
+    if set(builder.samples.present) & {'motor', 'load', 'torque'}:
+        found += torque_of(builder, residual)
+    found += transmission_of(builder, residual)
+    found += drive_of(builder)
+    found += readings_of(builder)
+    found += values_of(builder)
+    found += patterns_of(builder, without)
+    return [one for one in found if one.mechanism.name not in without]

@@ -1,0 +1,125 @@
+"""Which orders of a turn a residual repeats at: a least-squares periodogram over the angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from servo_twin.balances.terms import EQUATIONS
+
+from .builder import Builder
+from .hypothesis import Hypothesis, Mechanism
+
+LARGEST_ORDER = 200
+MOST = 3  # orders that one hypothesis takes in
+FEWEST = 50  # samples that say anything
+
+
+def waves(angle: np.ndarray, orders) -> np.ndarray:
+    """Return cosine and sine of an angle (rad) at each order, shape (samples, 2 orders)."""
+    return np.column_stack([wave for order in orders
+                            for wave in (np.cos(order * angle), np.sin(order * angle))])
+
+
+def hats(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return piecewise linear hat functions of ``x`` at ``edges``, (samples, edges)."""
+    return np.column_stack([np.interp(x, edges, unit) for unit in np.eye(len(edges))])
+
+
+def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equation: str,
+             angle: str, signal: str, times: str, factor, least: float = 1.0,
+             mean: bool = False) -> Iterator[Hypothesis]:
+    """
+    Yield hypotheses of waves over an angle: the strongest order, it with its multiples, the three
+    strongest.
+
+    ``times`` names what the waves are multiplied by in the search, ``factor(errors, number)``
+    returns it; ``signal`` is what they are in the equations. ``mean``: what varies has a mean too.
+    """
+    found, tried = orders_of(builder, equation, angle, residual, times, least)
+    if not found:
+        return
+    first = found[0]
+    harmonics = tuple(first * k for k in (1, 2, 3))
+    parts = tuple(first / k for k in (2, 3) if first % k == 0 and first / k >= 1.0)
+    for some in dict.fromkeys(((first,), harmonics, *((p, *(p * k for k in (2, 3)))
+                                                      for p in parts), found)):
+        orders = (0.0, *some)[not mean:]
+        columns = builder.place(signal, lambda one, orders=orders: (
+            factor(one)[:, None] * waves(one.motion[angle], orders)))
+        knots = tuple(order for order in orders for _ in range(2))
+        one = builder.hypothesis(mechanism, columns, [0] * len(knots), knots, tried=tried)
+        if one:
+            yield one
+
+
+def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray, times: str = '',
+              least: float = 1.0) -> tuple[tuple[float, ...], int]:
+    """
+    Return (orders at which the residual of an equation repeats over an angle, how many tried).
+
+    ``times`` names what the wave is multiplied by: direction, current, or the sign of the torque.
+    An order is tried where the shaft covers at least so much of its period, ``least``. The
+    strongest comes first.
+    """
+    samples = builder.samples
+    if equation not in samples.present:
+        return (), 0
+    rows = samples.equation == EQUATIONS.index(equation)
+    at, target = samples.of_motion(equation, angle), residual[rows]
+    factor = np.ones(len(target))
+    if times == 'direction':
+        factor = samples.of_motion(equation, 'direction')
+    elif times == 'current':
+        factor = samples.of_motion(equation, 'current') / (builder.scales.current or 1.0)
+    elif times == 'flank':
+        factor = np.sign(samples.of_motion(equation, 'torque'))
+    return strongest(at, target, factor, least)
+
+
+def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
+              least: float) -> tuple[tuple[float, ...], int]:
+    """Return (the orders that take most of a target, how many were tried)."""
+    good = np.isfinite(angle) & np.isfinite(target) & np.isfinite(factor)
+    if good.sum() < FEWEST:
+        return (), 0
+    angle, target, factor = angle[good], target[good], factor[good]
+    whole = 2.0 * np.pi / max(float(np.ptp(angle)), 1e-12)
+    lowest = max(1, int(np.ceil(least * whole)))
+    if lowest > LARGEST_ORDER:
+        return (), 0
+    tried = np.arange(lowest, LARGEST_ORDER + 1)
+    found: list[float] = []
+    left = target - _fitted(factor[:, None], target)
+    for _ in range(MOST):
+        power = _periodogram(angle, left, factor, tried)
+        best = float(tried[int(np.argmax(power))])
+        if best in found:
+            break
+        found.append(best)
+        table = np.column_stack((factor, *(factor[:, None] * waves(angle, found)).T))
+        left = target - _fitted(table, target)
+    return tuple(found), len(tried)
+
+
+def _periodogram(angle, target, factor, orders) -> np.ndarray:
+    """Square that cosine and sine of each order, times a factor, take from a target."""
+    turn = np.exp(1j * angle)
+    wave = turn ** int(orders[0])
+    weight, cross = factor**2, factor * target
+    total = weight.sum()
+    power = np.empty(len(orders))
+    for i in range(len(orders)):
+        twice = np.vdot(np.conj(wave * wave), weight)
+        gram = 0.5 * np.array([[total + twice.real, twice.imag],
+                               [twice.imag, total - twice.real]])
+        taken = np.vdot(np.conj(wave), cross)
+        both = np.array([taken.real, taken.imag])
+        power[i] = both @ np.linalg.pinv(gram, rcond=1e-6) @ both
+        wave = wave * turn
+    return power
+
+
+def _fitted(table: np.ndarray, target: np.ndarray) -> np.ndarray:
+    return table @ np.linalg.lstsq(table, target, rcond=1e-9)[0]

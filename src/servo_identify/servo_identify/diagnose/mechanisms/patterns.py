@@ -1,0 +1,97 @@
+"""
+Patterns: any curve over one variable, in either symmetry, in one equation.
+
+A pattern over the variable of a mechanism of the table is that mechanism, whatever its formula.
+One over a variable that no mechanism has there is something that the table does not know. Its
+place, its variable and its symmetry are known all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from .builder import Builder
+from .hypothesis import Columns, Hypothesis, Mechanism, UNKNOWN
+from .orders import hats
+from .variables import Variable, variables_of
+
+HATS, FEWEST = 10, 50  # of one curve; samples that say anything
+SPEED_FRICTION = 'friction_over_speed'
+"""Any friction that depends on speed alone; named by what it is made of."""
+
+SIGNATURES = {
+    ('shaft', 'speed', 'odd'): SPEED_FRICTION,
+    ('shaft', 'speed', 'even'): 'asymmetric_friction',
+    ('shaft', 'angle', 'odd'): 'position_dependent_friction',
+    ('shaft', 'load', 'odd'): 'load_dependent_friction',
+    ('shaft', 'travel since reversal', 'odd'): 'presliding_friction',
+    ('shaft', 'time', 'odd'): 'friction_drift',
+    ('shaft', 'temperature', 'odd'): 'friction_drift',
+    ('transmission', 'load', 'odd'): 'nonlinear_stiffness',
+    ('transmission', 'angle', 'even'): 'transmission_error',
+    ('transmission', 'angle', 'odd'): 'position_dependent_backlash',
+    ('transmission', 'travel since reversal', 'odd'): 'hysteresis',
+}
+"""Which mechanism of the table a pattern is, by place, variable and symmetry."""
+
+PLACES = {'motor': ('motor_torque', 'motor'), 'load': ('load_torque', 'load'),
+          'torque': ('load_torque', 'load'), 'transmission': ('torsion', 'mesh'),
+          'drive': ('drive_current', 'drive')}
+
+def patterns_of(builder: Builder, without: Collection[str]) -> Iterator[Hypothesis]:
+    """Yield a hypothesis for each equation, variable and symmetry."""
+    for equation in builder.samples.present:
+        if equation not in PLACES:
+            continue
+        for variable in variables_of(equation):
+            edges = _edges([variable.sized(one) for one in builder.samples.errors])
+            if edges is None:
+                continue
+            for symmetry in ('even', 'odd'):
+                found = _pattern(builder, equation, variable, edges, symmetry, without)
+                if found:
+                    yield found
+
+
+def _pattern(builder: Builder, equation: str, variable: Variable, edges: np.ndarray,
+             symmetry: str, without: Collection[str]) -> Hypothesis | None:
+    signal, site = PLACES[equation]
+    by_flank = equation == 'transmission' and variable.name in ('load', 'angle')
+
+    def of(one):
+        curve = hats(variable.sized(one), edges)
+        if symmetry == 'even':
+            return curve
+        way = one.flank(one.motion) if by_flank else variable.way(one)
+        return way[:, None] * curve
+
+    place = 'shaft' if equation in ('motor', 'load', 'torque') else equation
+    known = SIGNATURES.get((place, variable.name, symmetry), UNKNOWN)
+    known = UNKNOWN if known in without else known
+    mechanism = Mechanism(known, _port(known, place), site, (variable.name,), symmetry)
+    columns = builder.place(signal, of)
+    if known == UNKNOWN:  # a pattern without a name claims nothing of other equations
+        rows = builder.samples.rows(equation)[:, None]
+        columns = replace(columns, table=np.where(rows, columns.table, 0.0))
+    return builder.hypothesis(mechanism, columns, [0] * len(edges), edges,
+                              detail={'form': 'curve', 'equation': equation})
+
+
+def _port(name: str, place: str) -> str:
+    if name == UNKNOWN:
+        return place
+    return {'transmission_error': 'mesh_error', 'position_dependent_backlash': 'clearance'}.get(
+        name, 'friction' if place == 'shaft' else 'mesh')
+
+
+def _edges(several: list[np.ndarray]) -> np.ndarray | None:
+    """Knots at quantiles of a variable, the ends included; None where it hardly varies."""
+    x = np.concatenate([s[::7] for s in several])
+    x = x[np.isfinite(x)]
+    if len(x) < FEWEST:
+        return None
+    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, HATS)))
+    return edges if len(edges) >= 4 and np.ptp(edges) > 0.0 else None

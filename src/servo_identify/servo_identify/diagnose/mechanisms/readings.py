@@ -1,0 +1,62 @@
+"""Readings that are off: by a gain, an offset, a delay, or once a turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from .builder import Builder
+from .hypothesis import Hypothesis, Mechanism
+from .orders import waves
+
+
+def readings_of(builder: Builder) -> Iterator[Hypothesis]:
+    """Yield the hypotheses of the sensors that every recording has."""
+    has = frozenset.intersection(*(one.measured.channels for one in builder.samples.errors))
+
+    def off(name, channel, variables, symmetry, of, size=1):
+        mechanism = Mechanism(name, 'sensor', channel, variables, symmetry)
+        columns = builder.place(channel, of, -1.0)  # what a reading has too much is not true
+        return builder.hypothesis(mechanism, columns, [0] * size)
+
+    def full(one):
+        return len(one.measured.recording)
+
+    for channel, sensor in (('current', 'current_sensor'), ('torque', 'torque_sensor')):
+        if channel not in has:
+            continue
+        yield from filter(None, (
+            off(f'{sensor}_offset', channel, ('constant',), 'even',
+                lambda one: np.ones((full(one), 1))),
+            _gain(builder, f'{sensor}_gain', channel)))
+    if {'motor_position', 'load_position'} <= has:
+        yield from filter(None, (
+            off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
+                lambda one: waves(one.angles()[1], (1.0,)), 2),
+            off('sensor_delay', 'load_position', ('speed',), 'odd',
+                lambda one: -_speed(one)[:, None])))
+
+
+def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
+    """
+    A reading in proportion to its truth: what the motion asks for, or what the drive makes.
+
+    The reading itself is no regressor: less of it would explain its own noise.
+    """
+    mechanism = Mechanism(name, 'sensor', channel, (channel,), 'odd')
+    if channel == 'torque':
+        columns = builder.place('torque', lambda one: one.predicted_load[:, None], -1.0)
+        return builder.hypothesis(mechanism, columns, [0])
+    columns = builder.place('current', lambda one: one.predicted_current[:, None], -1.0)
+    made = builder.place('current', lambda one: one.drive_current(one.servo.theta)[:, None],
+                         -1.0)
+    drive = builder.samples.rows('drive')[:, None]
+    return builder.hypothesis(
+        mechanism, replace(columns, table=np.where(drive, made.table, columns.table)), [0])
+
+
+def _speed(one) -> np.ndarray:
+    test, angle = one.measured.fast, np.nan_to_num(one.angles()[1])
+    return np.pad(test.smooth(angle, 1), test.reach, mode='edge')

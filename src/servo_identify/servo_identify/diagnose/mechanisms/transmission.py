@@ -1,0 +1,111 @@
+"""
+What the transmission does beside its linear elasticity, as angle lost for a torque.
+
+Seen so, everything is linear: a clearance is a jump where the torque changes sign, a bent
+elasticity a curve over the torque, a kinematic error a wave over the angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .builder import Builder
+from .hypothesis import Columns, Hypothesis, Mechanism
+from .memory import stop_operator
+from .orders import LARGEST_ORDER, periodic
+
+BENDS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares of the largest torque at which the elasticity may bend
+LOOPS = (0.05, 0.12, 0.3, 0.7, 1.5)  # shares over which a hysteresis loop may close
+PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
+
+
+def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
+    """Yield the hypotheses of the transmission; none where one angle alone is measured."""
+    if 'transmission' not in builder.samples.present:
+        return
+    top = builder.scales.torque
+    if not builder.samples.servo.mechanism.compliant:
+        yield from filter(None, (_compliance(builder),))
+    if top > 0.0:
+        yield from filter(None, (_backlash(builder), _by_load(builder, top), _bent(builder, top),
+                                 _hysteresis(builder, top)))
+        flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
+                          ('angle', 'load'), 'odd')
+        yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',
+                            'flank', lambda one: 0.5 * one.flank(one.motion), mean=True)
+    error = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
+    yield from periodic(builder, error, residual, 'transmission', 'load_angle', 'torsion', '',
+                        lambda one: np.ones(len(one.motion.rows)), PART)
+    ratio = builder.samples.servo.values['mechanism.ratio']
+    if 1.0 < ratio < LARGEST_ORDER and ratio != round(ratio) or ratio > LARGEST_ORDER:
+        yield from periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
+                            '', lambda one: np.ones(len(one.motion.rows)), PART)
+
+
+def _torsion(builder, of) -> Columns:
+    return builder.place('torsion', of)
+
+
+def _compliance(builder):
+    """The elasticity that a rigid twin lacks: torsion in proportion to torque and its rate."""
+    mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load',), 'odd')
+
+    def torsion(one):
+        torque = one.transmitted()
+        return np.column_stack((torque, -np.gradient(torque, one.measured.period)))
+
+    return builder.hypothesis(mechanism, _torsion(builder, torsion), [1, 1])
+
+
+def _backlash(builder):
+    mechanism = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd')
+    columns = _torsion(builder, lambda one: 0.5 * one.flank(one.motion)[:, None])
+    return builder.hypothesis(mechanism, columns, [1])
+
+
+def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
+    """Curves over the size of a torque that bend over, each 1 at the largest."""
+    return [np.minimum(torque / (share * top), 1.0) for share in BENDS]
+
+
+def _bent(builder, top):
+    mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'odd')
+
+    def torsion(one):
+        torque = one.transmitted()
+        return np.sign(torque)[:, None] * np.column_stack(_bends(np.abs(torque), top))
+
+    return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(BENDS),
+                              tuple(s * top for s in BENDS), either=True)
+
+
+def _by_load(builder, top):
+    """A clearance that grows with the load; where the servo has one already, its growth alone."""
+    mechanism = Mechanism('load_dependent_backlash', 'clearance', 'mesh', ('load',), 'odd')
+    known = builder.known('clearance')
+    edges = (0.0, *BENDS, 1.0)
+
+    def torsion(one):
+        share = np.abs(one.transmitted()) / top
+        grown = [np.clip((share - low) / (high - low), 0.0, 1.0)
+                 for low, high in zip(edges[:-1], edges[1:], strict=True)]
+        grown = grown if known else [np.ones(len(share)), *grown]
+        return 0.5 * one.flank(one.motion)[:, None] * np.column_stack(grown)
+
+    knots = tuple(high * top for high in edges[1:])
+    return builder.hypothesis(mechanism, _torsion(builder, torsion),
+                              [1] * (len(knots) + (not known)),
+                              knots if known else (0.0, *knots))
+
+
+def _hysteresis(builder, top):
+    mechanism = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
+
+    def torsion(one):
+        torque = one.transmitted()
+        return -np.column_stack([stop_operator(torque, share * top) for share in LOOPS])
+
+    return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(LOOPS),
+                              tuple(s * top for s in LOOPS))

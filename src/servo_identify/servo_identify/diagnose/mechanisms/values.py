@@ -1,0 +1,94 @@
+"""Values of the servo file that may be off beyond their tolerance, and controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..residuals.nuisance import slope
+from .builder import Builder
+from .hypothesis import Columns, Hypothesis, Mechanism
+
+FAR = 4.0  # times by which a value of a data sheet may be off
+SLOPE = 0.1  # share of a value over which its slope is taken
+
+NAMES = {'drive.torque_constant': 'torque_constant_error',
+         'mechanism.stiffness': 'stiffness_error'}
+"""Values whose error has a name of its own in the table of signatures."""
+
+VARIABLES = {
+    'drive.torque_constant': ('current',), 'drive.gain': ('command',),
+    'drive.resistance': ('current',), 'drive.back_emf': ('speed',),
+    'drive.inductance': ('rate of current',), 'mechanism.stiffness': ('load',),
+    'mechanism.damping': ('rate of torsion',)}
+PORTS = {'coulomb_friction': 'friction', 'viscous_friction': 'friction'}
+
+
+def values_of(builder: Builder) -> Iterator[Hypothesis]:
+    """Yield a hypothesis for each physical value of the servo, and one for its controller."""
+    servo, samples = builder.samples.servo, builder.samples
+    sites = {placed.name: placed for placed in servo.effects}
+    for path, parameter in servo.declarations():
+        section = path.split('.')[0]
+        if section not in ('drive', 'mechanism', 'effects') or parameter.row:
+            continue
+        if path == 'mechanism.ratio':
+            continue  # the number of teeth is known
+        if section == 'effects' and parameter.off is None:
+            continue
+        value = float(servo.values[path])
+        least, most = parameter.bounds
+        step = SLOPE * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
+        column = slope(samples, path, step, (least, most))
+        if section != 'effects' and value != 0.0:
+            ends = sorted((value / FAR, value * FAR))
+            least, most = max(least, ends[0]), min(most, ends[1])
+        one = builder.hypothesis(_of_value(path, sites), Columns(column[:, None]), [0], path=path,
+                                 room=(least - value, most - value))
+        if one:
+            yield one
+    yield from _controller(builder)
+
+
+def _default(parameter) -> float:
+    default = parameter.default
+    return float(max(map(abs, default)) if isinstance(default, tuple) else default)
+
+
+def _of_value(path: str, sites) -> Mechanism:
+    leaf = path.rpartition('.')[2]
+    if path.startswith('effects.'):
+        placed = sites[path.split('.')[1]]
+        return Mechanism(f'parameter:{path.removeprefix("effects.")}', placed.effect.port,
+                         placed.site, tuple(sorted(placed.effect.variables())) or ('direction',),
+                         'odd')
+    name = NAMES.get(path, f'parameter:{leaf}')
+    site = 'motor' if path == 'drive.torque_constant' else (
+        'drive' if path.startswith('drive.') else 'motor' if 'rotor' in path else
+        'load' if 'load' in path else 'mesh')
+    variables = ('acceleration',) if 'inertia' in path else VARIABLES.get(path, ('speed',))
+    port = 'inertia' if 'inertia' in path else path.split('.')[0]
+    return Mechanism(name, port, site, variables, 'odd')
+
+
+def _controller(builder: Builder) -> Iterator[Hypothesis]:
+    """The gains of the controller, all at once: a controller that is another."""
+    samples, servo = builder.samples, builder.samples.servo
+    if 'controller' not in samples.present:
+        return
+    columns, names = [], []
+    for path, parameter in servo.declarations():
+        if path.startswith('controller.') and parameter.off is not None:
+            value = float(servo.values[path])
+            step = 0.25 * abs(value) or 0.1 * abs(_default(parameter)) or 0.1
+            columns.append(slope(samples, path, step, parameter.bounds))
+            names.append(path)
+    if not columns:
+        return
+    mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('error',), 'odd',
+                          memory=True)
+    one = builder.hypothesis(mechanism, Columns(np.column_stack(columns)), [0] * len(columns),
+                             names)
+    if one:
+        yield one

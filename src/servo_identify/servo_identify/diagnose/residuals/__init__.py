@@ -1,0 +1,1 @@
+"""Residuals of the equations of a servo along what was measured."""

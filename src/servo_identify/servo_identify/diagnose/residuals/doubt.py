@@ -1,0 +1,95 @@
+"""What a residual may be off beside noise: counts of an encoder, a sign not known, a far shaft."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from .equation_errors import EquationErrors
+
+TRUSTED = 0.7  # share of the twin's swing that is taken to be that of the rig
+WITHIN = 0.25  # s by which the rig may swing earlier or later
+SURE = 2.0  # times a gap that a shaft must travel to be through it
+TEETH = 24  # harmonics of the sawtooth of rounding that are looked at
+DECIDED = 0.98  # share of a test function under which the teeth must be on one flank
+
+
+def doubt_about(one: EquationErrors, equation: str,
+                keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return (doubt at each centre in the unit of the equation, centres that say something).
+
+    Rounding to counts is no noise that a longer recording would reduce where a shaft creeps. With
+    one encoder the other shaft is where the twin has it. While the teeth pass from flank to flank
+    the torque does not tell where they are.
+    """
+    doubt, tells = _rounding(one, equation), np.ones(len(keep), dtype=bool)
+    if equation in ('torque', 'motor', 'load'):
+        return np.hypot(doubt, _swing(one, equation)), ~_crossing_gap(one, equation)
+    if equation != 'transmission':
+        return doubt, tells
+    motion, test, measured = one.gear_motion, one.measured.gear, one.measured
+    if one.servo.mechanism.compliant:
+        flank = np.full(len(measured.recording), np.nan)
+        inner = slice(motion.test.reach, motion.test.reach + len(motion.rows))
+        flank[inner] = one.flank(motion)
+        tells = np.abs(np.nan_to_num(test.project(flank))) > DECIDED
+    return doubt, tells
+
+
+def _rounding(one: EquationErrors, equation: str) -> np.ndarray:
+    """
+    Return what rounding to counts does to a residual at its centres.
+
+    At speed it is noise. A shaft that creeps is off by a sawtooth, one tooth a count, whose
+    harmonics pass the test function.
+    """
+    measured, test, motion = one.measured, one.test(equation), one.motion_of(equation)
+    total = np.zeros(len(one.times(equation)))
+    if equation in ('drive', 'controller'):
+        return total
+    at = test.centres(len(measured.recording)) - motion.test.reach
+    at = np.clip(at, 0, len(motion.rows) - 1)
+    spacing = test.spacing * test.period
+    terms = one.terms[equation]
+    for shaft in ('motor', 'load'):
+        name = f'{shaft}_position'
+        count = measured.counts[name]
+        factors = [(t.order, t.factor) for t in terms for s in [t.signal] if s == name]
+        if not count or not factors:
+            continue
+        rate = np.abs(motion[f'{shaft}_speed'][at]) / count
+        for k in range(1, TEETH + 1):
+            turn = 2.0 * np.pi * k * rate
+            passed = np.sinc(k * rate * spacing) ** 6
+            gain = sum(factor * turn**order for order, factor in factors if order != 1)
+            total += 0.5 * (count / (np.pi * k) * gain * passed) ** 2
+    return np.sqrt(total)
+
+
+def _crossing_gap(one: EquationErrors, equation: str) -> np.ndarray:
+    """Tell at the centres where a shaft that is not measured may be in a gap of the teeth."""
+    measured, test = one.measured, one.measured.shafts
+    widths = [one.servo.values.get(f'effects.{p.name}.width', 0.0) for p in one.servo.effects
+              if p.effect.port == 'clearance']
+    both = {'motor_position', 'load_position'} <= measured.channels
+    near = np.zeros(len(measured.recording))
+    if both or not widths or equation != 'torque':
+        return np.zeros(len(one.times(equation)), dtype=bool)
+    inner = slice(test.reach, test.reach + len(one.motion.rows))
+    near[inner] = one.motion.travel < SURE * sum(widths)
+    return test.project(near) > 1.0 - DECIDED
+
+
+def _swing(one: EquationErrors, equation: str) -> np.ndarray:
+    """Return at the centres how far a torque may be off by a shaft that is not measured, N m."""
+    measured, values = one.measured, one.servo.values
+    test, ratio = measured.shafts, values['mechanism.ratio']
+    unseen = 'load' if 'motor_position' in measured.channels else 'motor'
+    if not measured.twist.any() or equation not in ('torque', unseen):
+        return np.zeros(len(one.times(equation)))
+    inertia = values['mechanism.load_inertia'] if unseen == 'load' else (
+        values['mechanism.rotor_inertia'] * (ratio if equation == 'motor' else ratio**2))
+    torque = np.abs(inertia * test.project(measured.twist, 2))
+    apart = round(0.5 * WITHIN / (test.stride * test.period))
+    return (1.0 - TRUSTED) * maximum_filter1d(torque, 1 + 2 * apart)

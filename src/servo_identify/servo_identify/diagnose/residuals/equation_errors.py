@@ -1,0 +1,423 @@
+"""
+The residual of every equation along what was measured, for any values and switches of a servo.
+
+The models are those of the twin, evaluated along the measured motion (physics.following). Where
+the servo is right, the terms of an equation sum to noise. What a missing effect would add is a
+signal of the same equations: :meth:`EquationErrors.of_signal`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from servo_twin.balances.terms import equation_terms, ROTATING, Term
+from servo_twin.physics import state
+from servo_twin.physics.following import FOLLOWED, MOTION
+from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.simulate import substeps_of
+
+from .measured import Measured
+from .motion import bridged, Motion, motion_of
+from .test_function import TestFunction
+
+SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
+CROSSING = 3.0  # standard deviations of a torque within which its sign is not known
+UNLOADED, INFERRED = 0.02, 0.3  # likewise, as a share of the torque at work: measured, inferred
+
+
+@dataclass
+class EquationErrors:
+    """The residuals of one recording; see :mod:`servo_twin.balances.terms` for the equations."""
+
+    servo: Servo
+    measured: Measured
+    shift: np.ndarray | float = 0.0
+    """Torque on the load (N m, at every sample) by which that of the sensor or twin is off."""
+
+    unseen: dict[str, np.ndarray] = field(default_factory=dict)
+    """What an explanation adds to the signals motor_torque and load_torque, at every sample."""
+
+    slots: dict[str, slice] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.slots = self.servo.slots()
+        self._kernel = kernel_of(self.servo)
+        self._projected: dict = {}
+        self._sensing = np.array([p.effect.port == 'sensor' and p.effect.candidate
+                                  for p in self.servo.effects], dtype=bool)
+        self._readings = self._corrected(self.servo.theta)
+        self.motion, self.gear_motion = self._motions(self._readings)
+        self._controller_memory = {}
+
+    @cached_property
+    def terms(self) -> dict[str, tuple[Term, ...]]:
+        """Terms of each equation at the values of the servo."""
+        return self._terms(self.servo.theta)
+
+    @property
+    def equations(self) -> tuple[str, ...]:
+        """Equations that the channels of this recording allow."""
+        return tuple(self.terms)
+
+    def times(self, equation: str) -> np.ndarray:
+        """Instants of the residuals, s from the start of the recording."""
+        return self.test(equation).centres(len(self.measured.recording)) * self.measured.period
+
+    def test(self, equation: str) -> TestFunction:
+        """Test function of an equation."""
+        return self.measured.test_function(equation)
+
+    def motion_of(self, equation: str) -> Motion:
+        """Motion along which the models of an equation are evaluated."""
+        return self.gear_motion if equation == 'transmission' else self.motion
+
+    def moving(self, equation: str) -> np.ndarray:
+        """Where friction is determined: no rest under the test function. All true for others."""
+        ratio = self.servo.values['mechanism.ratio']
+        if equation in ('motor', 'load', 'torque'):
+            return self.motion.moving(ratio)
+        if equation == 'transmission' and 'torque' not in self.measured.channels:
+            return self.gear_motion.moving(ratio)
+        return np.ones(len(self.times(equation)), dtype=bool)
+
+    def slope(self, path: str, step: float) -> dict[str, np.ndarray]:
+        """
+        Return the change of each residual for one unit of a value, over a step of it.
+
+        Values of the drive scale the current, which is the force that the other terms explain.
+        Their slope is taken at the current (and command) that the motion asks for.
+        """
+        moved = self.servo.theta.copy()
+        moved[self.slots[path].start] += step
+        if path.startswith('drive.'):
+            return self._drive_slope(path, moved, step)
+        before, after = self._nominal, self.residuals(moved)
+        return {name: (after[name] - before[name]) / step for name in after}
+
+    def _drive_slope(self, path: str, moved: np.ndarray, step: float) -> dict[str, np.ndarray]:
+        answer = {}
+        before, after = self._terms(self.servo.theta), self._terms(moved)
+        measured = 'current' in self.measured.channels
+        now = self.full(self.predicted_current)
+        later = now if measured else now + self._current_change(moved, now)
+        drive = self.drive_current(moved) - self.drive_current(self.servo.theta)
+        for name, several in after.items():
+            total = np.zeros(len(self.times(name)))
+            for old, new in zip(before[name], several, strict=True):
+                if new.signal == 'current' and name != 'drive':
+                    change = new.factor * later - old.factor * now
+                elif new.signal == 'drive_current':
+                    change = new.factor * drive
+                else:
+                    continue
+                total = total + self.test(name).project(change, new.order)
+            answer[name] = total / step
+        return answer
+
+    def _current_change(self, moved: np.ndarray, current: np.ndarray) -> np.ndarray:
+        """Change of the current of a command that is the one the motion asks for, A."""
+        values = [{path.partition('.')[2]: theta[slot.start] for path, slot in self.slots.items()
+                   if path.startswith('drive.')} for theta in (self.servo.theta, moved)]
+        speed = self.full(self.motion['motor_speed'])
+        old, new = values
+        if 'resistance' not in old:
+            return (new.get('gain', 1.0) / (old.get('gain', 1.0) or 1.0) - 1.0) * current
+        loop_old, loop_new = (v['resistance'] + v.get('proportional', 0.0) for v in values)
+        volts = (loop_old * current + old['back_emf'] * speed) / old['gain']
+        return (new['gain'] * volts - new['back_emf'] * speed) / loop_new - current
+
+    @cached_property
+    def _nominal(self) -> dict[str, np.ndarray]:
+        return self.residuals(self.servo.theta)
+
+    def residuals(self, theta: np.ndarray, only: Collection[str] | None = None,
+                  settings: dict[int, float] | None = None) -> dict[str, np.ndarray]:
+        """
+        Return the residual of each equation at its centres; NaN where nothing can be said.
+
+        ``theta`` are values of the servo, ``only`` limits the equations, ``settings`` are changes
+        of the controller's values (by slot) in this recording.
+        """
+        terms = {name: rows for name, rows in self._terms(theta).items()
+                 if only is None or name in only}
+        readings = self._readings
+        if self._sensing.any():
+            readings = self._corrected(theta)
+        same = readings is self._readings or all(
+            np.array_equal(a, b, equal_nan=True)
+            for a, b in zip(readings.values(), self._readings.values(), strict=True))
+        motions = (self.motion, self.gear_motion) if same else self._motions(readings)
+        answer, models = {}, {}
+        for name, several in terms.items():
+            total = 0.0
+            for term in several:
+                series = self._series(term.signal, name, theta, readings, motions, models,
+                                      settings)
+                if series is not None:
+                    total = total + term.factor * self._project(series, term, name, same)
+            answer[name] = total
+        return answer
+
+    def of_signal(self, signal: str, series: np.ndarray,
+                  theta: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """
+        Return what a signal (a column of the terms) adds to each residual at its centres.
+
+        ``series`` has shape (samples,) or (samples, n); it is known at every sample, or at the
+        inner ones of the motion of the shafts.
+        """
+        theta = self.servo.theta if theta is None else theta
+        answer = {}
+        for name, several in self._terms(theta).items():
+            for term in several:
+                if term.signal != signal:
+                    continue
+                test = self.test(name)
+                part = term.factor * test.project(self.full(series), term.order)
+                answer[name] = answer[name] + part if name in answer else part
+        return answer
+
+    def drive_current(self, theta: np.ndarray, command: np.ndarray | None = None) -> np.ndarray:
+        """Return what the drive makes of the command (or another, V), A, at every sample."""
+        key = theta.tobytes() if command is None else None
+        if key is not None and self._projected.get('drive key') == key:
+            return self._projected['drive current']
+        command = self.measured.column('voltage', 0.0) if command is None else command
+        fast = self.measured.fast
+        speed = np.pad(fast.smooth(bridged(self._angles(self._readings)[0]), 1), fast.reach,
+                       mode='edge')
+        current = drive_current(self.servo, theta, command, speed, self.measured)
+        if self.measured.recording.has('voltage'):  # a drive without a command is off
+            current[~np.isfinite(self.measured.recording['voltage'])] = np.nan
+        if key is not None:
+            self._projected['drive key'], self._projected['drive current'] = key, current
+        return current
+
+    def controller_output(self, theta: np.ndarray, settings: dict[int, float] | None = None,
+                          shaken: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
+        """
+        Return what the controller makes of references and readings, V, at every sample.
+
+        ``shaken`` are the two angles where noise is added to them.
+        """
+        measured = self.measured
+        references = np.column_stack([measured.column(name, 0.0) for name in (
+            'reference_position', 'reference_velocity', 'added_command')])
+        motor, load = self._angles(self._readings) if shaken is None else shaken
+        command, x = np.empty(len(motor)), fresh_state(self._kernel)
+        theta = theta.copy()
+        for slot, change in (settings or {}).items():
+            theta[slot] += change
+        self._kernel.govern(theta, self.servo.switches, x, references, motor, load, command,
+                            measured.period)
+        return command
+
+    def angles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angles of both shafts, rad; where one is not measured it follows from the other."""
+        return self._angles(self._readings)
+
+    def followed(self, theta: np.ndarray, motion: Motion) -> np.ndarray:
+        """Return what the models say along a motion: (inner samples, len(FOLLOWED))."""
+        rows = motion.rows
+        if 'current' not in self.measured.channels:
+            rows = rows.copy()
+            inner = slice(motion.test.reach, motion.test.reach + len(rows))
+            rows[:, MOTION.index('current')] = self.drive_current(theta)[inner]
+        out = np.empty((len(rows), len(FOLLOWED)))
+        self._kernel.follow(theta, self.servo.switches, fresh_state(self._kernel),
+                            np.ascontiguousarray(rows), out, self.measured.period)
+        return out
+
+    def _terms(self, theta: np.ndarray) -> dict[str, tuple[Term, ...]]:
+        values = {path: theta[slot.start] for path, slot in self.slots.items()}
+        return equation_terms(values, self.measured.channels, self.measured.looped)
+
+    def _series(self, signal, equation, theta, readings, motions, models, settings):
+        """Return a signal at every sample, NaN where it is not known; None: it is zero."""
+        if signal in ('motor_position', 'load_position'):
+            return self._angles(readings)[signal == 'load_position']
+        if signal == 'current' and 'current' not in self.measured.channels:
+            return self.drive_current(theta)
+        if signal == 'drive_current':
+            return self.drive_current(theta)
+        if signal == 'controller_output':
+            return self.controller_output(theta, settings)
+        if signal == 'external_torque':
+            return self.measured.column(signal, 0.0)
+        if signal in readings:
+            return readings[signal]
+        motion = motions[equation == 'transmission']
+        if id(motion) not in models:
+            models[id(motion)] = self.followed(theta, motion)
+        out = dict(zip(FOLLOWED, models[id(motion)].T, strict=True))
+        if signal == 'motor_torque':
+            return self.full(out['motor_push'] + out['motor_resistance'], motion)
+        if signal == 'load_torque':
+            return self.full(out['load_push'] + out['load_resistance'], motion)
+        return self.full(self._torsion(theta, out, motion), motion)
+
+    def _torsion(self, theta, out, motion: Motion) -> np.ndarray:
+        """Torsion beside the linear one, rad: kinematic error, half the gap, bent elasticity."""
+        torsion = out['lost'] + self.flank(motion) * out['half_gap']
+        slot = self.slots.get('mechanism.stiffness')
+        if slot is not None and out['spring'].any():
+            torsion = torsion - out['spring'] / theta[slot.start]
+        return torsion
+
+    def flank(self, motion: Motion) -> np.ndarray:
+        """
+        Return on which flank the teeth are, -1 to 1, at the inner samples of a motion.
+
+        Between the two, within noise of the torque or a small share of the torque at work.
+        """
+        key = 'flank', motion.test
+        if key not in self._projected:
+            sensed = 'torque' in self.measured.channels
+            torque = motion.calm_torque + self._inner(self.shift, motion) if sensed else (
+                self.transmitted(motion))
+            noise = np.nan_to_num(self.measured.noise['torque']) * motion.test.gain(0)
+            work = float(np.sqrt(np.nanmean(torque**2))) if np.isfinite(torque).any() else 0.0
+            share = UNLOADED if sensed else INFERRED
+            unsure = max(float(np.hypot(CROSSING * noise, share * work)), 1e-12)
+            self._projected[key] = np.clip(np.nan_to_num(torque) / unsure, -1.0, 1.0)
+        return self._projected[key]
+
+    def _inner(self, series: np.ndarray | float, motion: Motion) -> np.ndarray | float:
+        reach = motion.test.reach
+        return series if np.isscalar(series) else series[reach:reach + len(motion.rows)]
+
+    def _project(self, series, term: Term, equation: str, keep: bool) -> np.ndarray:
+        test = self.test(equation)
+        key = (term.signal, term.order, test)
+        fixed = term.signal in ('motor_position', 'load_position', 'torque', 'external_torque',
+                                'voltage') or (
+            term.signal == 'current' and 'current' in self.measured.channels)
+        if not (keep and fixed):
+            return test.project(series, term.order)
+        if key not in self._projected:
+            self._projected[key] = test.project(series, term.order)
+        return self._projected[key]
+
+    @cached_property
+    def predicted_load(self) -> np.ndarray:
+        """
+        Torque that the motion asks of the transmission, N m at the inner samples.
+
+        It is what the load equation says without the torque sensor. Effects that depend on the
+        load are evaluated with it: a regressor that is the measured torque itself would explain
+        its own noise, and any friction as a loss of itself (instrumental variables: Janot,
+        Vandanjon, Gautier 2014).
+        """
+        motion, values = self.motion, self.servo.values
+        out = dict(zip(FOLLOWED, self._followed_nominal.T, strict=True))
+        own = values['mechanism.load_inertia'] * motion['load_acceleration']
+        more = self._inner(np.nan_to_num(self.unseen.get('load_torque', 0.0)), motion)
+        return own + motion['external'] - out['load_push'] - out['load_resistance'] - more
+
+    @cached_property
+    def predicted_current(self) -> np.ndarray:
+        """Current that the motion asks of the motor, A at the inner samples; see above."""
+        motion, values = self.motion, self.servo.values
+        out = dict(zip(FOLLOWED, self._followed_nominal.T, strict=True))
+        lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
+        rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
+        sensed = 'torque' in self.measured.channels
+        felt = self.transmitted() if sensed else self.predicted_load
+        more = self._inner(np.nan_to_num(self.unseen.get('motor_torque', 0.0)), motion)
+        speed_up = motion.test.smooth(bridged(self.angles()[0]), 2)
+        torque = rotor * speed_up + felt / lever - out['motor_push'] - out['motor_resistance'] - more
+        return torque / values['drive.torque_constant']
+
+    @cached_property
+    def regressor_command(self) -> np.ndarray:
+        """
+        Command by which models of the drive are evaluated, V at every sample.
+
+        Where the current is measured, the command explains it. Where it is not, the command is the
+        force that the motion explains: then it is the one that the motion asks for.
+        """
+        command = self.measured.column('voltage', 0.0)
+        if 'current' in self.measured.channels:
+            return command
+        values, motion = self.servo.values, self.motion
+        current, speed = self.predicted_current, motion['motor_speed']
+        gain = values.get('drive.gain', 1.0) or 1.0
+        if 'drive.resistance' in values:
+            loop = values['drive.resistance'] + values.get('drive.proportional', 0.0)
+            current = loop * current + values.get('drive.back_emf', 0.0) * speed
+            gain *= values.get('drive.proportional') or 1.0
+        asked = self.full(current / gain)
+        return np.where(np.isfinite(asked), asked, command)
+
+    @cached_property
+    def _followed_nominal(self) -> np.ndarray:
+        return self.followed(self.servo.theta, self.motion)
+
+    def transmitted(self, motion: Motion | None = None) -> np.ndarray:
+        """Torque on the load at the inner samples, N m: measured, or what the load takes."""
+        motion = motion or self.motion
+        torque = motion['torque']
+        if not np.isfinite(torque).any():
+            torque = self.followed(self.servo.theta, motion)[:, FOLLOWED.index('torque')]
+        return torque + self._inner(self.shift, motion)
+
+    def full(self, series: np.ndarray, motion: Motion | None = None) -> np.ndarray:
+        """Return a series of inner samples at every sample, NaN where it is not known."""
+        samples = len(self.measured.recording)
+        if len(series) == samples:
+            return series
+        reach = (motion or self.motion).test.reach
+        full = np.full((samples, *series.shape[1:]), np.nan)
+        full[reach:reach + len(series)] = series
+        return full
+
+    def _angles(self, readings) -> tuple[np.ndarray, np.ndarray]:
+        ratio, twist = self.servo.values['mechanism.ratio'], self.measured.twist
+        motor, load = readings['motor_position'], readings['load_position']
+        if not np.isfinite(motor).any():
+            motor = (load + twist) * ratio
+        elif not np.isfinite(load).any():
+            load = motor / ratio - twist
+        return motor, load
+
+    def _motions(self, readings) -> tuple[Motion, Motion]:
+        measured = self.measured
+        whole = motion_of(measured, measured.shafts, self.servo, self._angles(readings))
+        if measured.gear == measured.shafts:
+            return whole, whole
+        return whole, motion_of(measured, measured.gear, self.servo, self._angles(readings))
+
+    def _corrected(self, theta: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the readings with what the servo's own sensor effects do taken off."""
+        names = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
+        recording = self.measured.recording
+        if not self._sensing.any():
+            return {name: recording[name] for name in names}
+        rows = np.column_stack([recording[name] for name in names[:4]])
+        known = np.isfinite(rows)
+        recorded = np.where(known, rows, 0.0)
+        truth, readings = recorded.copy(), np.empty_like(recorded)
+        for _ in range(SENSOR_ROUNDS):
+            self._kernel.sense(theta, self._sensing, fresh_state(self._kernel), truth, readings,
+                               self.measured.period)
+            truth += recorded - readings
+        rows = np.where(known, truth, np.nan)
+        return dict(zip(names, (*rows.T, recording['voltage']), strict=True))
+
+
+def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,
+                  measured) -> np.ndarray:
+    """Return what a servo's drive makes of a command (V) at a motor speed (rad/s), A."""
+    kernel, x = kernel_of(servo), fresh_state(kernel_of(servo))
+    recording = getattr(measured, 'recording', measured)
+    if recording.has('current'):
+        x[state.CURRENT] = np.nan_to_num(recording['current'][0])
+    current = np.empty(len(command))
+    substeps, h = substeps_of(servo, recording.period)
+    kernel.conduct(theta, servo.switches, x, command, speed, current, substeps, h)
+    return current

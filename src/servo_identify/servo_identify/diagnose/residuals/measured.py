@@ -1,0 +1,188 @@
+"""One recording as the equations need it: its channels, its noise, its test functions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.simulate import (
+    initial_state,
+    inputs_of,
+    ROOM_TEMPERATURE,
+    simulate,
+)
+from servo_twin.physics.state import OUTPUTS
+from servo_twin.recording.recording import Recording
+
+from .noise import count_of, noises_of
+from .test_function import TestFunction
+
+SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
+LONGEST = 0.25  # s, of a test function
+SAWTOOTH = 0.3  # of a count, over the spacing squared: acceleration of a creeping shaft at worst
+SMOOTH_ENOUGH = 0.005  # noise of the inertial torque, as a share of the torque at work
+SMOOTH_TORSION = 0.05  # noise of the torsion times the stiffness, as a share of the same
+BLOCK, FEWEST_BLOCKS = 1.5, 40  # s taken as independent of its neighbours; blocks at least
+
+
+@dataclass(frozen=True)
+class Measured:
+    """
+    A recording with its test functions, its noise and what was measured.
+
+    ``shafts`` projects the equations of the shafts, ``gear`` that of the transmission, ``fast``
+    the electrical ones, which need no derivative. ``noise`` is the standard deviation of one
+    reading by channel, ``counts`` the count of an encoder (0: not in counts), ``block`` seconds.
+    ``twist`` is how far the twin twists a transmission of which one shaft is measured, rad.
+    """
+
+    recording: Recording
+    shafts: TestFunction
+    gear: TestFunction
+    fast: TestFunction
+    noise: dict[str, float]
+    counts: dict[str, float]
+    looped: bool
+    block: float
+    twist: np.ndarray
+
+    @property
+    def period(self) -> float:
+        """Seconds from sample to sample."""
+        return self.recording.period
+
+    @cached_property
+    def channels(self) -> frozenset[str]:
+        """Names of the measured columns."""
+        return frozenset(n for n in self.recording.columns if self.recording.has(n))
+
+    def test_function(self, equation: str) -> TestFunction:
+        """Test function that projects an equation."""
+        if equation == 'transmission':
+            return self.gear
+        return self.fast if equation in ('drive', 'controller') else self.shafts
+
+    def column(self, name: str, missing: float) -> np.ndarray:
+        """Return a column with what is missing replaced."""
+        column = self.recording[name]
+        return np.where(np.isfinite(column), column, missing)
+
+    @property
+    def temperature(self) -> np.ndarray:
+        """Temperature, degC, shape (samples,)."""
+        return self.column('temperature', ROOM_TEMPERATURE)
+
+
+def measure(recordings: list[Recording], servo: Servo,
+            drive_current) -> list[Measured]:
+    """
+    Prepare recordings of one machine, with test functions as short as their noise allows.
+
+    ``drive_current(recording)`` returns what the drive makes of the command, A, or None.
+    """
+    noises = [noises_of(r, drive_current(r)) for r in recordings]
+    shafts, gears = {}, {}
+    for recording, noise in zip(recordings, noises, strict=True):
+        kind = recording.period, recording.family
+        shafts[kind] = max(_shaft_spacing(recording, noise, servo), shafts.get(kind, 0))
+        needed = _gear_spacing(recording, noise, servo)
+        gears[recording.period] = min(needed, gears.get(recording.period, needed))
+    together = sum(r.duration for r in recordings)
+    block = float(np.clip(together / FEWEST_BLOCKS, 0.2, BLOCK))
+    prepared = []
+    for recording, noise in zip(recordings, noises, strict=True):
+        period = recording.period
+        spacing = shafts[period, recording.family]
+        gear = min(spacing, gears[period])
+        counts = {n: count_of(recording[n]) for n in ('motor_position', 'load_position')}
+        looped = bool(servo.controller.parameters) and (
+            recording.has('reference_position') or recording.has('reference_velocity'))
+        prepared.append(Measured(
+            recording, TestFunction(spacing, period, 2 * spacing),
+            TestFunction(gear, period, 2 * gear), TestFunction(2, period, 4), noise, counts,
+            looped, block, _twist(recording, servo)))
+    return prepared
+
+
+def _torque_at_work(recording: Recording, servo: Servo) -> float:
+    values = servo.values
+    if recording.has('torque'):
+        torque = recording['torque']
+    else:
+        current = recording['current'] if recording.has('current') else (
+            recording['voltage'] * values.get('drive.gain', 1.0)
+            / values.get('drive.resistance', 1.0))
+        torque = values['mechanism.ratio'] * values['drive.torque_constant'] * current
+    return float(np.sqrt(np.nanmean(torque**2))) if np.isfinite(torque).any() else 0.0
+
+
+def _shaft_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
+    """Shortest spacing whose noise of the inertial torque is small against the torque at work."""
+    values = servo.values
+    ratio, scale = values['mechanism.ratio'], _torque_at_work(recording, servo)
+    rotor = values.get('mechanism.rotor_inertia', 0.0) * ratio**2
+    load = values['mechanism.load_inertia']
+    longest = max(2, int(LONGEST / (6 * recording.period)))
+    for spacing in SPACINGS:
+        gain = TestFunction(spacing, recording.period, 1).gain(2)
+        creeping = SAWTOOTH / (spacing * recording.period) ** 2
+        shaken = []
+        if recording.has('motor_position'):
+            inertia = rotor + (0.0 if recording.has('load_position') else load)
+            shaken.append(inertia / ratio * max(
+                gain * noise['motor_position'], creeping * count_of(recording['motor_position'])))
+        if recording.has('load_position'):
+            inertia = load + (0.0 if recording.has('motor_position') else rotor)
+            shaken.append(inertia * max(
+                gain * noise['load_position'], creeping * count_of(recording['load_position'])))
+        if not shaken or np.hypot.reduce(shaken) < SMOOTH_ENOUGH * scale:
+            break
+    return min(spacing, longest)
+
+
+def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
+    """
+    Shortest spacing whose noise of the torsion is small against the torque at work.
+
+    With a torque sensor the transmission needs no acceleration, and clearance is seen the better
+    the less of it is blurred. Without one it needs the test function of the shafts.
+    """
+    values = servo.values
+    stiffness = values.get('mechanism.stiffness')
+    if not stiffness or not all(recording.has(n) for n in (
+            'motor_position', 'load_position', 'torque')):
+        return SPACINGS[-1]
+    scale = _torque_at_work(recording, servo)
+    angles = np.hypot(noise['motor_position'] / values['mechanism.ratio'],
+                      noise['load_position'])
+    for spacing in SPACINGS:
+        test = TestFunction(spacing, recording.period, 1)
+        shaken = (stiffness * angles * test.gain(0),
+                  values.get('mechanism.damping', 0.0) * angles * test.gain(1),
+                  noise['torque'] * test.gain(0))
+        if np.hypot.reduce(shaken) < SMOOTH_TORSION * scale:
+            break
+    return spacing
+
+
+def _twist(recording: Recording, servo: Servo) -> np.ndarray:
+    """
+    Return the torsion by the twin where one shaft of an elastic machine is measured, rad.
+
+    A load that swings on its transmission is neither friction nor inertia. The twin, pulled to the
+    measured shaft, knows where the other one is. Zero elsewhere.
+    """
+    has = {name: recording.has(f'{name}_position') for name in ('motor', 'load')}
+    nothing = np.zeros(len(recording))
+    if all(has.values()) or not any(has.values()) or not (
+            servo.mechanism.compliant and servo.mechanism.correctable):
+        return nothing
+    first = {name: float(recording[f'{name}_position'][0]) for name in has if has[name]}
+    y = simulate(servo, inputs_of(recording.columns), recording.period,
+                 initial_state(servo, **first), 'observer')
+    motor, load = (y[:, OUTPUTS.index(f'{name}_position')] for name in ('motor', 'load'))
+    twist = motor / servo.values['mechanism.ratio'] - load
+    return twist if np.isfinite(twist).all() else nothing

@@ -1,0 +1,61 @@
+"""
+The noise of the readings of one recording.
+
+A reading holds the motion and the noise of its sensor. Differences of fourth order leave the
+noise, for a motion is smooth. A current in a closed loop is not: the controller answers the noise
+of the encoder, and the current follows for true. What the drive makes of the command is therefore
+taken off first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servo_twin.recording.recording import Recording
+
+FOURTH = np.sqrt(70.0)  # by which a fourth difference of white noise is larger than the noise
+QUARTILE = 0.6745  # median size of a normal deviate
+
+
+def noise_of(x: np.ndarray) -> float:
+    """
+    Estimate the standard deviation of white noise on a smooth signal, in its unit.
+
+    The median keeps steps and reversals out. A reading in counts has at least the noise of
+    rounding to the count.
+    """
+    x = x[np.isfinite(x)]
+    if len(x) < 16:
+        return 0.0
+    fourth = np.diff(x, 4)
+    spread = float(np.median(np.abs(fourth))) / (QUARTILE * FOURTH)
+    rounded = count_of(x) / np.sqrt(12.0)
+    if spread == rounded == 0.0:  # mostly at rest, or resampled: what moves tells
+        return float(np.std(fourth)) / FOURTH
+    return max(spread, rounded)
+
+
+def count_of(x: np.ndarray) -> float:
+    """Return the count of a reading, in its unit; 0 where it is not in counts."""
+    x = x[np.isfinite(x)]
+    steps = np.abs(np.diff(x, 2))
+    steps = steps[steps > 1e-9 * np.abs(x).max(initial=0.0)]
+    if len(steps) < 16:
+        return 0.0
+    count = float(np.percentile(steps, 1))
+    whole = np.abs(steps / count - np.round(steps / count)) < 0.01
+    return count if np.mean(whole) > 0.9 else 0.0
+
+
+def noises_of(recording: Recording, drive_current: np.ndarray | None = None) -> dict[str, float]:
+    """
+    Return the noise of each channel by name, NaN where it is not measured.
+
+    ``drive_current`` is what the drive makes of the command, A: the smaller of the noise of the
+    current and that of its difference to this is the sensor's.
+    """
+    noise = {name: noise_of(recording[name]) if recording.has(name) else np.nan
+             for name in ('motor_position', 'load_position', 'torque', 'current', 'voltage')}
+    if drive_current is not None and recording.has('current'):
+        noise['current'] = min(noise['current'], noise_of(recording['current'] - drive_current))
+    return noise

@@ -1,0 +1,82 @@
+"""What may move without anything being at fault: tolerances, zeros, settings, instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..decisions import SAMPLING
+from .samples import late_channels, ResidualSamples, sampling_columns
+
+CONVENTION = (-1.1, 0.2)  # sample periods: a reading may be taken before or after the command acts
+STEP = 0.25  # share of a tolerance over which a slope is taken
+UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """
+    Columns of the regression that are always in it.
+
+    ``labels`` name them: the path of a value (``PATH:n`` for recording n alone), or ``zero:n``,
+    ``integral:n``, ``late:CHANNEL``. ``columns`` has shape (samples, n) for one unit each, within
+    ``low`` and ``high`` about the servo as given.
+    """
+
+    labels: tuple[str, ...]
+    columns: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+def nuisance_of(samples: ResidualSamples) -> Nuisance:
+    """Return the nuisance columns of a regression."""
+    servo = samples.servo
+    labels, columns, low, high = [], [], [], []
+
+    def put(label: str, column: np.ndarray, bounds: tuple[float, float]) -> None:
+        if np.abs(column).max(initial=0.0) > 0.0:
+            labels.append(label)
+            columns.append(column)
+            low.append(bounds[0])
+            high.append(bounds[1])
+
+    for path, (least, most) in servo.tolerance.items():
+        if path.split('.')[0] in UNTOLD or most <= least or isinstance(servo.values[path], tuple):
+            continue
+        value = servo.values[path]
+        column = slope(samples, path, STEP * (most - least), (least, most))
+        bounds = least - value, most - value
+        if path.startswith('controller.'):
+            for number in range(len(samples.errors)):  # gains are settings of each recording
+                put(f'{path}:{number}', np.where(samples.recording == number, column, 0.0),
+                    bounds)
+        else:
+            put(path, column, bounds)
+    late = samples.place(sampling_columns(samples.errors))
+    for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
+        put(f'late:{channel}', column,
+            CONVENTION if channel in ('drive', 'controller') else (-SAMPLING, SAMPLING))
+    for number, one in enumerate(samples.errors):
+        for label, equation in (('zero', 'transmission'), ('integral', 'controller')):
+            if equation in one.equations and (
+                    label == 'zero' or servo.values.get('controller.ki')):
+                constant = {equation: np.ones(len(one.times(equation)))}
+                put(f'{label}:{number}', samples.place({number: constant})[:, 0],
+                    (-np.inf, np.inf))
+    table = np.column_stack(columns) if columns else np.zeros((len(samples.base), 0))
+    return Nuisance(tuple(labels), table, np.array(low), np.array(high))
+
+
+def slope(samples: ResidualSamples, path: str, step: float,
+          bounds: tuple[float, float]) -> np.ndarray:
+    """Return the change of all residuals for one unit of a value, by a step within its bounds."""
+    value = float(samples.servo.values[path])
+    if not bounds[0] <= value + step <= bounds[1]:
+        step = -step
+    step = float(np.clip(value + step, *bounds)) - value
+    if step == 0.0:
+        return np.zeros(len(samples.base))
+    return samples.place({number: one.slope(path, step)
+                          for number, one in enumerate(samples.errors)}, 1)[:, 0]

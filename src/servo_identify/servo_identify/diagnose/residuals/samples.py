@@ -1,0 +1,310 @@
+"""The residuals of several recordings as one regression: whitened, in blocks, with columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servo_twin.balances.terms import EQUATIONS, Term
+from servo_twin.physics.servo import Servo
+
+from ..decisions import PRACTICAL
+from .doubt import doubt_about
+from .equation_errors import drive_current, EquationErrors
+from .measured import measure
+from .test_function import taps, TestFunction
+
+LARGEST = 1e5  # a model that runs away moves a residual by no more than this
+JITTER = 0.15  # sample periods by which instants of sampling scatter unseen
+ROUGH = 0.6745  # median size of a normal deviate
+
+Columns = Mapping[int, Mapping[str, np.ndarray]]
+"""By recording and equation: values at the centres, shape (centres,) or (centres, n)."""
+
+
+@dataclass
+class ResidualSamples:
+    """
+    Residuals of several recordings, divided by their noise and the practical margin.
+
+    A sample is one instant of one equation of one recording. ``base`` (samples,) is the residual
+    of the servo as given; ``block`` numbers stretches of time that count as independent;
+    ``equation`` indexes EQUATIONS, ``recording`` the recordings; ``scale`` is what ``base`` was
+    divided by and ``noise`` the noise alone, in the unit of the equation. Samples where nothing
+    can be said (rest, gaps) are left out.
+    """
+
+    servo: Servo
+    errors: list[EquationErrors]
+    base: np.ndarray = field(init=False)
+    equation: np.ndarray = field(init=False)
+    recording: np.ndarray = field(init=False)
+    block: np.ndarray = field(init=False)
+    scale: np.ndarray = field(init=False)
+    noise: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        theta = self.servo.theta
+        self._keep, self._part = {}, {}
+        table = {name: [] for name in ('base', 'equation', 'recording', 'block', 'scale',
+                                       'noise')}
+        first = size = 0
+        for number, one in enumerate(self.errors):
+            measured = one.measured
+            for name, values in one.residuals(theta).items():
+                keep = np.isfinite(values) & one.moving(name)
+                keep &= doubt_about(one, name, keep)[1]
+                self._keep[number, name] = keep
+                count = int(keep.sum())
+                self._part[number, name] = slice(size, size + count)
+                size += count
+                doubt = doubt_about(one, name, keep)[0][keep]
+                noise = self._noise(one, name, theta, values[keep], doubt)
+                margin = PRACTICAL * signal_of(one, name, theta, keep)
+                table['base'].append(values[keep])
+                table['noise'].append(np.hypot(noise, doubt))
+                table['scale'].append(np.hypot(np.hypot(noise, margin), doubt))
+                times = one.times(name)[keep]
+                table['block'].append(first + (times / measured.block).astype(int))
+                table['equation'].append(np.full(count, EQUATIONS.index(name)))
+                table['recording'].append(np.full(count, number))
+            first += int(measured.recording.duration / measured.block) + 1
+        for name, parts in table.items():
+            kind = int if name in ('equation', 'recording', 'block') else float
+            setattr(self, name, np.concatenate(parts) if parts else np.zeros(0, kind))
+        self.block = np.unique(self.block, return_inverse=True)[1]
+        # where a signal jumps within a sample, its instant decides: such samples weigh less
+        late = self.place(sampling_columns(self.errors, steep=True))
+        self.scale = self.scale * np.sqrt(1.0 + (JITTER * late) ** 2).prod(axis=1)
+        self.base = self.at(theta)
+
+    def at(self, theta: np.ndarray, settings: Mapping[int, Mapping[int, float]] | None = None,
+           only: tuple[str, ...] | None = None) -> np.ndarray:
+        """Return all residuals at some values, in units of their scale."""
+        answer = np.zeros(len(self.scale)) if only is None else self.base.copy()
+        with np.errstate(over='ignore', invalid='ignore'):
+            for number, one in enumerate(self.errors):
+                changes = (settings or {}).get(number)
+                for name, values in one.residuals(theta, only, changes).items():
+                    part = self._part[number, name]
+                    kept = np.nan_to_num(values[self._keep[number, name]]) / self.scale[part]
+                    answer[part] = np.clip(kept, -LARGEST, LARGEST)
+        return answer
+
+    def place(self, columns: Columns, width: int | None = None) -> np.ndarray:
+        """
+        Return columns at all samples, in units of their scale, shape (samples, n).
+
+        ``width`` is n where no equation may have the columns.
+        """
+        if width is None:
+            width = max((1 if values.ndim == 1 else values.shape[1]
+                         for some in columns.values() for values in some.values()), default=0)
+        table = np.zeros((len(self.scale), width))
+        for number, some in columns.items():
+            for name, values in some.items():
+                part = self._part.get((number, name))
+                if part is None:
+                    continue
+                kept = np.nan_to_num(values[self._keep[number, name]])
+                table[part] = (kept[:, None] if kept.ndim == 1 else kept) / self.scale[part, None]
+        return table
+
+    def rows(self, equation: str) -> np.ndarray:
+        """Which samples are of an equation, bool."""
+        return self.equation == EQUATIONS.index(equation)
+
+    @property
+    def present(self) -> tuple[str, ...]:
+        """Equations that have samples."""
+        return tuple(EQUATIONS[i] for i in np.unique(self.equation))
+
+    def kept(self, number: int, equation: str) -> np.ndarray:
+        """Which centres of an equation of a recording are samples, bool."""
+        return self._keep[number, equation]
+
+    def part(self, number: int, equation: str) -> slice:
+        """Where the samples of an equation of a recording stand."""
+        return self._part[number, equation]
+
+    def of_motion(self, equation: str, name: str) -> np.ndarray:
+        """Return a column of the motion at the samples of an equation, in order."""
+        parts = []
+        for number, one in enumerate(self.errors):
+            if (number, equation) not in self._keep:
+                continue
+            motion, test = one.motion_of(equation), one.test(equation)
+            at = test.centres(len(one.measured.recording)) - motion.test.reach
+            series = getattr(motion, name) if hasattr(motion, name) else motion[name]
+            parts.append(series[np.clip(at, 0, len(series) - 1)][self._keep[number, equation]])
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def _noise(self, one: EquationErrors, name: str, theta, values, doubt) -> float:
+        """
+        Standard deviation of a residual by the noise of the readings.
+
+        It is propagated from the readings. It cannot be more than the rough part of the residual
+        itself shows, which counts where that is less.
+        """
+        propagated, alike = propagated_noise(one, name, theta)
+        if len(values) < 30:
+            return propagated
+        step = values[:-2] - 2.0 * values[1:-1] + values[2:]
+        rough = np.median(np.abs(step)) / ROUGH / np.sqrt(6.0 - 8.0 * alike[0] + 2.0 * alike[1])
+        return float(min(propagated, rough))
+
+
+def residual_samples(recordings, servo: Servo) -> ResidualSamples:
+    """Return the residuals of recordings of one machine against its servo file."""
+    def drive(recording):
+        if not (recording.has('voltage') and recording.has('current')):
+            return None
+        ratio = servo.values['mechanism.ratio']
+        angle = recording['motor_position'] if recording.has('motor_position') else (
+            recording['load_position'] * ratio)
+        test = TestFunction(2, recording.period, 4)
+        known = np.nan_to_num(angle)
+        speed = np.pad(test.smooth(known, 1), test.reach, mode='edge')
+        command = np.nan_to_num(recording['voltage'])
+        return drive_current(servo, servo.theta, command, speed, recording)
+
+    return ResidualSamples(servo, [EquationErrors(servo, one)
+                                   for one in measure(recordings, servo, drive)])
+
+
+def signal_of(one: EquationErrors, equation: str, theta: np.ndarray, keep: np.ndarray) -> float:
+    """Root mean square of the largest term of an equation: what its residual is small against."""
+    motion = one.motion_of(equation)
+    if equation == 'transmission':
+        twist = motion['torsion'] if 'torsion' in motion.__dict__ else motion['wind_up']
+        return float(np.std(twist))
+    if equation == 'drive':
+        size = one.measured.recording['current']
+    elif equation == 'controller':
+        size = one.measured.recording['voltage']
+    elif equation == 'load':
+        size = one.measured.recording['torque']
+    else:
+        current = (one.measured.recording['current'] if 'current' in one.measured.channels
+                   else one.drive_current(theta))
+        constant = theta[one.slots['drive.torque_constant'].start]
+        lever = theta[one.slots['mechanism.ratio'].start] if equation == 'torque' else 1.0
+        size = current * constant * lever
+    size = size[np.isfinite(size)]
+    return float(np.sqrt(np.mean(size**2))) if len(size) else 0.0
+
+
+def propagated_noise(one: EquationErrors, equation: str,
+                     theta: np.ndarray) -> tuple[float, tuple[float, float]]:
+    """
+    Return (standard deviation of a residual by the noise of the readings, its correlation).
+
+    The correlation is that of neighbouring samples, and of those two apart. Quantities that follow
+    from a reading (the other shaft of one encoder, the current of a command) are followed back.
+    """
+    measured, test = one.measured, one.test(equation)
+    noise = {name: 0.0 if np.isnan(size) else size for name, size in measured.noise.items()}
+    noise['voltage'] = float(np.nan_to_num(one.servo.noise('voltage')))
+    if equation == 'controller':
+        return _controller_noise(one, theta, noise), (0.0, 0.0)
+    ratio = one.servo.values['mechanism.ratio']
+    passed: dict[str, np.ndarray] = {}
+
+    def take(signal: str, order: int, factor: float) -> None:
+        shape = taps(test.spacing, order) * ((-1.0) ** order / test.period ** order) * factor
+        passed[signal] = passed.get(signal, 0.0) + shape
+
+    for term in one._terms(theta)[equation]:
+        for signal, order, factor in _readings_of(term, one, theta, ratio):
+            take(signal, order, factor)
+    power, shifted = 0.0, np.zeros(2)
+    for signal, shape in passed.items():
+        size = noise.get(signal, 0.0) ** 2
+        power += size * float(shape @ shape)
+        for k in (1, 2):
+            lag = k * test.stride
+            if lag < len(shape):
+                shifted[k - 1] += size * float(shape[lag:] @ shape[:-lag])
+    alike = shifted / power if power > 0.0 else np.zeros(2)
+    return float(np.sqrt(power)), (float(alike[0]), float(alike[1]))
+
+
+def _readings_of(term: Term, one: EquationErrors, theta, ratio):
+    """Yield (reading, order, factor) of a term: what is derived is followed to its readings."""
+    channels = one.measured.channels
+    if term.signal == 'motor_position' and term.signal not in channels:
+        yield 'load_position', term.order, term.factor * ratio
+    elif term.signal == 'load_position' and term.signal not in channels:
+        yield 'motor_position', term.order, term.factor / ratio
+    elif term.signal in ('drive_current', 'current') and (
+            term.signal == 'drive_current' or 'current' not in channels):
+        values = {p: theta[s.start] for p, s in one.slots.items() if p.startswith('drive.')}
+        resistance = values.get('drive.resistance', 0.0) + values.get('drive.proportional', 0.0)
+        gain = values.get('drive.gain', 0.0) * (values.get('drive.proportional') or 1.0)
+        yield 'voltage', term.order, term.factor * gain / (resistance or 1.0)
+        if resistance:
+            back = -term.factor * values.get('drive.back_emf', 0.0) / resistance
+            shaft = 'motor_position' in channels
+            yield ('motor_position' if shaft else 'load_position', term.order + 1,
+                   back * (1.0 if shaft else ratio))
+    elif term.signal in channels:
+        yield term.signal, term.order, term.factor
+
+
+def _controller_noise(one: EquationErrors, theta, noise) -> float:
+    """Standard deviation of the controller's residual by the noise of the encoders, V."""
+    chance = np.random.default_rng(0)
+    angles = one.angles()
+    ratio = one.servo.values['mechanism.ratio']
+    has = one.measured.channels
+    shake = [chance.normal(0.0, noise[name], len(angle)) if name in has else None
+             for name, angle in zip(('motor_position', 'load_position'), angles, strict=True)]
+    motor = shake[0] if shake[0] is not None else shake[1] * ratio
+    load = shake[1] if shake[1] is not None else shake[0] / ratio
+    shaken = one.controller_output(theta, shaken=(angles[0] + motor, angles[1] + load))
+    change = one.test('controller').project(shaken - one.controller_output(theta))
+    return float(np.hypot(np.nanstd(change),
+                          noise['voltage'] * one.test('controller').gain(0)))
+
+
+def sampling_columns(errors: list[EquationErrors], steep: bool = False) -> dict:
+    """
+    Return what a channel does that is read one sample period late: columns by channel.
+
+    With ``steep`` the angle of the load, whose jumps are none, is left out. All side by side in
+    the order of :func:`late_channels`.
+    """
+    names = [n for n in late_channels(errors) if not (steep and n == 'load_position')]
+    answer: dict[int, dict[str, np.ndarray]] = {}
+    for number, one in enumerate(errors):
+        theta = one.servo.theta
+        for name, several in one._terms(theta).items():
+            table = np.zeros((len(one.times(name)), len(names)))
+            for term in several:
+                signal = _late(term, one)
+                if signal not in names:
+                    continue
+                series = one._series(term.signal, name, theta, one._readings,
+                                     (one.motion, one.gear_motion), {}, None)
+                shift = term.factor * one.test(name).project(series, term.order + 1)
+                table[:, names.index(signal)] += np.nan_to_num(shift * one.measured.period)
+            answer.setdefault(number, {})[name] = table
+    return answer
+
+
+def _late(term: Term, one: EquationErrors) -> str:
+    if term.signal == 'current':
+        return 'current' if 'current' in one.measured.channels else 'drive'
+    return {'torque': 'torque', 'load_position': 'load_position', 'drive_current': 'drive',
+            'voltage': 'controller'}.get(term.signal, '')
+
+
+def late_channels(errors: list[EquationErrors]) -> list[str]:
+    """Return the channels whose instant of sampling is not known."""
+    seen = {_late(term, one) for one in errors for several in one._terms(one.servo.theta).values()
+            for term in several}
+    both = any({'motor_position', 'load_position'} <= one.measured.channels for one in errors)
+    return [n for n in ('current', 'torque', 'load_position', 'drive', 'controller')
+            if n in seen and (n != 'load_position' or both)]

@@ -1,0 +1,1 @@
+"""Which set of mechanisms explains the residuals."""

@@ -1,0 +1,78 @@
+"""Least squares with bounds on few unknowns, from sums of products."""
+
+from __future__ import annotations
+
+from numba import njit
+import numpy as np
+
+RIDGE = 1e-9  # share of each column's own square that keeps like columns apart
+
+
+def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
+            high: np.ndarray) -> np.ndarray:
+    """
+    Minimise ``b' gram b / 2 + slope' b`` for ``low <= b <= high``, shape (unknowns,) each.
+
+    Active set (Stark and Parker: Computational Statistics 10, 1995): on its way to the least of
+    what is free an unknown that meets its bound is held there. It is let go when the slope says
+    that it wants back inside. No step leads up.
+    """
+    size = len(slope)
+    if not size:
+        return np.zeros(0)
+    weight = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scaled = gram / np.outer(weight, weight)
+    scaled[np.diag_indices(size)] += RIDGE
+    found = _active_set(scaled, slope / weight, low * weight, high * weight)
+    return np.clip(found / weight, low, high)
+
+
+@njit(cache=True, nogil=True)
+def _active_set(gram, slope, low, high):
+    size = len(slope)
+    flat = 1e-10 * np.abs(slope).max()
+    free = np.ones(size, dtype=np.bool_)
+    b = np.minimum(np.maximum(np.zeros(size), low), high)
+    for _ in range(10 * size):
+        inner = np.flatnonzero(free)
+        there = b.copy()
+        if len(inner):
+            small = np.empty((len(inner), len(inner)))
+            right = np.empty(len(inner))
+            for i in range(len(inner)):
+                total = -slope[inner[i]]
+                for j in range(size):
+                    if not free[j]:
+                        total -= gram[inner[i], j] * b[j]
+                right[i] = total
+                for j in range(len(inner)):
+                    small[i, j] = gram[inner[i], inner[j]]
+            found = np.linalg.solve(small, right)
+            for i in range(len(inner)):
+                there[inner[i]] = found[i]
+        first, share = -1, 1.0
+        for i in range(size):
+            if there[i] < low[i] or there[i] > high[i]:
+                bound = low[i] if there[i] < low[i] else high[i]
+                way = (bound - b[i]) / (there[i] - b[i])
+                if way < share or first < 0:
+                    first, share = i, way
+        if first >= 0:
+            bound = low[first] if there[first] < low[first] else high[first]
+            b += share * (there - b)
+            b[first] = bound
+            free[first] = False
+            continue
+        b = there
+        pull = gram @ b + slope
+        best, most = -1, flat
+        for i in range(size):
+            if free[i] or low[i] == high[i]:
+                continue
+            inward = -pull[i] if b[i] <= low[i] else (pull[i] if b[i] >= high[i] else 0.0)
+            if inward > most:
+                best, most = i, inward
+        if best < 0:
+            break
+        free[best] = True
+    return b

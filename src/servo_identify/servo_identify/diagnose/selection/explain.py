@@ -1,0 +1,125 @@
+"""From residuals to the set of mechanisms that explains them, at the operating point it implies."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servo_twin.physics.following import FOLLOWED
+
+from ..mechanisms.builder import Builder
+from ..mechanisms.hypothesis import Hypothesis
+from ..mechanisms.menu import hypotheses_of
+from ..residuals.equation_errors import EquationErrors
+from ..residuals.nuisance import Nuisance, nuisance_of
+from ..residuals.samples import ResidualSamples
+from .bounded_least_squares import bounded
+from .regression import Regression
+from .search import Explanation, Fitted, Search
+
+ROUNDS = 2  # of finding the operating point: flanks, loads and currents
+TURNED = 0.002  # share of samples on another flank that is worth another round
+MOVED = 0.05  # share by which the load or the current that the motion asks for is another
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Residuals, what was tried on them, and the sets that explain them."""
+
+    samples: ResidualSamples
+    nuisance: Nuisance
+    hypotheses: list[Hypothesis]
+    search: Search
+    explanation: Explanation
+
+    @property
+    def chosen(self) -> list[Hypothesis]:
+        """The hypotheses of the smallest set, in the order in which they were found."""
+        return [self.hypotheses[n] for n in self.explanation.smallest.choice.numbers]
+
+    def amplitudes(self, number: int, fit: Fitted | None = None) -> np.ndarray:
+        """Return the amplitudes of a hypothesis (by its number) in a fit."""
+        fit = fit or self.explanation.smallest
+        return fit.values[np.isin(fit.columns, self.search.regression.members[number])]
+
+
+def explained(samples: ResidualSamples, without: Collection[str] = (),
+              tick=lambda share: None) -> Explained:
+    """Find the set of mechanisms that explains residuals; ``without`` names what is left out."""
+    for turn in range(ROUNDS):
+        nuisance = nuisance_of(samples)
+        start = samples.base + nuisance.columns @ bounded(
+            nuisance.columns.T @ nuisance.columns, nuisance.columns.T @ samples.base,
+            nuisance.low, nuisance.high)
+        several = hypotheses_of(Builder(samples), start, without)
+        search = Search(Regression(samples, nuisance, several))
+        answer = Explained(samples, nuisance, several, search, search.explain())
+        tick((turn + 1) / ROUNDS)
+        if turn + 1 == ROUNDS:
+            break
+        errors = [_at(one, n, answer) for n, one in enumerate(samples.errors)]
+        if not any(_changed(*pair) for pair in zip(samples.errors, errors, strict=True)):
+            break
+        samples = ResidualSamples(samples.servo, errors)
+    return answer
+
+
+def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
+    """Return a recording with what the explanation adds to its torques."""
+    fit = answer.explanation.smallest
+    sensed = 'torque' in one.measured.channels
+    samples = len(one.measured.recording)
+    shift, unseen = np.zeros(samples), {}
+    for signal, change in _of_values(one, answer).items():
+        unseen[signal] = np.nan_to_num(one.full(change))
+    for index in fit.choice.numbers:
+        columns = answer.hypotheses[index].columns
+        if columns.signal not in ('torque', 'motor_torque', 'load_torque'):
+            continue
+        series = columns.factor * columns.of(one) @ answer.amplitudes(index)
+        series = np.nan_to_num(one.full(series))
+        if columns.signal == 'torque':
+            shift += series
+        else:
+            unseen[columns.signal] = unseen.get(columns.signal, 0.0) + series
+    if not sensed:
+        shift = shift - unseen.get('load_torque', 0.0)
+    return replace(one, shift=shift, unseen=unseen)
+
+
+def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
+    """What values that the explanation moves add to the torques on the shafts, N m."""
+    fit, theta = answer.explanation.smallest, one.servo.theta.copy()
+    labels = answer.nuisance.labels
+    for column, value in zip(fit.columns[1:], fit.values[1:], strict=True):
+        if column <= len(labels) and labels[column - 1] in one.slots:
+            theta[one.slots[labels[column - 1]].start] += value
+    for index in fit.choice.numbers:
+        path = answer.hypotheses[index].path
+        if path:
+            theta[one.slots[path].start] += answer.amplitudes(index)[0]
+    change = (one.followed(theta, one.motion) - one.followed(one.servo.theta, one.motion)).T
+    out = dict(zip(FOLLOWED, change, strict=True))
+    moved = theta - one.servo.theta
+    inertia, rotor = (moved[one.slots[f'mechanism.{name}_inertia'].start]
+                      if f'mechanism.{name}_inertia' in one.slots else 0.0
+                      for name in ('load', 'rotor'))
+    motion, ratio = one.motion, one.servo.values['mechanism.ratio']
+    return {'motor_torque': out['motor_push'] + out['motor_resistance']
+            - rotor * ratio * motion['load_acceleration'],
+            'load_torque': out['load_push'] + out['load_resistance']
+            - inertia * motion['load_acceleration']}
+
+
+def _changed(before: EquationErrors, after: EquationErrors) -> bool:
+    """Tell whether another round could change anything: other flanks, another load or current."""
+    apart = np.abs(before.flank(before.gear_motion) - after.flank(after.gear_motion))
+    if float(np.mean(apart > 0.5)) > TURNED:
+        return True
+    for name in ('predicted_load', 'predicted_current'):
+        old, new = getattr(before, name), getattr(after, name)
+        if np.sqrt(np.mean((new - old) ** 2)) > MOVED * np.sqrt(np.mean(new**2)):
+            return True
+    return False

@@ -1,0 +1,465 @@
+"""
+The search for the set of mechanisms that predicts best.
+
+A set is judged by what it predicts on blocks that it was not fitted to. Errors of each equation in
+each family of excitation count by their logarithm, so that a large gap in one place drowns none in
+another. They count down to a floor: noise, the practical margin, and how far the form of an
+accepted mechanism may be off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..decisions import CALIBRATED, FALSE_ALARM, FORM, WORTH
+from ..mechanisms.hypothesis import UNKNOWN
+from .regression import FOLDS, Regression, solve
+
+REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
+BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated
+DRAWS = 400  # sign flips behind the null distribution
+SURE = 2.0  # standard deviations that a tolerance of the servo file stands for
+AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
+SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
+MOST = 5  # mechanisms in a set
+APART = 1e-4  # share of its square that a column must have beside others to count as its own
+
+@dataclass(frozen=True)
+class Choice:
+    """A set of hypotheses with the sign of each: (number, which of its bounds)."""
+
+    members: tuple[tuple[int, int], ...]
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Numbers of the hypotheses."""
+        return tuple(number for number, _ in self.members)
+
+    def plus(self, number: int, side: int) -> Choice:
+        """Return the set with one more."""
+        return Choice((*self.members, (number, side)))
+
+    def minus(self, number: int) -> Choice:
+        """Return the set without one."""
+        return Choice(tuple(m for m in self.members if m[0] != number))
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """
+    A set fitted to the residuals.
+
+    ``columns`` of the regression with their ``values`` (that of the residual, first, is 1);
+    ``held_out`` (equations, blocks) squared errors of blocks that the fit did not see;
+    ``score`` the sum over groups of n/2 log of the held-out mean square above the floor;
+    ``weight`` (equations, families) of the groups; ``doubt`` by equation how many samples
+    count as one observation; ``numbers`` amplitudes at work, shapes searched and tolerances used
+    up; ``cost`` of these, as Schwarz has it.
+    """
+
+    choice: Choice
+    columns: np.ndarray
+    values: np.ndarray
+    held_out: np.ndarray
+    score: float
+    weight: np.ndarray
+    doubt: np.ndarray
+    numbers: float
+    cost: float
+
+    @property
+    def total(self) -> float:
+        """What a set leaves and what it costs, nats: the less the better."""
+        return self.score + self.cost
+
+class Search:
+    """Fits and compares sets of hypotheses."""
+
+    def __init__(self, regression: Regression) -> None:
+        self.regression = regression
+        self._known: dict[Choice, Fitted] = {}
+        one = np.zeros((regression.blocks, len(regression.families)))
+        one[np.arange(regression.blocks), regression.family] = 1.0
+        self._family = one
+        self._sizes = regression.counts @ one
+        self._blocks_of = (regression.counts > 0) @ one
+
+    def groups(self, errors: np.ndarray) -> np.ndarray:
+        """Return mean squares by equation and family from errors by equation and block."""
+        with np.errstate(invalid='ignore', divide='ignore'):
+            return np.where(self._sizes > 0, (errors @ self._family) / self._sizes, 0.0)
+
+    def score(self, errors: np.ndarray, floor: np.ndarray) -> float:
+        """Return what is left above a floor: the sum over groups of n/2 log of mean squares."""
+        left = np.maximum(self.groups(errors), floor)
+        return float(0.5 * (self._sizes * np.log(np.maximum(left, 1e-12))).sum())
+
+    @cached_property
+    def nothing(self) -> Fitted:
+        """The servo within its tolerances, without any mechanism."""
+        return self.fitted(Choice(()))
+
+    def bounds_of(self, choice: Choice, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the bounds of the nuisances and the amplitudes of a set."""
+        low, high = [self.regression.low[kept]], [self.regression.high[kept]]
+        for number, side in choice.members:
+            one = self.regression.hypotheses[number].bounds()[side]
+            low.append(one[0])
+            high.append(one[1])
+        return np.concatenate(low), np.concatenate(high)
+
+    def columns_of(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
+        """Return (all columns with the residual first, nuisances among them)."""
+        kept = self.regression.nuisances(choice.numbers)
+        return np.concatenate([[0], kept, *(self.regression.members[n]
+                                            for n in choice.numbers)]).astype(int), kept
+
+    def fitted(self, choice: Choice) -> Fitted:
+        """Return a set fitted, with its held-out errors."""
+        if choice not in self._known:
+            self._known[choice] = self._fitted(choice)
+        return self._known[choice]
+
+    def _fitted(self, choice: Choice) -> Fitted:
+        regression = self.regression
+        columns, kept = self.columns_of(choice)
+        low, high = self.bounds_of(choice, kept)
+        weight, doubt = self._weight_near(choice)
+        room = self._room(kept, len(columns) - 1)
+        for turn in range(REWEIGHTED):
+            sums = self._sums(weight)
+            folds = [regression.assembled([s[k] for s in sums], columns) for k in range(FOLDS)]
+            total, doubts = sum(folds), self._doubts(doubt, sums, columns)
+            prior = SURE**2 * doubts / room**2
+            values = np.concatenate(([1.0], self._solved(total, prior, low, high)))
+            left = self.groups(regression.errors_of(columns, values))
+            floor = self.floor(left if not choice.members else None)
+            if turn + 1 < REWEIGHTED:
+                weight = self._quantised(1.0 / np.maximum(floor, left))
+                doubt = self._doubt(left, floor)
+        held_out = np.zeros((len(regression.equations), regression.blocks))
+        for k in range(FOLDS):
+            blocks = np.flatnonzero(regression.fold == k)
+            if len(blocks):
+                rest = total - folds[k]
+                there = np.concatenate(([1.0], self._solved(rest, prior, low, high)))
+                held_out[:, blocks] = regression.errors_of(columns, there, blocks)
+        used = (values[1:] / room) ** 2
+        cost = 0.5 * SURE**2 * float(doubts @ used)
+        count, at = float(used.sum()), len(kept)
+        for number in choice.numbers:
+            one = regression.hypotheses[number]
+            mine = slice(at, at + one.columns.size)
+            at = mine.stop
+            share = np.abs(values[1:][mine]) * np.sqrt(np.maximum(np.diag(total)[1:][mine], 0.0))
+            working = share > AT_WORK * share.max(initial=0.0)
+            shared = int((working & (one.signs == 1)).sum())
+            more = int(working.sum()) - shared + min(shared, SHAPE)
+            more += 1 + len(one.detail) if one.tried > 1 else 0
+            count += more
+            cost += 0.5 * np.log(max(2, regression.blocks)) * more * float(doubts[mine].mean())
+        return Fitted(choice, columns, values, held_out, self.score(held_out, floor), weight,
+                      doubt, count, float(cost))
+
+    def _doubts(self, doubt: np.ndarray, sums, columns: np.ndarray) -> np.ndarray:
+        """Return for each unknown how many samples count as one, by the equations it shows in."""
+        share = np.zeros((len(doubt), len(columns) - 1))
+        for i, table in enumerate(sums):
+            at = self.regression.where[i][columns[1:]]
+            good = at >= 0
+            share[i, good] = np.einsum('kii->i', table)[at[good]]
+        return (doubt[:, None] * share).sum(axis=0) / np.maximum(share.sum(axis=0), 1e-300)
+
+    @staticmethod
+    def _solved(gram: np.ndarray, prior: np.ndarray, low, high) -> np.ndarray:
+        gram = gram.copy()
+        gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
+        return solve(gram, low, high)
+
+    def _room(self, kept: np.ndarray, size: int) -> np.ndarray:
+        """Return the tolerance of each unknown, infinite where the servo file gives none."""
+        regression, room = self.regression, np.full(size, np.inf)
+        labels, values = regression.nuisance.labels, regression.samples.servo.values
+        for i, column in enumerate(kept):
+            if labels[column - 1] in values:
+                room[i] = 0.5 * (regression.high[column] - regression.low[column])
+        return room
+
+    def _doubt(self, left: np.ndarray, floor: np.ndarray) -> np.ndarray:
+        """
+        Return by equation how many samples count as one observation.
+
+        Noise is drawn anew at each sample. What no model explains yet is not: there a whole block
+        is one observation, and thousands of its samples must not outvote a data sheet.
+        """
+        above = left > floor
+        whole = np.maximum((self._sizes * above).sum(axis=1), 1.0)
+        blocks = np.maximum((self._blocks_of * above).sum(axis=1), 1.0)
+        share = (self._sizes * np.maximum(0.0, 1.0 - floor / np.maximum(left, 1e-12))).sum(axis=1)
+        return 1.0 + share / whole * np.where(above.any(axis=1), whole / blocks, 0.0)
+
+    def _sums(self, weight: np.ndarray):
+        key = weight.tobytes()
+        cache = self.__dict__.setdefault('_cache', {})
+        if key not in cache:
+            if len(cache) > 6:
+                cache.pop(next(iter(cache)))
+            cache[key] = self.regression.fold_sums(weight)
+        return cache[key]
+
+    def _weight_near(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
+        if not choice.members:
+            return np.ones(self._sizes.shape), np.ones(len(self._sizes))
+        near = self.fitted(Choice(choice.members[:-1]))
+        return near.weight, near.doubt
+
+    def _quantised(self, weight: np.ndarray) -> np.ndarray:
+        """Round weights to steps of a fifth, so that like sets share their sums of products."""
+        return np.exp(np.round(np.log(np.maximum(weight, 1e-12)) / 0.2) * 0.2)
+
+    def floor(self, gap: np.ndarray | None = None) -> np.ndarray:
+        """
+        Return the mean square of each group below which nothing is chased.
+
+        It is that of noise and the practical margin, and how far the best form may be off the gap
+        of its equation.
+        """
+        gap = self.groups(self.nothing.held_out) if gap is None else gap
+        size = self._sizes.sum(axis=1, keepdims=True)
+        whole = (gap * self._sizes).sum(axis=1, keepdims=True) / np.maximum(size, 1.0)
+        return np.broadcast_to(CALIBRATED + FORM**2 * np.maximum(0.0, whole - 1.0),
+                               self._sizes.shape)
+
+    def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
+        """Return (approximate gain, number, side) of each hypothesis beside a set, best first."""
+        regression = self.regression
+        sums = [s.sum(axis=0) for s in self._sums(near.weight)]
+        found = []
+        taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
+        paths = {regression.hypotheses[n].path for n in near.choice.numbers}
+        for number, one in enumerate(regression.hypotheses):
+            if one.mechanism.key in taken or (one.path and one.path in paths):
+                continue
+            for side in range(len(one.bounds())):
+                choice = near.choice.plus(number, side)
+                columns, kept = self.columns_of(choice)
+                gram = regression.assembled(sums, columns)
+                low, high = self.bounds_of(choice, kept)
+                doubts = self._doubts(near.doubt, self._sums(near.weight), columns)
+                prior = SURE**2 * doubts / self._room(kept, len(columns) - 1) ** 2
+                values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
+                left = float(values @ gram @ values + prior @ values[1:] ** 2)
+                found.append((left, number, side))
+        start = float(near.values @ regression.assembled(sums, near.columns) @ near.values)
+        doubts = self._doubts(near.doubt, self._sums(near.weight), near.columns)
+        room = self._room(self.columns_of(near.choice)[1], len(near.columns) - 1)
+        start += float(SURE**2 * doubts @ (near.values[1:] / room) ** 2)
+        return sorted(((start - left, number, side) for left, number, side in found),
+                      reverse=True)
+
+    def explain(self) -> Explanation:
+        """Return the smallest set that predicts as well as the best, and what rivals it."""
+        beam, best = [self.nothing], self.nothing
+        for _ in range(MOST):
+            grown = self._grown(beam)
+            if not grown or not self._significant(best, grown[0]):
+                break
+            best = self._improved(grown[0])
+            beam = [best, *(one for one in grown if one is not best)][:BEAM]
+        best = self._pruned(best)
+        return Explanation(best, self._smaller(best))
+
+    def _grown(self, beam: list[Fitted]) -> list[Fitted]:
+        """Return the sets with one more mechanism than those of the beam, best first."""
+        found: dict[Choice, Fitted] = {}
+        for near in beam:
+            for choice in self._short_list(near):
+                found[choice] = self.fitted(choice)
+        unique = {}
+        for one in sorted(found.values(), key=lambda f: f.total):
+            unique.setdefault(frozenset(one.choice.members), one)
+        return list(unique.values())
+
+    def _short_list(self, near: Fitted) -> list[Choice]:
+        listed, counted = [], {}
+        for _, number, side in self.candidates(near):
+            key = self.regression.hypotheses[number].mechanism.key
+            if counted.get(key, 0) < 2:
+                counted[key] = counted.get(key, 0) + 1
+                listed.append(near.choice.plus(number, side))
+            if len(listed) == SHORT_LIST:
+                break
+        return listed
+
+    def _improved(self, fit: Fitted) -> Fitted:
+        """Exchange one member for another while that predicts better."""
+        for _ in range(MOST):
+            better = fit
+            for number in fit.choice.numbers:
+                if len(fit.choice.numbers) < 2:
+                    break
+                rest = self.fitted(fit.choice.minus(number))
+                for choice in self._short_list(rest):
+                    other = self.fitted(choice)
+                    better = min(better, other, key=lambda f: f.total)
+            if better is fit:
+                break
+            fit = better
+        return fit
+
+    def _pruned(self, fit: Fitted) -> Fitted:
+        """Take out what is not needed beside the others."""
+        while fit.choice.members:
+            rests = [self.fitted(fit.choice.minus(n)) for n in fit.choice.numbers]
+            needless = [rest for rest in rests if not self._significant(rest, fit)]
+            if not needless:
+                break
+            fit = min(needless, key=lambda f: f.total)
+        return fit
+
+    def _smaller(self, best: Fitted) -> Fitted:
+        """Return the set with fewer numbers that predicts as well, within one standard error."""
+        rivals = [one for one in self._known.values()
+                  if len(one.choice.members) <= len(best.choice.members)]
+        alike = []
+        for one in rivals:
+            if self.alike(one, best):
+                alike.append(one)
+        return min(alike, default=best, key=lambda f: (
+            len(f.choice.members), self._nameless(f), f.total, len(f.columns)))
+
+    def alike(self, one: Fitted, best: Fitted) -> bool:
+        """
+        Tell whether a set predicts as well as the best, within one standard error or by its form.
+
+        By its form: what it leaves more is less than the best form of a mechanism may be off.
+        """
+        if np.all(self._power(one) - self._power(best)
+                  <= FORM**2 * np.maximum(0.0, self._power(self.nothing) - 1.0)):
+            return True
+        lost = self.lost(one, best)
+        return bool(lost[0] + one.cost - best.cost <= np.std(lost[1:]))
+
+    def _power(self, fit: Fitted) -> np.ndarray:
+        """Mean square that a set leaves in each equation."""
+        size = np.maximum(self._sizes.sum(axis=1), 1.0)
+        return (self.groups(fit.held_out) * self._sizes).sum(axis=1) / size
+
+    def _nameless(self, fit: Fitted) -> int:
+        """How many members of a set have no name."""
+        return sum(self.regression.hypotheses[n].mechanism.name == UNKNOWN
+                   for n in fit.choice.numbers)
+
+    def lost(self, fit: Fitted, best: Fitted) -> np.ndarray:
+        """
+        Return how much worse one set predicts than another, nats: as seen, then drawn anew.
+
+        What either leaves below the floor does not count. Draws take blocks anew within each
+        family of excitation, shape (1 + DRAWS,).
+        """
+        floor = self.floor()[:, None, :]
+        sizes = self._drawn(self.regression.counts)
+        several = []
+        for one in (fit, best):
+            with np.errstate(invalid='ignore', divide='ignore'):
+                left = np.where(sizes > 0, self._drawn(one.held_out) / sizes, 0.0)
+            several.append(np.log(np.maximum(left, floor)))
+        return 0.5 * (sizes * (several[0] - several[1])).sum(axis=(0, 2))
+
+    def _drawn(self, errors: np.ndarray) -> np.ndarray:
+        """Sum by equation, draw and family what is known by equation and block."""
+        family = self.regression.family
+        return np.stack([errors[:, family == f] @ self._draws[:, family == f].T
+                         for f in range(len(self.regression.families))], axis=2)
+
+    @cached_property
+    def _draws(self) -> np.ndarray:
+        """How often each draw takes each block, (1 + DRAWS, blocks); the first takes each once."""
+        chance, family = np.random.default_rng(0), self.regression.family
+        counts = np.ones((1 + DRAWS, self.regression.blocks))
+        for f in range(len(self.regression.families)):
+            mine = np.flatnonzero(family == f)
+            if len(mine):
+                counts[1:, mine] = chance.multinomial(len(mine), np.full(len(mine), 1 / len(mine)),
+                                                      DRAWS)
+        return counts
+
+    def _significant(self, before: Fitted, after: Fitted) -> bool:
+        """Tell whether a gain is more than the best of all hypotheses would have by chance."""
+        gain = self.gain(before, after)
+        return (after.total < before.total and self._worth(before, after)
+                and gain > self.chance(before, after))
+
+    def _worth(self, before: Fitted, after: Fitted) -> bool:
+        """Tell whether new members close a part of the gap of an equation that is worth naming."""
+        whole, first, last = (self.excess(one) for one in (self.nothing, before, after))
+        return bool(np.any((first - last > WORTH * whole) & self._acts(before, after)))
+
+    def excess(self, fit: Fitted) -> np.ndarray:
+        """Root mean square above the calibrated floor that a set leaves in each equation."""
+        left = np.maximum(0.0, self.groups(fit.held_out) - CALIBRATED)
+        size = np.maximum(self._sizes.sum(axis=1), 1.0)
+        return np.sqrt((left * self._sizes).sum(axis=1) / size)
+
+    def _acts(self, before: Fitted, after: Fitted) -> np.ndarray:
+        """Tell in which equations new members have columns."""
+        new = [self.regression.members[n] for n in after.choice.numbers
+               if n not in before.choice.numbers]
+        return np.array([any((where[members] >= 0).any() for members in new)
+                         for where in self.regression.where])
+
+    def gain(self, before: Fitted, after: Fitted) -> float:
+        """Return what a set gains in the equations in which its new members act, nats."""
+        floor, acts = self.floor(), self._acts(before, after)
+        ratio = np.log(np.maximum(self.groups(before.held_out), floor)
+                       / np.maximum(self.groups(after.held_out), floor))
+        return float(0.5 * (self._sizes * ratio)[acts].sum())
+
+    def chance(self, before: Fitted, after: Fitted) -> float:
+        """
+        Return the gain that the best hypothesis reaches by chance in one of a hundred rigs, nats.
+
+        What the larger set leaves has its sign drawn anew block by block: a pattern of the same
+        noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
+        in the groups where more is left than the floor.
+        """
+        regression = self.regression
+        weight = np.where(self.groups(before.held_out) > self.floor(), after.weight, 0.0)
+        sums = [s.sum(axis=0) for s in self._sums(weight)]
+        known = before.columns[1:]
+        known = known[np.diag(regression.assembled(sums, known)) > 0.0]
+        several = [np.setdiff1d(members, known) for members in regression.members]
+        wanted = np.concatenate([known, *several]).astype(int)
+        scores = regression.scores_of(after.columns, after.values, wanted, weight)
+        flips = np.random.default_rng(0).choice((-1.0, 1.0), (DRAWS, regression.blocks))
+        drawn = flips @ scores
+        gram = regression.assembled(sums, wanted)
+        size = len(known)
+        inner = gram[:size, :size] + 1e-9 * np.diag(np.maximum(np.diag(gram)[:size], 1e-300))
+        across = np.linalg.solve(inner, gram[:size]) if size else np.zeros((0, len(wanted)))
+        left = drawn - drawn[:, :size] @ across
+        most, at = np.zeros(DRAWS), size
+        for members in several:
+            mine = slice(at, at + len(members))
+            at += len(members)
+            if not len(members):
+                continue
+            square = gram[mine, mine] - gram[mine, :size] @ across[:, mine]
+            own = np.diag(square) > APART * np.diag(gram)[mine]
+            if not own.any():
+                continue  # what the known columns do already
+            weight = np.sqrt(np.diag(square)[own])
+            scaled = np.linalg.pinv(square[np.ix_(own, own)] / np.outer(weight, weight),
+                                    rcond=APART)
+            part = left[:, mine][:, own] / weight
+            most = np.maximum(most, 0.5 * np.einsum('di,ij,dj->d', part, scaled, part))
+        return float(np.quantile(most, 1.0 - FALSE_ALARM))
+
+@dataclass(frozen=True)
+class Explanation:
+    """The set that predicts best, and the smallest that does as well."""
+
+    best: Fitted
+    smallest: Fitted

@@ -1,0 +1,104 @@
+"""What a fit found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+import json
+from pathlib import Path
+
+import numpy as np
+
+from servo_twin.physics.servo import Provenance, Servo
+from servo_twin.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """
+    Values, how sure they are, and what to know before using them.
+
+    ``names`` of the free numbers in order; ``values``, ``std`` (NaN: not identified) and
+    ``units`` by name; ``correlation`` (n, n); ``rms`` the residual of each channel in its unit
+    over all recordings, ``rms_before`` the same at the values to start from, ``noise`` its floor;
+    ``delays`` seconds by which each channel is late, with ``delay_std``; ``cost`` half the
+    weighted sum of squares, ``cost_before`` likewise with the same weights; ``servo`` has the new
+    values, each with its standard error and bags.
+    """
+
+    servo: Servo
+    names: tuple[str, ...]
+    values: Mapping[str, float]
+    std: Mapping[str, float]
+    units: Mapping[str, str]
+    correlation: np.ndarray
+    warnings: tuple[str, ...]
+    rms: Mapping[str, float]
+    rms_before: Mapping[str, float]
+    noise: Mapping[str, float]
+    cost: float
+    cost_before: float
+    delays: Mapping[str, float]
+    delay_std: Mapping[str, float]
+    mode: str
+    horizon: float
+    iterations: int
+    seconds: float
+    bags: tuple[str, ...] = field(default=())
+
+    def as_dict(self) -> dict:
+        """Return everything but the servo, ready for JSON; NaN becomes null."""
+        plain = {name: getattr(self, name) for name in self.__dataclass_fields__
+                 if name != 'servo'}
+        plain['correlation'] = self.correlation.tolist()
+        return _nulled(plain)
+
+    def save(self, path: str | Path) -> None:
+        """Write the estimate as JSON."""
+        Path(path).write_text(json.dumps(self.as_dict(), indent=1) + '\n')
+
+    def __str__(self) -> str:
+        width = max(map(len, self.names))
+        lines = [f'{n:{width}}  {self.values[n]: .6g} ± {self.std[n]:.2g} {self.units[n]}'.rstrip()
+                 for n in self.names]
+        lines += [f'{c}: residual {self.rms_before[c]:.3g} -> {self.rms[c]:.3g} '
+                  f'(noise {self.noise[c]:.3g})' for c in self.rms]
+        lines += [f'{c} is late by {1e3 * d:.3f} ± {1e3 * self.delay_std[c]:.3f} ms'
+                  for c, d in self.delays.items()]
+        return '\n'.join([*lines, *(f'warning: {w}' for w in self.warnings)])
+
+
+def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float],
+               std: Mapping[str, float], bags: tuple[str, ...], source: str) -> Servo:
+    """Return the servo with fitted values; a row's standard error is its largest."""
+    changes: dict[str, float | list[float]] = {}
+    errors: dict[str, list[float]] = {}
+    for name in names:
+        path, bracket, rest = name.partition('[')
+        if bracket:
+            row = changes.setdefault(path, list(servo.values[path]))
+            row[int(rest[:-1])] = values[name]
+        else:
+            changes[path] = values[name]
+        errors.setdefault(path, []).append(std[name])
+    provenance = dict(servo.provenance)
+    for path in changes:
+        worst = max((e for e in errors[path] if np.isfinite(e)), default=None)
+        provenance[path] = Provenance(source, worst, bags)
+    changes = {p: tuple(v) if isinstance(v, list) else v for p, v in changes.items()}
+    return replace(servo, values={**servo.values, **changes}, provenance=provenance)
+
+
+def bag_name(recording: Recording) -> str:
+    """Return how provenance names a recording: its name and the first of its hash."""
+    return f'{recording.name}#{recording.digest[:12]}' if recording.digest else recording.name
+
+
+def _nulled(thing):
+    if isinstance(thing, Mapping):
+        return {k: _nulled(v) for k, v in thing.items()}
+    if isinstance(thing, (list, tuple)):
+        return [_nulled(v) for v in thing]
+    if isinstance(thing, float) and not np.isfinite(thing):
+        return None
+    return thing

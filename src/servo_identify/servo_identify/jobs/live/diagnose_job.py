@@ -1,0 +1,45 @@
+"""
+The job that diagnoses the gap: `python -m servo_identify.jobs.live.diagnose_job SERVO DIR BAG...`.
+
+It writes what `servo-identify diagnose` writes, and reports how far it is.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+import sys
+
+from servo_twin.bag import read_recording
+from servo_twin.description import servo_file
+
+from ...gap.diagnose import diagnose
+from ...gap.page import write_page
+from ...gap.stages import STAGES
+from .job_process import report
+
+
+def main(arguments: list[str]) -> int:
+    """Diagnose; what is wrong is the last line, with status 2."""
+    path, folder, *bags = arguments
+    output = Path(folder)
+    try:
+        servo = servo_file.load(path)
+        output.mkdir(parents=True, exist_ok=True)
+        _told('reading', 0.0)
+        found = diagnose([read_recording(bag) for bag in bags], servo, tick=_told)
+        found.report.save(output / 'report.json')
+        servo_file.save(found.augmented, output / 'augmented.yaml')
+        write_page(found, output / 'report.html')
+    except (ValueError, OSError) as problem:
+        print(problem, flush=True)
+        return 2
+    report(stage='done', progress=1.0)
+    return 0
+
+
+def _told(stage: str, share: float) -> None:
+    report(stage=stage, progress=(STAGES.index(stage) + share) / len(STAGES))
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""Models learned from recordings: friction, transmission, networks."""

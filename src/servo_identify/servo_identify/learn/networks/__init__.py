@@ -1,0 +1,1 @@
+"""Networks beside a physical model."""

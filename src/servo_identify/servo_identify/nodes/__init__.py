@@ -1,0 +1,1 @@
+"""The nodes of identification; only here, and in bags, are messages touched."""

@@ -1,0 +1,262 @@
+"""
+The identify node: learns, judges and watches beside a running rig and its twin.
+
+It keeps the last minutes of the rig's samples; offers the actions `retrain` and `diagnose`, whose
+work is done by processes of their own; publishes `twin/estimate`; and says on /diagnostics which
+balance changed and which servo file the twin runs. A new servo file is on trial: where its
+residuals are worse, the node goes back to the old one. Services: `identify/go_back` loads the
+servo file before, `identify/relearn` has the change detector learn anew.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+import sys
+import tempfile
+from threading import Thread
+
+from diagnostic_msgs.msg import DiagnosticArray
+import numpy as np
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from std_srvs.srv import Trigger
+
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
+from servo_twin.nodes import message_conversion as twin_conversion
+from servo_twin.nodes.spinning import spin, until_stopped
+from servo_twin.physics.servo import ServoError
+from servo_twin.recording.recording import BALANCES
+from servo_twin.recording.sample_joining import Joiner
+from servo_twin_msgs.msg import Estimate, Residual
+
+from ..jobs.live.sample_ring import Ring
+from ..jobs.live.servo_versions import Models
+from ..watch.changes.detector import Alarm, ChangeDetector, Settings
+from ..watch.changes.excitation_level import driving, half_window
+from ..watch.estimator.online_estimator import OnlineEstimator
+from . import identify_parameters
+from . import message_conversion as conversion
+from .identify_parameters import value
+from .jobs_node import Jobs
+from .message_conversion import OK, STALE, WARN
+
+SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
+                     reliability=ReliabilityPolicy.RELIABLE)
+REPORT_EVERY = 1.0  # s
+_GATHERED = 0.1  # s of samples that estimator and detector are given at once
+
+
+class IdentifyNode(Node):
+    """Samples, residuals and reports; raises ServoError for a servo file that cannot be."""
+
+    def __init__(self, scratch: Path) -> None:
+        super().__init__('identify')
+        identify_parameters.declare(self)
+        text = servo_at(value(self, 'servo_file')).read_text()
+        self.models = Models(text, value(self, 'margin'))
+        self.ring = Ring(value(self, 'buffer'))
+        self._servo = servo_file.loads(text, 'servo_file')
+        self._estimator: OnlineEstimator | None = None
+        self._detector: ChangeDetector | None = None
+        self._stale = False
+        self._pushed = 0
+        self._residuals: list[tuple[int, object]] = []
+        self._twins_loads = ''
+        self._judging: Thread | None = None
+        self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
+        folder = value(self, 'folder')
+        self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
+                         self._on_loaded)
+        for topic, kind in twin_conversion.TOPICS.items():
+            self.create_subscription(kind, topic, partial(self._take, topic), SAMPLES)
+        self.create_subscription(Residual, 'twin/residual', self._compare, SAMPLES)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_service(Trigger, 'identify/relearn', self._relearn)
+        self.create_timer(REPORT_EVERY, self._report)
+        self.create_timer(value(self, 'online.period'), self._tell)
+
+    def close(self) -> None:
+        """End jobs and their threads."""
+        self.jobs.close()
+        if self._judging is not None:
+            self._judging.join()
+
+    # Samples.
+
+    def _take(self, topic: str, message) -> None:
+        parts = self._joiner.put(topic, message.sequence, message)
+        if parts is None:
+            return
+        first = parts['encoder']
+        try:
+            samples = twin_conversion.to_samples(parts)
+        except ValueError as problem:
+            self.get_logger().warning(str(problem), throttle_duration_sec=10.0)
+            return
+        self.ring.put(first.sequence, twin_conversion.to_instant(first.header.stamp),
+                      first.period, samples)
+        if self.ring.next - self._pushed >= _GATHERED / first.period or (
+                self.ring.next < self._pushed):
+            self._push(first.period)
+
+    def _push(self, period: float) -> None:
+        """Give the estimator what came since the last time."""
+        start = self._pushed if 0 < self.ring.next - self._pushed <= len(self.ring) else (
+            self.ring.next - min(len(self.ring), round(_GATHERED / period)))
+        self._pushed = self.ring.next
+        if not value(self, 'online.on'):
+            self._estimator = None
+            return
+        if self._estimator is None or self._stale or self._estimator.period != period:
+            self._stale = False
+            self._servo = servo_file.loads(self.models.running, 'the servo file that runs')
+            self._estimator = OnlineEstimator(self._servo, period)
+        self._estimator.time_constant = value(self, 'online.time_constant')
+        self._estimator.push(start, self.ring.rows(start, self._pushed - start))
+
+    # The twin's residuals.
+
+    def _compare(self, message: Residual) -> None:
+        if not value(self, 'watch.on'):
+            self._detector = None
+            return
+        if self._detector is None or self._detector.period != message.period:
+            self._detector = ChangeDetector(BALANCES, message.period, Settings(
+                value(self, 'watch.block'), value(self, 'watch.learn'),
+                value(self, 'watch.false_alarms')))
+        self._residuals.append((message.sequence, conversion.to_residuals(message)))
+        if sum(len(r) for _, r in self._residuals) * message.period < _GATHERED:
+            return
+        waiting, self._residuals = self._residuals, []
+        found: list[Alarm] = []
+        half = half_window(message.period)
+        for sequence, residuals in _joined(waiting):
+            rows = self.ring.rows(sequence - half, len(residuals) + 2 * half)
+            found += self._detector.push(sequence, residuals, driving(
+                rows, message.period, self._servo.values['mechanism.ratio']))
+        for alarm in found:
+            self.get_logger().warning(f'balance {alarm.balance} changed')
+        if found:
+            self._report()
+
+    def _relearn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._detector is not None:
+            self._detector.relearn()
+        response.success = self._detector is not None
+        response.message = ('learning anew' if response.success
+                            else 'nothing is watched: no residuals came, or watch.on is false')
+        return response
+
+    # The servo file of the twin.
+
+    def _on_loaded(self) -> None:
+        self._stale = True
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        """Learn anew when the twin runs another servo file, whoever loaded it."""
+        twin = f'{self.get_namespace().rstrip("/")}/twin: twin'
+        for status in message.status:
+            if status.name == twin:
+                loads = next((v.value for v in status.values if v.key == 'servos loaded'), '')
+                if loads and self._twins_loads and loads != self._twins_loads and self._detector:
+                    self._detector.relearn()
+                self._twins_loads = loads or self._twins_loads
+
+    def _judge(self) -> None:
+        """Have the file on trial judged once it has run long enough."""
+        trial, seconds = self.models.trial, value(self, 'trial')
+        self.models.margin = value(self, 'margin')
+        if trial is None or (self._judging is not None and self._judging.is_alive()):
+            return
+        if self.ring.since(trial.since) >= min(seconds, self.ring.seconds - 1.0):
+            self._judging = Thread(target=self.jobs.judge, args=(seconds,), daemon=True)
+            self._judging.start()
+
+    # Reports.
+
+    def _tell(self) -> None:
+        if self._estimator is None or not self._estimator.names:
+            return
+        known = self._estimator.snapshot()
+        if not known.rows.any():
+            return
+        stamp = self.get_clock().now().nanoseconds
+        picked = known.rows > 0
+        self._estimate.publish(conversion.to_estimate(
+            [n for n, p in zip(known.names, picked, strict=True) if p], known.values[picked],
+            known.std[picked], known.bounded[picked], max(0, known.sequence), stamp,
+            self.get_namespace().strip('/')))
+
+    def _report(self) -> None:
+        self._judge()
+        name = self.get_fully_qualified_name()
+        statuses = [conversion.to_status(name, 'changes', *self._changes()),
+                    conversion.to_status(name, 'models', OK, self.models.sentence, {
+                        'loads': str(self.models.loads), 'returns': str(self.models.returns),
+                        'on trial': 'yes' if self.models.trial else 'no',
+                        'samples kept': str(len(self.ring))})]
+        self._diagnostics.publish(conversion.to_diagnostics(
+            statuses, self.get_clock().now().nanoseconds))
+
+    def _changes(self) -> tuple[int, str, dict[str, str]]:
+        detector = self._detector
+        if detector is None:
+            return (STALE, 'no residuals came', {}) if value(self, 'watch.on') else (
+                OK, 'switched off by watch.on', {})
+        facts = {'state': detector.state, 'learned': f'{detector.learned:.2f}',
+                 'blocks passed over': str(detector.passed_over),
+                 'false alarms an hour, at most': f'{detector.settings.false_alarms:g}'}
+        if not detector.alarms:
+            said = ('no balance changed' if detector.state == 'watching' else
+                    f'learning what is usual: {100.0 * detector.learned:.0f} %')
+            return OK, said, facts
+        alarms = sorted(detector.alarms.values(), key=lambda a: (a.sequence, -abs(a.deviations)))
+        for alarm in alarms:
+            facts[alarm.balance] = (f'{alarm.feature} by {alarm.deviations:.1f} deviations since '
+                                    f'sample {alarm.since}, seen at {alarm.sequence}')
+        return WARN, f'changed: {", ".join(alarm.balance for alarm in alarms)}', facts
+
+
+def _joined(pieces: list) -> list:
+    """Join residuals that continue each other, as (sequence of the first, rows)."""
+    runs: list[list] = []
+    for sequence, rows in pieces:
+        if runs and runs[-1][1] == sequence:
+            runs[-1][1] += len(rows)
+            runs[-1][2].append(rows)
+        else:
+            runs.append([sequence, sequence + len(rows), [rows]])
+    return [(first, np.vstack(rows)) for first, _, rows in runs]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the identify node until it is told to stop; 2: a bad servo file."""
+    rclpy.init(args=arguments)
+    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
+        try:
+            node = IdentifyNode(Path(scratch))
+        except (ServoError, OSError) as problem:
+            print(f'identify_node: {problem}', file=sys.stderr)
+            rclpy.try_shutdown()
+            return 2
+        executor = EventsExecutor()
+        executor.add_node(node)
+        try:
+            with until_stopped():
+                spin(executor)
+        finally:
+            node.close()
+            executor.remove_node(node)
+            node.destroy_node()
+            rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,288 @@
+"""The actions and services of identification, on threads and a small node of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import json
+from pathlib import Path
+from threading import Event, Lock, Thread
+import time
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
+from servo_twin_msgs.action import Diagnose, Retrain
+from servo_twin_msgs.srv import LoadServo
+
+from ..jobs.live.job_process import Job
+from ..jobs.live.sample_ring import Ring
+from ..jobs.live.servo_versions import Models
+
+LOOK_EVERY = 0.1  # s between two looks at a job
+_LOADING = 60.0  # s that the twin may take to compile and load
+
+
+class Jobs(Node):
+    """
+    Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`,
+    and the judgement of a trial.
+
+    One job at a time; each is a process, so that samples are never late and a cancel ends it at
+    once. ``loaded`` is called, on a thread of this node, after the twin took another servo file.
+    """
+
+    def __init__(self, rig: Node, ring: Ring, models: Models, folder: Path,
+                 loaded: Callable[[], None]) -> None:
+        super().__init__('identify_jobs', namespace=rig.get_namespace(),
+                         use_global_arguments=False)
+        self.models = models
+        self._ring, self._folder, self._loaded = ring, folder, loaded
+        # what somebody asked for waits while a trial is judged, and is refused beside another
+        self._asked, self._busy, self._closing = Lock(), Lock(), Event()
+        self._number = 0
+        self._augmented: Path | None = None
+        group = ReentrantCallbackGroup()
+        self._twin = self.create_client(LoadServo, 'twin/load_servo', callback_group=group)
+        self.create_service(Trigger, 'identify/go_back', self._go_back, callback_group=group)
+        self.create_service(Trigger, 'identify/load_augmented', self._load_augmented,
+                            callback_group=group)
+        shared = {'goal_callback': self._take, 'cancel_callback': lambda _: CancelResponse.ACCEPT,
+                  'callback_group': group}
+        self._actions = [
+            ActionServer(self, Retrain, 'retrain', self._retrain, **shared),
+            ActionServer(self, Diagnose, 'diagnose', self._diagnose, **shared)]
+        self._executor = MultiThreadedExecutor(4)
+        self._executor.add_node(self)
+        self._thread = Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End jobs and threads."""
+        self._closing.set()
+        with self._busy:
+            self._executor.shutdown(2.0)
+        self._thread.join(5.0)
+        if not self._thread.is_alive():
+            self.destroy_node()
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except (KeyboardInterrupt, ExternalShutdownException, ShutdownException):
+            pass
+
+    def _take(self, _: object) -> GoalResponse:
+        if self._asked.locked():
+            self.get_logger().warning('refused: a job is running; cancel it or wait')
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT
+
+    # Retraining.
+
+    def _retrain(self, handle: ServerGoalHandle) -> Retrain.Result:
+        goal, result = handle.request, Retrain.Result()
+        nan = float('nan')
+        result.loss_before = result.loss_after = nan
+        feedback = Retrain.Feedback(stage='starting', loss=nan, time_left=nan)
+        with self._asked, self._busy:
+            try:
+                folder = self._next_folder('retrain')
+                spec, output = folder / 'spec.json', folder / 'servo.yaml'
+                spec.write_text(json.dumps({
+                    'servo': str(self._running(folder)), 'learn': list(goal.learn),
+                    'bags': self._bags(goal.bags, folder), 'output': str(output)}))
+                with self._job('servo_identify.jobs.live.retrain_job', str(spec)) as job:
+                    while job.status is None:
+                        self._heed(handle, job, goal.budget)
+                        for said in job.reports():
+                            feedback.stage = said.get('stage', feedback.stage)
+                            feedback.progress = said.get('progress', feedback.progress)
+                            feedback.loss = said.get('loss', feedback.loss)
+                            result.loss_before = said.get('loss_before', result.loss_before)
+                            result.loss_after = said.get('loss_after', result.loss_after)
+                        feedback.time_left = _left(job.seconds, feedback.progress, goal.budget)
+                        handle.publish_feedback(feedback)
+                        time.sleep(LOOK_EVERY)
+                    for said in job.reports():
+                        result.loss_before = said.get('loss_before', result.loss_before)
+                        result.loss_after = said.get('loss_after', result.loss_after)
+                    if job.status:
+                        raise ValueError(job.last_words())
+                result.servo_file = output.read_text()
+                result.message = f'retrained in {job.seconds:.1f} s: {output}'
+                if goal.load:
+                    result.message += '; ' + self.load(result.servo_file)
+                result.success = True
+            except (ValueError, OSError) as problem:
+                result.message = str(problem)
+        _finish(handle, result.success)
+        return result
+
+    # Diagnosis.
+
+    def _diagnose(self, handle: ServerGoalHandle) -> Diagnose.Result:
+        goal, result = handle.request, Diagnose.Result()
+        with self._asked, self._busy:
+            try:
+                folder = self._next_folder('diagnose')
+                output = Path(goal.output) if goal.output else folder / 'report'
+                servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
+                words = [str(servo), str(output), *self._bags(goal.bags, folder)]
+                feedback = Diagnose.Feedback(stage='starting')
+                with self._job('servo_identify.jobs.live.diagnose_job', *words) as job:
+                    while job.status is None:
+                        self._heed(handle, job, 0.0)
+                        for said in job.reports():
+                            feedback.stage = said.get('stage', feedback.stage)
+                            feedback.progress = said.get('progress', feedback.progress)
+                        handle.publish_feedback(feedback)
+                        time.sleep(LOOK_EVERY)
+                    if job.status:
+                        raise ValueError(job.last_words())
+                result.report = (output / 'report.json').read_text()
+                self._augmented = output / 'augmented.yaml'
+                result.message = json.loads(result.report)['verdict']['sentence']
+                result.success = True
+            except (ValueError, KeyError, OSError) as problem:
+                result.message = str(problem)
+        _finish(handle, result.success)
+        return result
+
+    # The twin's servo file.
+
+    def load(self, text: str) -> str:
+        """Have the twin run a servo file; raises ValueError with what it says against it."""
+        answer = self._ask(text)
+        self.models.loaded(text, answer.previous, self._ring.next)
+        self._loaded()
+        return answer.message
+
+    def return_to_previous(self, why: str) -> str:
+        """Have the twin run the file before; raises ValueError when it does not."""
+        if not self.models.previous:
+            raise ValueError('there is no servo file to go back to: none was loaded from here')
+        answer = self._ask(self.models.previous)
+        self.models.returned(why)
+        self._loaded()
+        return answer.message
+
+    def judge(self, seconds: float) -> None:
+        """Judge the file on trial by the last seconds, and go back when it is worse."""
+        trial = self.models.trial
+        if trial is None or not self._busy.acquire(blocking=False):
+            return
+        try:
+            folder = self._next_folder('judge')
+            for name, text in (('old', trial.old), ('new', trial.new)):
+                (folder / f'{name}.yaml').write_text(text)
+            recording = self._ring.recording(seconds, 'trial', 'trial', trial.new)
+            bag = write_recording(folder / 'trial', recording)
+            with self._job('servo_identify.jobs.live.compare_job', str(folder / 'old.yaml'),
+                           str(folder / 'new.yaml'), str(bag)) as job:
+                while job.status is None and not self._closing.is_set():
+                    time.sleep(LOOK_EVERY)
+                said = job.reports()
+                if not said:
+                    raise ValueError(job.last_words())
+            if self.models.judged(said[-1]['old'], said[-1]['new'], said[-1]['balances'],
+                                  recording.duration):
+                self.return_to_previous(self.models.sentence)
+            self.get_logger().info(self.models.sentence)
+        except (ValueError, OSError) as problem:
+            self.models.given_up(str(problem))
+            self.get_logger().warning(self.models.sentence)
+        finally:
+            self._busy.release()
+
+    def _ask(self, text: str) -> LoadServo.Response:
+        if not self._twin.wait_for_service(5.0):
+            raise ValueError('no twin runs here: its service twin/load_servo is not there')
+        answered = Event()
+        future = self._twin.call_async(LoadServo.Request(content=text))
+        future.add_done_callback(lambda _: answered.set())
+        if not answered.wait(_LOADING):
+            raise ValueError(f'the twin did not answer within {_LOADING:g} s')
+        if not future.result().success:
+            raise ValueError(f'the twin refused the servo file: {future.result().message}')
+        return future.result()
+
+    def _go_back(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message = self.return_to_previous('it was asked for')
+            response.success = True
+        except ValueError as problem:
+            response.message = str(problem)
+        return response
+
+    def _load_augmented(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            if self._augmented is None:
+                raise ValueError('there is no augmented servo file: nothing was diagnosed yet')
+            response.message = self.load(self._augmented.read_text())
+            response.success = True
+        except (ValueError, OSError) as problem:
+            response.message = str(problem)
+        return response
+
+    # What jobs are given.
+
+    @contextmanager
+    def _job(self, module: str, *words: str) -> Iterator[Job]:
+        job = Job(module, *words)
+        try:
+            yield job
+        finally:
+            job.kill()
+
+    def _heed(self, handle: ServerGoalHandle, job: Job, budget: float) -> None:
+        """Raise ValueError when a job is to end before its time."""
+        if self._closing.is_set() or handle.is_cancel_requested:
+            raise ValueError('cancelled; the twin goes on with the servo file that it has')
+        if 0.0 < budget < job.seconds:
+            raise ValueError(f'the budget of {budget:g} s is used up; the twin goes on with the '
+                             f'servo file that it has')
+
+    def _next_folder(self, what: str) -> Path:
+        self._number += 1
+        folder = self._folder / f'{what}_{self._number}_{time.time_ns() // 10**6}'
+        folder.mkdir(parents=True)
+        return folder
+
+    def _running(self, folder: Path) -> Path:
+        path = folder / 'running.yaml'
+        path.write_text(self.models.running)
+        return path
+
+    def _bags(self, bags: list[str], folder: Path) -> list[str]:
+        """Return the bags that were named; none means one of the last minutes."""
+        if bags:
+            return list(bags)
+        servo = servo_file.loads(self.models.running, 'the servo file that runs')
+        recording = self._ring.recording(self._ring.seconds, 'running', servo.name,
+                                         self.models.running)
+        return [str(write_recording(folder / 'running', recording))]
+
+
+def _left(seconds: float, progress: float, budget: float) -> float:
+    """Return how long a job may still take, s; NaN: not known."""
+    by_progress = seconds * (1.0 - progress) / progress if progress > 0.05 else float('nan')
+    if budget <= 0.0:
+        return by_progress
+    return min(budget - seconds, by_progress) if progress > 0.05 else budget - seconds
+
+
+def _finish(handle: ServerGoalHandle, success: bool) -> None:
+    if success:
+        handle.succeed()
+    elif handle.is_cancel_requested:
+        handle.canceled()
+    else:
+        handle.abort()

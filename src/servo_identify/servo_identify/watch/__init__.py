@@ -1,0 +1,1 @@
+"""Beside a running rig: slow changes tracked, sudden ones detected."""

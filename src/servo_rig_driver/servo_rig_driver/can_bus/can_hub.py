@@ -1,0 +1,208 @@
+"""
+The hub of a Unix bus: what one client sends, all the others get, in one order for all.
+
+    python -m servo_rig_driver.can_bus.can_hub /run/user/1000/rig.can
+
+A packet that holds no CAN frames is refused, told once a client and counted. A client that stops
+reading is let go once BACKLOG packets wait for it, so that no frame is lost without a word and the
+others are never held up. The hub may be stopped and started again; clients open the bus anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import deque
+import logging
+from pathlib import Path
+import selectors
+import signal
+import socket
+from threading import Thread
+
+from . import unix_frames as can_frames
+from .unix_bus import check_path
+
+BACKLOG = 200_000
+LARGEST = can_frames.MOST_FRAMES * can_frames.LAYOUT.size + 1  # one more: too long is seen
+
+log = logging.getLogger('can_hub')
+
+
+class _Client:
+    def __init__(self, number: int, connection: socket.socket) -> None:
+        self.number = number
+        self.socket = connection
+        self.waiting: deque[bytes] = deque()
+        self.refused = 0
+
+
+class CanHub:
+    """
+    Serves the bus whose socket is ``path``.
+
+    ``passed`` and ``refused`` count packets, ``dropped`` clients that did not read. Raises OSError
+    when another hub serves the path already; a socket left by a killed hub is replaced.
+    """
+
+    def __init__(self, path: str) -> None:
+        self.path = Path(check_path(path))
+        self.passed = 0
+        self.refused = 0
+        self.dropped = 0
+        self._clients: dict[int, _Client] = {}
+        self._joined = 0
+        self._selector = selectors.DefaultSelector()
+        self._listener = self._listen()
+        self._bell, self._rope = socket.socketpair()
+        self._selector.register(self._listener, selectors.EVENT_READ)
+        self._selector.register(self._bell, selectors.EVENT_READ)
+        self._thread: Thread | None = None
+
+    def _listen(self) -> socket.socket:
+        if self.path.exists():
+            with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
+                try:
+                    probe.connect(str(self.path))
+                except ConnectionRefusedError:
+                    self.path.unlink()
+                else:
+                    raise OSError(f'another hub already serves {self.path}')
+        listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        listener.bind(str(self.path))
+        listener.listen(64)
+        listener.setblocking(False)
+        return listener
+
+    def serve(self) -> None:
+        """Pass frames on until stop() is called from another thread or a signal handler."""
+        while True:
+            for key, events in self._selector.select():
+                if key.fileobj is self._bell:
+                    self._close()
+                    return
+                if key.fileobj is self._listener:
+                    self._join()
+                    continue
+                if events & selectors.EVENT_WRITE:
+                    self._flush(key.data)
+                if events & selectors.EVENT_READ and key.data.number in self._clients:
+                    self._take(key.data)
+
+    def stop(self) -> None:
+        """Make serve() return; safe to call from a signal handler, and twice."""
+        try:
+            self._rope.send(b'.')
+        except OSError:
+            return
+
+    def __enter__(self) -> CanHub:
+        """Serve in a thread, for a bus within a test or a tool."""
+        self._thread = Thread(target=self.serve, name=f'hub {self.path}', daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Stop serving."""
+        self.stop()
+        self._thread.join()
+
+    def _join(self) -> None:
+        connection, _ = self._listener.accept()
+        connection.setblocking(False)
+        self._joined += 1
+        client = _Client(self._joined, connection)
+        self._clients[client.number] = client
+        self._selector.register(connection, selectors.EVENT_READ, client)
+        self._give(client, can_frames.GREETING)
+
+    def _leave(self, client: _Client) -> None:
+        self._selector.unregister(client.socket)
+        client.socket.close()
+        del self._clients[client.number]
+
+    def _take(self, client: _Client) -> None:
+        try:
+            packet = client.socket.recv(LARGEST)
+        except BlockingIOError:
+            return
+        except OSError:
+            packet = b''
+        if not packet:
+            self._leave(client)
+            return
+        try:
+            can_frames.from_bytes(packet)
+        except can_frames.BadFrame as error:
+            self.refused += 1
+            client.refused += 1
+            if client.refused == 1:
+                log.error('refused from client %d: %s', client.number, error)
+            return
+        self.passed += 1
+        for other in list(self._clients.values()):
+            if other is not client:
+                self._give(other, packet)
+
+    def _give(self, client: _Client, packet: bytes) -> None:
+        if not client.waiting:
+            try:
+                client.socket.send(packet)
+                return
+            except BlockingIOError:
+                self._selector.modify(client.socket,
+                                      selectors.EVENT_READ | selectors.EVENT_WRITE, client)
+            except OSError:
+                self._leave(client)
+                return
+        client.waiting.append(packet)
+        if len(client.waiting) > BACKLOG:
+            self.dropped += 1
+            log.error('client %d let go: it left %d packets unread, at most %d may wait',
+                      client.number, len(client.waiting), BACKLOG)
+            self._leave(client)
+
+    def _flush(self, client: _Client) -> None:
+        try:
+            while client.waiting:
+                client.socket.send(client.waiting[0])
+                client.waiting.popleft()
+        except BlockingIOError:
+            return
+        except OSError:
+            self._leave(client)
+            return
+        self._selector.modify(client.socket, selectors.EVENT_READ, client)
+
+    def _close(self) -> None:
+        for client in list(self._clients.values()):
+            self._leave(client)
+        self._selector.close()
+        self._listener.close()
+        self._bell.close()
+        self._rope.close()
+        self.path.unlink(missing_ok=True)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Serve one bus until SIGTERM or SIGINT."""
+    parser = argparse.ArgumentParser(description='The hub of a CAN bus over a Unix socket.')
+    parser.add_argument('path', help='path of the socket, as in the channel of the bus')
+    path = parser.parse_args(arguments).path
+    logging.basicConfig(format='can_hub: %(message)s', level=logging.INFO)
+    try:
+        hub = CanHub(path)
+    except (OSError, ValueError) as error:
+        log.error('%s', error)
+        return 1
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: hub.stop())
+    log.info('serving %s', path)
+    hub.serve()
+    log.info('%d packets passed, %d refused, %d clients let go', hub.passed, hub.refused,
+             hub.dropped)
+    return 0
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,154 @@
+"""
+A CAN bus between processes of one machine: a python-can interface over a Unix socket.
+
+Its other end is the hub of can_hub.py. Unlike python-can's udp_multicast it loses nothing and
+never gives a node its own frames back, which CiA 402's state machine does not survive.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+import select
+import socket
+import time
+
+import can
+
+from . import unix_frames as can_frames
+
+LARGEST = can_frames.MOST_FRAMES * can_frames.LAYOUT.size
+LONGEST_PATH = 107  # bytes; limit of Linux's sockaddr_un
+SENDING_MAY_TAKE = 2.0  # s; the hub reads at once, so this passes only when it hangs
+
+
+def check_path(path: str) -> str:
+    """Return the path of a bus's socket; raises ValueError when no socket can have it."""
+    size = len(str(path).encode())
+    if not 0 < size <= LONGEST_PATH:
+        raise ValueError(f"'{path}' has {size} bytes; the path of a Unix socket has 1 to "
+                         f'{LONGEST_PATH}')
+    return str(path)
+
+
+def connect(path: str, wait: float) -> socket.socket:
+    """
+    Return a socket that the hub at ``path`` has greeted, waiting up to ``wait`` seconds for it.
+
+    Raises can.CanInitializationError when there is none by then.
+    """
+    deadline = time.monotonic() + wait
+    while True:
+        client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        try:
+            client.connect(check_path(path))
+            client.settimeout(max(0.1, deadline - time.monotonic()))
+            if client.recv(LARGEST) == can_frames.GREETING:
+                return client
+            raise ConnectionError('what answers is no CAN hub')
+        except OSError as error:
+            client.close()
+            if time.monotonic() >= deadline:
+                raise can.CanInitializationError(
+                    f'no CAN hub answers at {path} ({error.strerror or error}); start one with '
+                    f'"python -m servo_rig_driver.can_bus.can_hub {path}"') from error
+        time.sleep(0.01)
+
+
+class UnixBus(can.BusABC):
+    """
+    One node's place on the bus whose hub listens at ``channel``, the path of a socket.
+
+    Raises can.CanOperationError when the hub goes away; open a new bus then. Frames of CAN FD are
+    refused. ``refused`` counts packets from the hub that were no frames.
+    """
+
+    def __init__(self, channel: str, can_filters: can.typechecking.CanFilters | None = None,
+                 wait: float = 2.0, **kwargs: object) -> None:
+        self._open = False
+        self._socket = connect(channel, wait)
+        self._socket.setblocking(False)  # one thread may send while another one waits
+        self._open = True
+        self._waiting: deque[tuple[int, bytes]] = deque()
+        self.refused = 0
+        self.channel_info = f'Unix bus {channel}'
+        super().__init__(channel=channel, can_filters=can_filters, **kwargs)
+
+    def send_frames(self, frames: Sequence[tuple[int, bytes]]) -> None:
+        """Send frames (identifier with Linux's flags, data) as one packet, in their order."""
+        packet = b''.join([can_frames.to_bytes(*frame) for frame in frames])
+        try:
+            try:
+                self._socket.send(packet)
+            except BlockingIOError:
+                self._poll(select.POLLOUT, SENDING_MAY_TAKE)
+                self._socket.send(packet)
+        except OSError as error:
+            raise can.CanOperationError(f'{self.channel_info}: {error}; the hub is gone or '
+                                        'hangs') from error
+
+    def recv_frames(self, timeout: float | None = None) -> list[tuple[int, bytes]]:
+        """
+        Return the frames of the next packet, or [] when none came within ``timeout`` seconds.
+
+        Packets that are no frames are counted in ``refused`` and skipped.
+        """
+        if self._waiting:
+            frames = list(self._waiting)
+            self._waiting.clear()
+            return frames
+        try:
+            try:
+                packet = self._socket.recv(LARGEST)
+            except BlockingIOError:
+                self._poll(select.POLLIN, timeout)
+                packet = self._socket.recv(LARGEST)
+        except BlockingIOError:
+            return []
+        except OSError as error:
+            raise can.CanOperationError(f'{self.channel_info}: {error}') from error
+        if not packet:
+            raise can.CanOperationError(f'{self.channel_info}: the hub has closed the connection')
+        try:
+            return can_frames.from_bytes(packet)
+        except can_frames.BadFrame:
+            self.refused += 1
+            return []
+
+    def _poll(self, event: int, timeout: float | None) -> None:
+        poll = select.poll()
+        poll.register(self._socket, event)
+        poll.poll(None if timeout is None else max(0.0, timeout) * 1e3)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send one message; raises ValueError for CAN FD."""
+        if msg.is_fd:
+            raise ValueError(f'frame 0x{msg.arbitration_id:X} is CAN FD; this bus is classic CAN')
+        identifier = (msg.arbitration_id | can_frames.EXTENDED * msg.is_extended_id
+                      | can_frames.REMOTE * msg.is_remote_frame
+                      | can_frames.ERROR * msg.is_error_frame)
+        self.send_frames([(identifier, bytes(msg.data))])
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._waiting:
+            self._waiting.extend(self.recv_frames(timeout))
+        if not self._waiting:
+            return None, False
+        identifier, data = self._waiting.popleft()
+        extended = bool(identifier & can_frames.EXTENDED)
+        mask = can_frames.EXTENDED_MASK if extended else can_frames.STANDARD_MASK
+        return can.Message(
+            timestamp=time.time(), arbitration_id=identifier & mask, is_extended_id=extended,
+            is_remote_frame=bool(identifier & can_frames.REMOTE),
+            is_error_frame=bool(identifier & can_frames.ERROR), data=data), False
+
+    def fileno(self) -> int:
+        """Return the socket's descriptor, for select and asyncio."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        if self._open:
+            self._open = False
+            super().shutdown()
+            self._socket.close()

@@ -1,0 +1,97 @@
+"""
+Brings the nodes of a rig from whatever they do to the start of sampling.
+
+They are stopped, told the period of SYNC and how often to beat, and started. Once a node has said
+that it is stopped, no answer to an earlier SYNC of it is under way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+
+from ..can_bus.port import BusPort
+from ..driver.rig_health import Heartbeats
+from ..driver.rig_watch import RigWatch
+from .canopen_rig import RigFrames
+from .pdo_table import NMT_ID
+from .sdo import REQUEST_ID
+
+SECOND = 1_000_000_000
+QUIET = SECOND // 30
+HEARTBEAT_MAY_TAKE = 0.3
+NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
+CYCLE_PERIOD, HEARTBEAT_TIME = 0x1006, 0x1017  # in us and in ms, CiA 301
+
+
+class Outcome(Enum):
+    """How starting the nodes ended."""
+
+    STARTED = 'started'
+    CALLED_OFF = 'called off'
+    FOREIGN = 'another driver speaks'
+
+
+class NodeStart:
+    """
+    Starts the nodes, trying again every ``retry`` seconds for as long as it is wanted.
+
+    ``period`` of SYNC in ns; ``now`` returns the time in ns.
+    """
+
+    def __init__(self, port: BusPort, frames: RigFrames, watch: RigWatch, period: int,
+                 retry: float, now: Callable[[], int]) -> None:
+        self.port = port
+        self.frames = frames
+        self.watch = watch
+        self.period = period
+        self.retry = retry
+        self.now = now
+        self.answered_at = 0
+
+    def run(self, wanted: Callable[[], bool]) -> Outcome:
+        """Start all nodes, telling meanwhile which are silent; returns how that ended."""
+        self.watch.beats.expect(self.now())
+        heartbeat = round(self.watch.beats.timeout * 1e3 / 4)
+        steps = (lambda: self._written(CYCLE_PERIOD, self.period // 1000),
+                 lambda: self._written(HEARTBEAT_TIME, heartbeat),
+                 lambda: self._told(NMT_PRE_OPERATIONAL, Heartbeats.PRE_OPERATIONAL),
+                 lambda: self._told(NMT_START, Heartbeats.OPERATIONAL))
+        for step in steps:
+            while not step():
+                self.watch.silent(self.now())
+                if not wanted():
+                    return Outcome.CALLED_OFF
+                if self.watch.foreign:
+                    return Outcome.FOREIGN
+        return Outcome.STARTED
+
+    def _written(self, index: int, value: int) -> bool:
+        requests = self.frames.writing(index, value)
+        asked = {(identifier - REQUEST_ID, index) for identifier, _ in requests}
+        self.watch.stored.clear()
+        self._command(NMT_PRE_OPERATIONAL)
+        self.port.send(requests)
+        return self._comes_true(lambda: asked <= self.watch.stored, self.retry)
+
+    def _told(self, command: int, state: int) -> bool:
+        beats = self.watch.beats
+        beats.state.clear()
+        self._command(command)
+
+        def done() -> bool:
+            still = command == NMT_START or self.now() - self.answered_at > QUIET
+            return still and beats.all_in(state)
+
+        return self._comes_true(done, max(self.retry, HEARTBEAT_MAY_TAKE))
+
+    def _command(self, command: int) -> None:
+        self.port.send([(NMT_ID, bytes([command, node])) for node in self.watch.beats.nodes])
+
+    def _comes_true(self, condition: Callable[[], bool], patience: float) -> bool:
+        deadline = self.now() + int(patience * SECOND)
+        while not condition():
+            if self.now() > deadline or self.watch.foreign:
+                return False
+            self.port.receive(0.01)
+        return True

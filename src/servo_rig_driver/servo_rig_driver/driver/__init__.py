@@ -1,0 +1,1 @@
+"""The driver node: from samples on the bus to topics, and from set-points to the bus."""

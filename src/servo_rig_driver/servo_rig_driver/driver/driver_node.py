@@ -1,0 +1,283 @@
+"""
+The driver: a lifecycle node between a rig's CAN bus and its topics.
+
+    python -m servo_rig_driver.driver.driver_node --ros-args --params-file config/driver.yaml
+
+configure   opens the bus, reads the object dictionaries, listens for another driver
+activate    brings the drive to OPERATION ENABLED and publishes every sample
+deactivate  commands zero, disables the drive, ends SYNC
+cleanup     leaves the bus
+"""
+
+from __future__ import annotations
+
+from math import ceil
+import sys
+
+import can
+import rclpy
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.executors import ExternalShutdownException
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+
+from servo_twin_msgs.msg import Command, Current, Encoder, Torque
+
+from ..can_bus.opening import BusError, BusSettings, open_bus, Wire
+from ..devices.canopen_rig import RigFrames
+from ..devices.cia402 import DriveMaster
+from ..devices.object_dictionary import DictionaryError, NODE_IDS
+from ..devices.pdo_table import FrameError, load_frames
+from . import driver_parameters as parameters
+from . import message_conversion as conversion
+from .health_report import Diagnoser
+from .rig_health import RigHealth
+from .rig_link import ForeignDriver, LinkSettings, RigLink
+from .rig_watch import RigWatch
+from .sample_blocks import SampleBlock
+from .sampler import Sampler
+from .setpoints import Mode, Refused, SetpointPlayer
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+LOOK_EVERY = 0.1
+
+
+def sample_qos(period: float, block_size: int, history: float) -> QoSProfile:
+    """Return the QoS of a sample topic: reliable, ``history`` s deep, at least 1000 messages."""
+    return QoSProfile(depth=max(1000, ceil(history / (period * block_size))),
+                      history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class Driver(LifecycleNode):
+    """Parameters, topics and transitions; the work is done by RigLink and what it holds."""
+
+    def __init__(self, **kwargs: object) -> None:
+        super().__init__('driver', **kwargs)
+        parameters.declare(self)
+        self.add_on_set_parameters_callback(self._judge_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        self.health = RigHealth()
+        self.finished: Future = Future()
+        self._values = parameters.values(self)
+        self._link: RigLink | None = None
+        self._player: SetpointPlayer | None = None
+        self._modes: list[Mode] = []
+        self._topics: list = []
+        self._subscription = None
+        self._messages: conversion.SampleMessages | None = None
+        self._joint_states: conversion.JointStates | None = None
+        self._tried_at = 0
+        self.diagnoser = Diagnoser(self, self.health, self._facts)
+        self.create_timer(LOOK_EVERY, self._look)
+
+    # Transitions.
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Open the bus and the topics."""
+        self._values = of = parameters.values(self)
+        try:
+            self._link = self._make_link(of)
+            self._link.open()
+        except (can.CanError, BusError, DictionaryError, FrameError, ForeignDriver,
+                parameters.Contradiction) as error:
+            self.health.trouble('bus.configure', str(error), self._ros_now())
+            self._link = None
+            if isinstance(error, ForeignDriver) and of['autostart']:
+                self.finished.set_result(str(error))
+            return FAILURE
+        self.health.over('bus.configure', self._ros_now())
+        frame = self.get_namespace().strip('/')
+        self._messages = conversion.SampleMessages(frame)
+        self._joint_states = conversion.JointStates(of['joint_names'], of['joint_states_rate'],
+                                                    frame)
+        qos = sample_qos(of['sync_period'], of['block_size'], of['history'])
+        self._topics = [self.create_lifecycle_publisher(kind, name, qos) for kind, name in (
+            (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
+        self._topics.append(self.create_lifecycle_publisher(JointState, 'joint_states', 10))
+        self._subscription = self.create_subscription(
+            Command, 'command', self._take_command, sample_qos(of['sync_period'], 1, 1.0))
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let the link bring the rig up; it goes on trying until that is done."""
+        result = super().on_activate(state)
+        self._link.start()
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Zero, disable, and stop sampling."""
+        if not self._link.stop():
+            self.get_logger().warning('the rig did not confirm that the drive is disabled')
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Leave the bus."""
+        self._leave()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Leave the bus, whatever the state was."""
+        self._leave()
+        return super().on_shutdown(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Leave the bus after a transition that broke, so that configure may be tried again."""
+        self._leave()
+        return SUCCESS
+
+    def destroy_node(self) -> None:
+        """Leave the bus, then the graph."""
+        self._leave()
+        super().destroy_node()
+
+    def _make_link(self, of: dict) -> RigLink:
+        contradiction = parameters.contradiction(of)
+        if contradiction:
+            raise parameters.Contradiction(contradiction)
+        bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'])
+        frames = RigFrames(load_frames(of['dictionaries'],
+                                       {name: of[f'nodes.{name}'] for name in NODE_IDS}))
+        self._modes = frames.modes()
+        self._player = SetpointPlayer(of['command_timeout'], parameters.limits(of))
+        watch = RigWatch(frames, self.health, of['heartbeat_timeout'])
+        master = DriveMaster(of['fault_resets'], of['fault_reset_pause'])
+        sampler = Sampler(frames, self._player, master, watch, self.health)
+        settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
+                                of['late_sync_limit'], of['listen_time'], of['retry_period'],
+                                of['nodes.driver'], of['realtime_priority'])
+        return RigLink(settings, sampler, watch, self.health,
+                       lambda: Wire(open_bus(bus, of['retry_period'])), self._publish,
+                       self._ros_now)
+
+    def _leave(self) -> None:
+        link, self._link = self._link, None
+        if link is None:
+            return
+        link.close()
+        for topic in self._topics:
+            self.destroy_lifecycle_publisher(topic)
+        self.destroy_subscription(self._subscription)
+        self._topics = []
+
+    # Samples and commands.
+
+    def _publish(self, block: SampleBlock) -> None:
+        messages = self._messages.fill(block)
+        state = self._joint_states.from_block(block)
+        try:
+            for topic, message in zip(self._topics[:3], messages, strict=True):
+                topic.publish(message)
+            if state is not None:
+                self._topics[-1].publish(state)
+        except Exception:
+            if self.context.ok():
+                raise
+
+    def _take_command(self, message: Command) -> None:
+        if self._link is None:
+            return
+        now = self._link.now()
+        self.health.count('command.received')
+        if self._link.state != 'streaming':
+            self.health.event('command.not_taken', 'command dropped: the rig does not run, the '
+                              f'driver is {self._link.state}', now)
+            return
+        try:
+            if message.mode in Mode.__members__.values() and message.mode not in self._modes:
+                raise Refused(f'the drive does not take mode {Mode(message.mode).name}; it takes '
+                              f'{[mode.name for mode in self._modes]}')
+            receipt = self._player.add(*conversion.command_of(message), now)
+        except Refused as error:
+            self.health.event('command.refused', f'command refused: {error}', now)
+            return
+        if receipt.clamped:
+            self.health.event('command.clamped', f'command limited: {receipt.note}', now)
+        if receipt.too_old:
+            age = (now - conversion.to_instant(message.header.stamp)) * 1e-9
+            self.health.event('command.too_old', f'{receipt.too_old} of {receipt.received} '
+                              'set-points were older than command_timeout = '
+                              f'{self._player.timeout:g} s on arrival (the block began '
+                              f'{age:.3f} s ago)', now)
+
+    # Parameters.
+
+    def _judge_parameters(self, changes: list[Parameter]):
+        return parameters.judge(changes, self._values, self._link is not None)
+
+    def _apply_parameters(self, changes: list[Parameter]) -> None:
+        self._values = {**self._values, **{change.name: change.value for change in changes
+                                           if change.name in self._values}}
+        if self._player is not None:
+            self._player.timeout = self._values['command_timeout']
+            self._player.limits = parameters.limits(self._values)
+
+    # Health.
+
+    def _ros_now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+    def _look(self) -> None:
+        now = self._ros_now()
+        if self._values['autostart'] and not self.finished.done():
+            self._start_by_itself(now)
+        self.diagnoser.look(now, self._values['diagnostics_period'])
+
+    def _start_by_itself(self, now: int) -> None:
+        label = self._state_machine.current_state[1]
+        if label == 'unconfigured' and now - self._tried_at > self._values['retry_period'] * 1e9:
+            self._tried_at = now
+            if self.trigger_configure() == SUCCESS:
+                self.trigger_activate()
+
+    def _facts(self) -> dict[str, str]:
+        link = self._link
+        facts = {'state': link.state if link else 'closed',
+                 'lifecycle': self._state_machine.current_state[1]}
+        if link is None:
+            return facts
+        facts['drive'] = link.sampler.master.state.words
+        facts['fault resets'] = str(link.sampler.master.tries)
+        facts['samples'] = str(link.sampler.samples)
+        facts['latest SYNC'] = f'{link.latest * 1e-6:.3f} ms'
+        facts['set-points waiting'] = str(self._player.waiting)
+        facts['command'] = 'playing' if self._player.playing else 'none, motor at zero'
+        link.latest = 0
+        return facts
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the driver until told to stop; 1: another driver has the bus, 2: a bad parameter."""
+    sys.setswitchinterval(5e-4)
+    rclpy.init(args=arguments)
+    try:
+        node = Driver()
+    except (InvalidParameterValueException, InvalidParameterTypeException) as error:
+        print(f'driver: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    executor = EventsExecutor()
+    executor.add_node(node)
+    try:
+        while rclpy.ok() and not node.finished.done():
+            # looked at again and again: a signal may come between two of these lines
+            executor.spin_until_future_complete(Future(), 1.0)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except Exception:  # rclpy raises an RCLError of its own where a signal came while it published
+        if rclpy.ok():
+            raise
+    finally:
+        refused = node.finished.done()
+        if refused:
+            node.diagnoser.say_goodbye(node.get_clock().now().nanoseconds)
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return int(refused)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,160 @@
+"""The driver's parameters: each declared here once, with default, unit, range and meaning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.lifecycle import LifecycleNode
+from rclpy.parameter import Parameter
+
+from ..can_bus.opening import INTERFACES
+from ..devices.object_dictionary import NODE_IDS
+from .setpoints import Limits
+
+
+class Contradiction(ValueError):
+    """Parameters that are each in range and cannot all hold."""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """One parameter; ``live`` ones act at once, the others when the node is configured."""
+
+    name: str
+    default: Any
+    unit: str
+    text: str
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] = ()
+    live: bool = False
+
+    def descriptor(self) -> ParameterDescriptor:
+        """Return the ROS descriptor; ROS itself refuses what lies outside its range."""
+        unit = f' [{self.unit}]' if self.unit else ''
+        told = ParameterDescriptor(description=f'{self.text}{unit}')
+        if self.choices:
+            told.additional_constraints = f'one of {list(self.choices)}'
+        if self.low is not None and isinstance(self.default, float):
+            told.floating_point_range = [
+                FloatingPointRange(from_value=float(self.low), to_value=float(self.high))]
+        elif self.low is not None:
+            told.integer_range = [
+                IntegerRange(from_value=int(self.low), to_value=int(self.high), step=1)]
+        return told
+
+
+DECLARED = (
+    Declared('bus.interface', 'unix_bus', '', 'python-can interface: unix_bus between processes '
+             'of one machine, socketcan for hardware, virtual within a process',
+             choices=INTERFACES),
+    Declared('bus.channel', '/tmp/servo_rig.can', '', 'Channel of the interface: the path of the '
+             "hub's socket, can0, or a name"),
+    Declared('bus.bitrate', 1_000_000, 'bit/s', 'Bit rate, for interfaces that set one',
+             10_000, 1_000_000),
+    Declared('dictionaries', 'rv_bench', '', 'Object dictionaries of the three nodes: a shipped '
+             'set or a folder with drive.eds, load_encoder.eds and torque_sensor.eds'),
+    Declared('nodes.drive', 1, '', 'CANopen node id of the drive', 1, 126),
+    Declared('nodes.load_encoder', 2, '', 'CANopen node id of the load encoder', 1, 126),
+    Declared('nodes.torque_sensor', 3, '', 'CANopen node id of the torque sensor and load '
+             'simulator', 1, 126),
+    Declared('nodes.driver', 127, '', 'CANopen node id under which the driver beats its own heart',
+             1, 127),
+    Declared('sync_period', 1e-3, 's', 'Time from one SYNC, and sample, to the next', 1e-4, 0.1),
+    Declared('block_size', 1, 'samples', 'Samples that travel in one message', 1, 4096),
+    Declared('late_sync_limit', 0.5, 's', 'A SYNC later than this is left out, and its sample '
+             'with it; half a sync_period for hardware', 0.0, 10.0),
+    Declared('realtime_priority', 0, '', 'SCHED_FIFO priority of the thread that paces SYNC; 0: '
+             'none. Needs the right to set it (CAP_SYS_NICE, or rtprio in limits.conf)', 0, 99),
+    Declared('joint_states_rate', 50.0, 'Hz', 'At most this many joint_states a second; 0: none',
+             0.0, 1000.0),
+    Declared('joint_names', ['motor', 'load'], '', 'Names of the two joints in joint_states'),
+    Declared('command_timeout', 0.1, 's', 'No set-point older than this reaches the motor; the '
+             "age counts from the set-point's own instant", 1e-3, 10.0, live=True),
+    Declared('limit.voltage', 10.0, 'V', 'Largest voltage command in size', 0.0, 1000.0,
+             live=True),
+    Declared('limit.current', 5.0, 'A', 'Largest current command in size', 0.0, 1000.0,
+             live=True),
+    Declared('limit.velocity', 2.0, 'rad/s', 'Largest load velocity command in size', 0.0, 1000.0,
+             live=True),
+    Declared('limit.position_lower', -6.3, 'rad', 'Smallest load position command', -1e6, 1e6,
+             live=True),
+    Declared('limit.position_upper', 6.3, 'rad', 'Largest load position command', -1e6, 1e6,
+             live=True),
+    Declared('limit.external_torque', 1000.0, 'N m', 'Largest torque of the load simulator in '
+             'size', 0.0, 1e6, live=True),
+    Declared('heartbeat_timeout', 0.5, 's', 'A node not heard for so long is lost', 0.02, 30.0),
+    Declared('listen_time', 0.3, 's', 'How long to listen for another driver before speaking',
+             0.05, 10.0),
+    Declared('retry_period', 0.5, 's', 'Time between two tries to reach the bus or the rig',
+             0.05, 60.0),
+    Declared('fault_resets', 5, '', 'Fault resets before the drive is given up; forgiven after '
+             '10 s enabled', 0, 1000),
+    Declared('fault_reset_pause', 0.5, 's', 'Time before each fault reset', 0.02, 60.0),
+    Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '
+             'once', 0.05, 60.0),
+    Declared('history', 2.0, 's', 'How much the sample topics keep for a slow reader; at least '
+             '1000 messages', 1.0, 60.0),
+    Declared('autostart', False, '', 'Configure and activate without a lifecycle manager'),
+)
+_BY_NAME = {declared.name: declared for declared in DECLARED}
+
+
+def declare(node: LifecycleNode) -> None:
+    """Declare all parameters of the driver on a node."""
+    for declared in DECLARED:
+        node.declare_parameter(declared.name, declared.default, declared.descriptor())
+
+
+def values(node: LifecycleNode) -> dict[str, Any]:
+    """Return all parameters by name."""
+    return {declared.name: node.get_parameter(declared.name).value for declared in DECLARED}
+
+
+def limits(of: dict[str, Any]) -> Limits:
+    """Return the limits among the values of :func:`values`."""
+    return Limits(of['limit.voltage'], of['limit.current'], of['limit.velocity'],
+                  of['limit.position_lower'], of['limit.position_upper'],
+                  of['limit.external_torque'])
+
+
+def judge(changes: list[Parameter], now: dict[str, Any], configured: bool) -> SetParametersResult:
+    """Judge a change of parameters; ``now`` are the values before it. Applies nothing."""
+    then = dict(now)
+    for change in changes:
+        declared = _BY_NAME.get(change.name)
+        if declared is None:
+            continue
+        if configured and not declared.live and change.value != now[change.name]:
+            return SetParametersResult(successful=False, reason=(
+                f'{change.name} takes effect at configure; clean the node up first'))
+        if declared.choices and change.value not in declared.choices:
+            return SetParametersResult(successful=False, reason=(
+                f'{change.name} = {change.value!r}; it is one of {list(declared.choices)}'))
+        then[change.name] = change.value
+    reason = contradiction(then)
+    return SetParametersResult(successful=not reason, reason=reason)
+
+
+def contradiction(of: dict[str, Any]) -> str:
+    """Return what two parameters say against each other, empty when nothing."""
+    if of['limit.position_lower'] > of['limit.position_upper']:
+        return (f"limit.position_lower = {of['limit.position_lower']} rad is above "
+                f"limit.position_upper = {of['limit.position_upper']} rad")
+    if len(of['joint_names']) != 2:
+        return f"joint_names = {list(of['joint_names'])}; it holds two names, motor and load"
+    micros = of['sync_period'] * 1e6
+    if abs(micros - round(micros)) > 1e-6:
+        return (f"sync_period = {of['sync_period']} s; the nodes count it in microseconds (object "
+                '1006h), so give a multiple of 1e-06 s')
+    nodes = [of[f'nodes.{who}'] for who in (*NODE_IDS, 'driver')]
+    if len(set(nodes)) != len(nodes):
+        return f'nodes.drive, .load_encoder, .torque_sensor, .driver = {nodes}; all must differ'
+    return ''

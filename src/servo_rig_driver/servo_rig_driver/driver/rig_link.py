@@ -1,0 +1,306 @@
+"""
+The thread between the driver and the bus: brings the rig up, paces SYNC, takes the answers.
+
+    reopen ----> listen ----> wake ----> stream ----> idle
+       ^            |           |          |           |
+       |            +--> yield <+----------+    (start) wake
+       +---- the bus is gone ---+----------+
+
+``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the nodes
+are stopped and started, see node_start.py. SYNC k goes out at ``origin + k * period``, an absolute
+deadline on the steady clock, in one packet with what the drive shall hold from then on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import os
+import random
+from threading import Event, Thread
+from time import monotonic_ns, sleep
+
+import can
+
+from ..can_bus.opening import Wire
+from ..can_bus.port import BusPort, Frames
+from ..devices.cia402 import Controlword
+from ..devices.node_start import NodeStart, Outcome
+from ..devices.pdo_table import HEARTBEAT_ID
+from .rig_health import Heartbeats, Level, RigHealth
+from .rig_watch import RigWatch
+from .sample_blocks import BlockBuilder, SampleBlock
+from .sampler import Sampler
+
+SECOND = 1_000_000_000
+CHECK_EVERY = SECOND // 50
+HEARTBEAT_EVERY = SECOND // 10
+FOREIGN_SILENCE = SECOND
+WINDING_DOWN_MAY_TAKE = SECOND // 2
+UNANSWERED_AT_MOST = 2 * SECOND
+
+
+@dataclass(frozen=True)
+class LinkSettings:
+    """How the link keeps time; ``period`` in ns, all others in s."""
+
+    period: int
+    block_size: int
+    late_limit: float
+    listen_time: float
+    retry_period: float
+    node: int
+    priority: int = 0
+
+
+class ForeignDriver(RuntimeError):
+    """Another driver speaks on the bus."""
+
+
+class RigLink:
+    """
+    Runs one rig over one bus in a thread of its own.
+
+    ``clock`` returns the ROS time in ns and is asked once: all stamps follow the steady clock from
+    then on. ``publish`` gets each full block of samples, in the link's thread.
+    """
+
+    def __init__(self, settings: LinkSettings, sampler: Sampler, watch: RigWatch,
+                 health: RigHealth, open_wire: Callable[[], Wire],
+                 publish: Callable[[SampleBlock], None], clock: Callable[[], int]) -> None:
+        self.settings = settings
+        self.sampler = sampler
+        self.watch = watch
+        self.health = health
+        self.state = 'closed'
+        self.latest = 0
+        self._publish = publish
+        self._port = BusPort(open_wire, self._take)
+        self._starting = NodeStart(self._port, sampler.frames, watch, settings.period,
+                                   settings.retry_period, self.now)
+        self._offset = clock() - monotonic_ns()
+        self._origin: int | None = None
+        self._next = 0
+        self._checked = 0
+        self._beaten = 0
+        self._active = False
+        self._closing = False
+        self._idle = Event()
+        self._thread = Thread(target=self._run, name='rig link', daemon=True)
+
+    # Called from the node's thread.
+
+    def open(self) -> None:
+        """Open the bus; raises can.CanError, or ForeignDriver when another driver is there."""
+        self._port.open()
+        self._listen()
+        if self.watch.foreign:
+            self._port.close()
+            raise ForeignDriver(f'another driver is on this bus, it sends {self.watch.foreign}; '
+                                'two would fight over the drive, so this one stays away')
+        self._thread.start()
+
+    def start(self) -> None:
+        """Bring the rig up and sample it, from now on and until stop()."""
+        self.sampler.master.tries = 0
+        self._idle.clear()
+        self._active = True
+
+    def stop(self, wait: float = 2.0) -> bool:
+        """Zero the command, disable the drive, end SYNC; return whether that was done in time."""
+        self._active = False
+        return self._idle.wait(wait)
+
+    def close(self) -> None:
+        """Stop, and leave the bus."""
+        if self._thread.is_alive():
+            self.stop()
+            self._closing = True
+            self._thread.join(5.0)
+        self._port.close()
+        self.state = 'closed'
+
+    def now(self) -> int:
+        """Return the time on the samples' clock, ns."""
+        return monotonic_ns() + self._offset
+
+    # The thread.
+
+    def _run(self) -> None:
+        self._take_priority()
+        phase = self._idling
+        while not self._closing:
+            try:
+                phase = phase()
+            except can.CanError as error:
+                self.sampler.restart()
+                self.health.trouble('bus.gone', f'the bus is gone: {error}', self.now())
+                phase = self._reopening
+            except Exception as error:
+                self.health.trouble('bus.thread', f'the link has stopped: {error!r}; configure '
+                                    'the driver anew', self.now())
+                self._idle.set()
+                raise
+
+    def _take_priority(self) -> None:
+        if not self.settings.priority:
+            return
+        try:  # on Linux, 0 is the calling thread
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(self.settings.priority))
+        except OSError as error:
+            self.health.trouble('samples.priority', f'realtime_priority = {self.settings.priority}'
+                                f' is not granted ({error.strerror}); SYNC may come late under '
+                                'load', self.now(), Level.WARN)
+
+    def _idling(self) -> Callable:
+        self.state = 'idle'
+        self._idle.set()
+        while not self._closing:
+            self._port.receive(0.05)
+            if self._active:
+                if self._foreign_lately():
+                    return self._yielding
+                self.watch.foreign = ''
+                return self._waking
+        return self._idling
+
+    def _reopening(self) -> Callable:
+        self.state = 'waiting for the bus'
+        self._port.close()
+        while not self._closing:
+            if not self._active:
+                self._idle.set()
+            try:
+                self._port.open()
+            except can.CanError:
+                sleep(min(0.05, self.settings.retry_period))
+                continue
+            self.health.over('bus.gone', self.now())
+            self._listen()
+            if not self._active:
+                return self._idling
+            return self._yielding if self.watch.foreign else self._waking
+        return self._reopening
+
+    def _yielding(self) -> Callable:
+        self.state = 'yielding to another driver'
+        self.health.trouble('bus.foreign', f'another driver is on this bus, it sends '
+                            f'{self.watch.foreign}; this one is silent until the other one is',
+                            self.now())
+        patience = FOREIGN_SILENCE + random.randrange(FOREIGN_SILENCE // 2)
+        while self._active and self.now() - self.watch.foreign_at < patience:
+            self._port.receive(0.05)
+        self.watch.foreign = ''
+        self.health.over('bus.foreign', self.now())
+        return self._waking if self._active else self._idling
+
+    def _waking(self) -> Callable:
+        self.state = 'waiting for the rig'
+        outcome = self._starting.run(lambda: self._active)
+        if outcome is Outcome.CALLED_OFF:
+            return self._idling
+        if outcome is Outcome.FOREIGN:
+            return self._yielding
+        self.sampler.restart()
+        self.watch.welcome(self.now())
+        return self._streaming
+
+    def _streaming(self) -> Callable:
+        period = self.settings.period
+        if self._origin is None:
+            self._origin = self.now() + period
+            self.sampler.blocks = BlockBuilder(self.settings.block_size, self._origin, period,
+                                               self._publish)
+        else:
+            self._skip_to(self.now())
+        self.state = 'streaming'
+        self.sampler.master.enable = True
+        while self._active:
+            now = self.now()
+            due = self._origin + self._next * period
+            if now < due:
+                self._port.receive((due - now) * 1e-9)
+                continue
+            if now - due > period:
+                self._port.receive(0.0)
+            self._tick(due, now)
+            if now - self._checked > CHECK_EVERY:
+                leave = self._check(now)
+                if leave is not None:
+                    return leave
+        self._wind_down()
+        return self._idling
+
+    def _tick(self, due: int, now: int) -> None:
+        late = now - due
+        if late > self.settings.late_limit * SECOND:
+            self._skip_to(now)
+            return
+        self.latest = max(self.latest, late)
+        frames = self.sampler.tick(self._next, due, now)
+        if now - self._beaten > HEARTBEAT_EVERY:
+            self._beaten = now
+            frames.append((HEARTBEAT_ID + self.settings.node, bytes([Heartbeats.OPERATIONAL])))
+        self._next += 1
+        self._port.send(frames)
+
+    def _skip_to(self, now: int) -> None:
+        ahead = -(-(now - self._origin) // self.settings.period)
+        if ahead > self._next:
+            self.health.count('samples.not_asked', ahead - self._next)
+            self.health.event('samples.skipped', f'{ahead - self._next} samples were not taken, '
+                              f'up to number {ahead}', now)
+            self._next = ahead
+
+    def _check(self, now: int) -> Callable | None:
+        self._checked = now
+        self.sampler.check(now)
+        if self.watch.foreign:
+            self._rest()
+            return self._yielding
+        if self.watch.restarted:
+            self.health.event('nodes.restart', f'{self.watch.restarted} has restarted', now)
+            self._rest()
+            return self._waking
+        if self.watch.silent(now):
+            self._rest()
+            return self._waking
+        if self.sampler.waiting * self.settings.period > UNANSWERED_AT_MOST:
+            self.health.event('samples.stuck', f'{self.sampler.waiting} SYNCs are not answered in '
+                              'full; the nodes are started anew', now)
+            self._rest()
+            return self._waking
+        return None
+
+    def _wind_down(self) -> None:
+        master = self.sampler.master
+        master.enable = False
+        until = self.now() + WINDING_DOWN_MAY_TAKE
+        while self.now() < until:
+            due = self._origin + self._next * self.settings.period
+            now = self.now()
+            if now < due:
+                self._port.receive((due - now) * 1e-9)
+                continue
+            self._tick(due, now)
+            if self.sampler.down:
+                break
+        self._rest()
+
+    def _rest(self) -> None:
+        self._port.send(self.sampler.rest(self._next, Controlword.DISABLE_VOLTAGE))
+
+    def _listen(self) -> None:
+        self.watch.foreign = ''
+        until = self.now() + int(self.settings.listen_time * SECOND)
+        while self.now() < until and not self.watch.foreign:
+            self._port.receive(0.02)
+
+    def _foreign_lately(self) -> bool:
+        return bool(self.watch.foreign) and self.now() - self.watch.foreign_at < FOREIGN_SILENCE
+
+    def _take(self, received: Frames) -> None:
+        now = self.now()
+        if received[0][0] in self.sampler.frames.answers:
+            self._starting.answered_at = now
+        self.sampler.take(received, now)

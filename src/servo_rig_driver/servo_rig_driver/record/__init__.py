@@ -1,0 +1,1 @@
+"""The recorder, which writes bags, and the player, which sends set-points."""

@@ -1,0 +1,142 @@
+"""
+The player: drives a rig by the set-points of one excitation family, then stops.
+
+    python -m servo_rig_driver.record.player_node speed_ladder --setting highest=0.6 \\
+        --ros-args -r __ns:=/rig
+
+It waits until the rig's samples come, sends its set-points in blocks a little ahead of their
+instants, and leaves. Whoever ends it early leaves the rig with what is left of one block.
+"""
+
+from __future__ import annotations
+
+import argparse
+from array import array
+import sys
+
+import numpy as np
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.utilities import remove_ros_args
+
+from servo_twin_msgs.msg import Command, Encoder
+
+from ..driver import message_conversion as conversion
+from ..driver.setpoints import Mode, SECOND
+from ..emulated.excitation import ExcitationError, FAMILIES, family
+
+BLOCK = 0.2  # s of set-points in one message
+AHEAD = 0.3  # s that a block leaves before its first instant
+
+
+class Player(Node):
+    """Plays a reference and an external torque, one set-point every ``period`` s, once."""
+
+    def __init__(self, mode: Mode, period: float, reference: np.ndarray,
+                 external_torque: np.ndarray) -> None:
+        super().__init__('player')
+        self.heard = False
+        self.sent = 0
+        self._ended = False
+        self._mode, self._period = mode, period
+        self._reference, self._torque = reference, external_torque
+        self._start = 0
+        reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+        self._topic = self.create_publisher(Command, 'command', reliable)
+        self._samples = self.create_subscription(Encoder, 'encoder', self._hear, reliable)
+        self.create_timer(BLOCK / 4.0, self._play)
+
+    @property
+    def done(self) -> bool:
+        """Whether the last set-point has been sent and its instant has passed."""
+        return self._ended and self._now() >= self._instant(len(self._reference))
+
+    def _instant(self, number: int) -> int:
+        return self._start + round(number * self._period * SECOND)
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+    def _hear(self, message: Encoder) -> None:
+        self.heard = True
+        self.destroy_subscription(self._samples)
+
+    def _play(self) -> None:
+        if not self.heard or not self._topic.get_subscription_count():
+            return
+        self._start = self._start or self._now() + round(AHEAD * SECOND)
+        size = max(1, round(BLOCK / self._period))
+        while self.sent < len(self._reference):
+            instant = self._instant(self.sent)
+            if instant - self._now() > AHEAD * SECOND:
+                return
+            part = slice(self.sent, self.sent + size)
+            message = Command(mode=int(self._mode), period=self._period)
+            message.header.stamp = conversion.to_time(instant)
+            message.reference = array('d', self._reference[part].tobytes())
+            message.external_torque = array('d', self._torque[part].tobytes())
+            self._topic.publish(message)
+            self.sent += len(message.reference)
+        if not self._ended:
+            off = Command(mode=int(Mode.OFF), reference=[0.0])
+            off.header.stamp = conversion.to_time(self._instant(self.sent))
+            self._topic.publish(off)
+            self._ended = True
+
+
+def eased(wave: np.ndarray, period: float) -> np.ndarray:
+    """Return a wave that grows from zero in its first half second and fades in its last."""
+    time = np.arange(len(wave)) * period
+    left = time[-1] - time
+    return wave * np.clip(np.minimum(time, left) / min(0.5, 0.25 * time[-1]), 0.0, 1.0)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Play one family; 1 when no rig was there, 2 when it cannot be played."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    parser = argparse.ArgumentParser(description='Drives a rig by one excitation family.')
+    parser.add_argument('family', choices=list(FAMILIES))
+    parser.add_argument('--setting', action='append', default=[], metavar='NAME=VALUE',
+                        help='a setting of the family, such as amplitude=0.5')
+    parser.add_argument('--mode', choices=[mode.name.lower() for mode in Mode][1:],
+                        help='what the reference is of; left out: what the family is meant for')
+    parser.add_argument('--duration', type=float, help='s; left out: that of the family')
+    parser.add_argument('--period', type=float, default=1e-3, help='s between set-points')
+    parser.add_argument('--wait', type=float, default=30.0, help='s to wait for the rig')
+    options = parser.parse_args(remove_ros_args(['player', *arguments])[1:])
+    chosen = family(options.family)
+    time = np.arange(0.0, options.duration or chosen.duration, options.period)
+    try:
+        settings = {n: float(v) for n, _, v in (s.partition('=') for s in options.setting)}
+        reference, torque = chosen.waves(time, settings)
+        if len(time) < 2:
+            raise ValueError(f'{options.duration:g} s hold no two set-points')
+    except (ExcitationError, ValueError) as problem:
+        print(f'player: {problem}', file=sys.stderr)
+        return 2
+    mode = Mode[(options.mode or chosen.mode).upper()]
+    rclpy.init(args=arguments)
+    node = Player(mode, options.period, eased(reference, options.period),
+                  eased(torque, options.period))
+    begin = node.get_clock().now()
+    try:
+        while not node.done:
+            rclpy.spin_once(node, timeout_sec=0.5)
+            if not node.sent and (node.get_clock().now() - begin).nanoseconds > (
+                    options.wait * SECOND):
+                print(f'player: no rig took a set-point within {options.wait:g} s: '
+                      + ('its driver does not listen' if node.heard else 'no samples came'),
+                      file=sys.stderr)
+                return 1
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 130
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

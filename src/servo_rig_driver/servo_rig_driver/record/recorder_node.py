@@ -1,0 +1,257 @@
+"""
+Recorder node: writes the topics of a rig and its twin to a bag until it is told to stop.
+
+Messages are taken as the bytes that travelled and written unseen. What is on disk survives a
+killed process up to the last whole chunk, half a second by default.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from importlib import import_module
+import os
+from pathlib import Path
+import signal
+import sys
+from time import monotonic, time_ns
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+import yaml
+
+from servo_twin_msgs.msg import RecordingInfo
+
+from .growing_bag import RecordingFile
+from .sequence_loss import block_of, SEQUENCED, SequenceWatch
+
+INFO = 'recording'
+DEFAULT_TOPICS = {
+    'encoder': 'servo_twin_msgs/msg/Encoder',
+    'torque': 'servo_twin_msgs/msg/Torque',
+    'current': 'servo_twin_msgs/msg/Current',
+    'command': 'servo_twin_msgs/msg/Command',
+    'joint_states': 'sensor_msgs/msg/JointState',
+    'twin/prediction': 'servo_twin_msgs/msg/Prediction',
+    'twin/residual': 'servo_twin_msgs/msg/Residual',
+    '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
+}
+"""What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
+
+_SPIN = 3600.0  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
+_REPORT = 1.0  # s from one report on /diagnostics to the next
+
+
+class Recorder(Node):
+    """
+    Records until ``done`` is set.
+
+    Raises ValueError for a topic without a type, FileExistsError for an output that exists and
+    OSError for a servo file that cannot be read.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('recorder')
+        self.done: Future = Future()
+        self.failure = ''
+        self._declare()
+        topics = self._topics(self._get('topics'))
+        output = self._get('output') or datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S')
+        info = self._info()
+        info_topic = self.resolve_topic_name(INFO)
+        self.file = RecordingFile(
+            Path(output), {info_topic: 'servo_twin_msgs/msg/RecordingInfo'} | topics, _shares(),
+            frozenset([info_topic]), self._get('chunk_bytes'), self._get('chunk_seconds'))
+        self.watches = {topic: SequenceWatch() for topic, kind in topics.items()
+                        if kind in SEQUENCED}
+        self.file.write(info_topic, time_ns(), serialize_message(info))
+        self.file.flush(now=True)
+        depth = self._get('history')
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._info_publisher = self.create_publisher(RecordingInfo, INFO, latched)
+        self._info_publisher.publish(info)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        reliable = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
+                              reliability=ReliabilityPolicy.RELIABLE)
+        for topic, kind in topics.items():
+            self.create_subscription(_message_class(kind), topic, self._taker(topic), reliable,
+                                     raw=True)
+        self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush)
+        self.create_timer(_REPORT, self._report)
+        self._began = monotonic()
+
+    def _declare(self) -> None:
+        def declare(name: str, default: object, text: str, **limits: object) -> None:
+            self.declare_parameter(name, default, ParameterDescriptor(description=text, **limits))
+
+        declare('topics', list(DEFAULT_TOPICS), 'Topics to record: names that the recorder knows, '
+                "or 'name:package/msg/Type'; relative names are in the node's namespace")
+        declare('output', '', 'Bag directory to create; empty: recordings/<date and time>')
+        declare('servo_file', '', 'Servo file that is stored with the bag; empty: none')
+        declare('family', '', 'Excitation family, such as speed_ladder; empty: not said')
+        declare('replicate', 0, 'Number of this recording of the same excitation; 0: not said',
+                integer_range=[IntegerRange(from_value=0, to_value=2**31 - 1, step=1)])
+        declare('note', '', 'Free text')
+        declare('chunk_bytes', 1 << 20, 'Uncompressed bytes after which a chunk goes to disk',
+                integer_range=[IntegerRange(from_value=1 << 12, to_value=1 << 20, step=1)])
+        declare('chunk_seconds', 0.5, 'Age [s] at which a chunk goes to disk: what a killed '
+                'recorder loses', floating_point_range=[
+                    FloatingPointRange(from_value=0.01, to_value=60.0)])
+        declare('history', 5000, 'Messages a topic that may wait while the recorder is busy',
+                integer_range=[IntegerRange(from_value=1000, to_value=1_000_000, step=1)])
+
+    def _get(self, name: str):
+        return self.get_parameter(name).value
+
+    def _topics(self, entries: list[str]) -> dict[str, str]:
+        topics = {}
+        for entry in entries:
+            name, _, kind = entry.partition(':')
+            kind = kind or DEFAULT_TOPICS.get(name, '')
+            if kind.count('/') != 2:
+                raise ValueError(f"topics: {entry!r} has no type; write 'name:package/msg/Type', "
+                                 f'or one of {list(DEFAULT_TOPICS)}')
+            topics[self.resolve_topic_name(name)] = kind
+        return topics
+
+    def _info(self) -> RecordingInfo:
+        path = self._get('servo_file')
+        content = Path(path).read_text('utf8') if path else ''
+        info = RecordingInfo(
+            servo=_servo_name(path, content), servo_file=content, family=self._get('family'),
+            replicate=self._get('replicate'), note=self._get('note'))
+        info.header.stamp = self.get_clock().now().to_msg()
+        return info
+
+    def _taker(self, topic: str):
+        watch = self.watches.get(topic)
+
+        def take(data: bytes) -> None:
+            if self.failure:
+                return
+            try:
+                self.file.write(topic, time_ns(), data)
+            except OSError as error:
+                self._fail(error)
+                return
+            if watch is not None:
+                watch.take(*block_of(data))
+
+        return take
+
+    def _flush(self) -> None:
+        if not self.failure:
+            try:
+                self.file.flush()
+            except OSError as error:
+                self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        self.failure = f'recording to {self.file.path} stopped: {error}'
+        self.stop()
+
+    def close(self) -> None:
+        """Close the bag; after a failure what is on disk stays as it is."""
+        try:
+            if not self.failure:
+                self.file.close()
+        except OSError as error:
+            self._fail(error)
+        if self.failure:
+            self.file.abort()
+
+    def stop(self) -> None:
+        """End the recording as soon as the executor runs."""
+        if not self.done.done():
+            self.done.set_result(None)
+
+    def _report(self) -> None:
+        lost = sum(watch.lost for watch in self.watches.values())
+        values = {'output': str(self.file.path), 'seconds': f'{monotonic() - self._began:.1f}'}
+        values |= {f'messages {topic}': str(n) for topic, n in self.file.counts.items() if n}
+        for topic, watch in self.watches.items():
+            if watch.lost or watch.restarts:
+                values[f'lost {topic}'] = f'{watch.lost} samples in {watch.gaps} gaps'
+                values[f'restarts {topic}'] = str(watch.restarts)
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if lost else DiagnosticStatus.OK,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: recording',
+            hardware_id=self._get('servo_file'),
+            message=f'{lost} samples lost' if lost else 'recording',
+            values=[KeyValue(key=key, value=value) for key, value in values.items()])
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+
+    def summary(self) -> str:
+        """Return what was recorded, one line a topic."""
+        lines = [f'recorded {self.file.path}: {monotonic() - self._began:.1f} s']
+        for topic, count in self.file.counts.items():
+            watch = self.watches.get(topic)
+            line = f'  {topic}: {count} messages'
+            if watch is not None:
+                line += f', {watch.samples} samples, {watch.lost} lost in {watch.gaps} gaps'
+                line += f', {watch.restarts} restarts' if watch.restarts else ''
+            lines.append(line)
+        return '\n'.join(lines)
+
+
+def _servo_name(path: str, content: str) -> str:
+    """Return the name that a servo file gives, or else the file's own."""
+    try:
+        fields = yaml.safe_load(content) if content else {}
+    except yaml.YAMLError as error:
+        raise ValueError(f'servo_file {path} is no YAML: {error}') from None
+    named = fields.get('servo') if isinstance(fields, dict) else None
+    return named if isinstance(named, str) else Path(path).stem
+
+
+def _message_class(kind: str) -> type:
+    package, group, name = kind.split('/')
+    try:
+        return getattr(import_module(f'{package}.{group}'), name)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(f'topics: type {kind} is not installed: {error}') from None
+
+
+def _shares() -> list[Path]:
+    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    return [Path(prefix) / 'share' for prefix in prefixes if prefix]
+
+
+def main() -> int:
+    """Run the recorder until SIGINT or SIGTERM."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Recorder()
+    except (ValueError, OSError) as error:
+        print(f'recorder: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: node.stop())
+    executor = EventsExecutor()
+    executor.add_node(node)
+    print(f'recording to {node.file.path}', flush=True)
+    try:
+        while not node.done.done():
+            executor.spin_until_future_complete(node.done, _SPIN)
+    finally:
+        node.close()
+        print(node.summary(), flush=True)
+        executor.remove_node(node)
+        node.destroy_node()
+        rclpy.try_shutdown()
+    if node.failure:
+        print(f'recorder: {node.failure}', file=sys.stderr)
+    return 1 if node.failure else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

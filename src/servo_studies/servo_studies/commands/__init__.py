@@ -1,0 +1,1 @@
+"""The subcommands of `servo-identify` that belong to studies."""

@@ -1,0 +1,29 @@
+"""Installs servo_studies as an ament_python package."""
+
+from setuptools import find_packages, setup
+
+NAME = 'servo_studies'
+
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='The systems of the papers, real machines, and the blind check of the diagnosis.',
+    license='Apache-2.0',
+    maintainer='Servo twin maintainers',
+    maintainer_email='maintainers@servo-twin.invalid',
+    packages=find_packages(exclude=['tests']),
+    package_data={'servo_studies': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    entry_points={
+        'servo_identify.commands': [
+            'results = servo_studies.commands.results',
+            'blind-check = servo_studies.commands.blind_check',
+        ],
+    },
+)

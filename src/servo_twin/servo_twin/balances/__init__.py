@@ -1,0 +1,1 @@
+"""Torque balances and the other equations of a servo, and how far a recording is off them."""

@@ -1,0 +1,126 @@
+"""Where the rig departs from its twin: the balances, filtered, as multiples of their noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from numba import njit
+import numpy as np
+
+from ..physics.servo import Servo
+from ..physics.state import OUTPUTS
+from ..recording.recording import BALANCES, COMPARED
+from ..recording.samples import CHANNELS, reference_of
+from .controller_law import ControllerLaw
+from .equations import balance_noise, balance_taps, CONTROL
+
+WINDOW = 0.04
+"""Default length of the filters, s."""
+
+_TAKEN = [CHANNELS.index(name) for name in OUTPUTS]
+_COMPARED = [OUTPUTS.index(name) for name in COMPARED]
+
+
+class Balances:
+    """
+    The balances of one servo at one sample period, for samples in blocks of any size.
+
+    :meth:`push` answers every sample once and in order, half a window late; how the samples are
+    cut into blocks changes no bit. ``noise`` (7,) is the floor of each balance in its unit
+    (recording.BALANCES), ``channel_noise`` (4,) that of the channels; NaN where the machine lacks
+    a sensor for it. ``window`` in s; ``half`` is half of it in samples, at least three.
+    """
+
+    def __init__(self, servo: Servo, period: float, window: float = WINDOW) -> None:
+        self.half = max(3, round(window / period / 2.0))
+        self.channel_noise = np.array([servo.noise(name) for name in COMPARED])
+        taps = balance_taps(servo, period, self.half)
+        self.noise = balance_noise(servo, period, taps)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            taps = taps / np.where(self.noise > 0.0, self.noise, np.nan)[:, None, None]
+        pairs = [(b, c) for b in range(len(BALANCES)) for c in range(CONTROL + 1)
+                 if taps[b, c].any() and np.isfinite(taps[b]).all()]
+        self._pairs = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+        self._taps = taps[self._pairs[:, 0], self._pairs[:, 1]]
+        self._silent = ~np.isin(np.arange(len(BALANCES)), self._pairs[:, 0])
+        self._law = ControllerLaw(servo, period) if reference_of(servo) else None
+        self._tail = np.empty((CONTROL + 1, 0))
+        self._seen = 0
+
+    def push(self, samples: np.ndarray, y: np.ndarray, breaks: Sequence[int] = ()) -> np.ndarray:
+        """
+        Take samples (n, len(CHANNELS)) and the twin's answer (n, len(OUTPUTS)).
+
+        ``breaks`` are the rows that do not continue those before them (Twin.breaks). Returns the
+        next answers in order, shape (m, 7), in multiples of the noise floor: one for each sample
+        whose half window has passed. Beside a break, half a window is NaN on both sides.
+        """
+        pieces = [np.empty((0, len(BALANCES)))]
+        edges = [0, *breaks, len(samples)]
+        for start, end in zip(edges, edges[1:], strict=False):
+            if start in breaks:
+                pieces.append(self.finish())
+            if end > start:
+                pieces.append(self._push(samples[start:end], y[start:end]))
+        return np.vstack(pieces)
+
+    def retune(self, servo: Servo, period: float) -> None:
+        """Go on with the values of another servo, keeping what was seen of the channels."""
+        fresh = Balances(servo, period, 2.0 * self.half * period)
+        if fresh._law and self._law:
+            fresh._law.remember(self._law)
+        fresh._tail, fresh._seen = self._tail, self._seen
+        self.__dict__ = fresh.__dict__
+
+    def finish(self) -> np.ndarray:
+        """Return the answers still owed, which are NaN, and begin anew."""
+        owed = min(self._seen, self.half)
+        self._tail = self._tail[:, :0]
+        self._seen = 0
+        if self._law:
+            self._law.forget()
+        return np.full((owed, len(BALANCES)), np.nan)
+
+    def whole(self, samples: np.ndarray, y: np.ndarray, breaks: Sequence[int] = ()) -> np.ndarray:
+        """Answer a whole recording at once, row for row, shape (n, 7)."""
+        self.finish()
+        return np.vstack([self.push(samples, y, breaks), self.finish()])
+
+    def _push(self, samples: np.ndarray, y: np.ndarray) -> np.ndarray:
+        late, count = self._tail.shape[1], len(samples)
+        e = np.empty((CONTROL + 1, late + count))
+        e[:, :late] = self._tail
+        np.subtract(samples.T[_TAKEN], y.T, out=e[:CONTROL, late:])
+        e[CONTROL, late:] = self._law.step(samples) if self._law else np.nan
+        before = max(0, self._seen - self.half)
+        self._seen += count
+        out = np.zeros((max(0, self._seen - self.half) - before, len(BALANCES)))
+        full = max(0, e.shape[1] - 2 * self.half)
+        out[:len(out) - full] = np.nan
+        if full:
+            filtered = np.zeros((len(BALANCES), full))
+            _filter(e, self._pairs, self._taps, filtered)
+            out[len(out) - full:] = filtered.T
+        out[:, self._silent] = np.nan
+        self._tail = e[:, -2 * self.half:].copy()
+        return out
+
+
+def channel_residuals(samples: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return rig minus twin for the channels of recording.COMPARED, shape (n, 4)."""
+    return samples.take([_TAKEN[c] for c in _COMPARED], axis=1) - y.take(_COMPARED, axis=1)
+
+
+@njit(nogil=True, cache=True)
+def _filter(e, pairs, taps, out):
+    """Add the filtered rows of `e` to the balances; each answer is summed in the same order."""
+    width, tile = taps.shape[1], 1024  # answers at once, so that they stay near the core
+    for start in range(0, out.shape[1], tile):
+        count = min(out.shape[1] - start, tile)
+        for p in range(pairs.shape[0]):
+            answer = out[pairs[p, 0], start:start + count]
+            channel = e[pairs[p, 1], start:start + count + width - 1]
+            for j in range(width):
+                tap, shifted = taps[p, j], channel[j:j + count]
+                for k in range(count):
+                    answer[k] += tap * shifted[k]

@@ -1,0 +1,1 @@
+"""Rig, driver, twin and recorder as processes that live and end together."""

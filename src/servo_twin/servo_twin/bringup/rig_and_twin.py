@@ -1,0 +1,175 @@
+"""Bus, rig, driver, twin, recorder and player as processes, without ROS's launch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import sys
+import tempfile
+from time import monotonic, sleep
+
+from rich.console import Console
+from rich.live import Live
+
+from ..nodes.session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
+from .processes import ProcessError, Processes, wait_until
+from .terminal_view import numbers, view
+
+START = 60.0  # s that a node gets to be there; the first start compiles
+_SETTLE = 0.5  # s between seeing all readers and the first sample, and behind the last one
+_REPORT = 1.2  # s after which the last diagnostics are there
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What to run: files, namespace, sampling (Hz, samples a message), excitation (s)."""
+
+    folder: Path
+    servo: Path
+    driver: Path
+    rig: Path | None
+    turned: tuple[str, ...]
+    namespace: str
+    mode: str
+    rate: float
+    block: int
+    family: str
+    command: str | None
+    settings: tuple[str, ...]
+    duration: float
+
+    @property
+    def bag(self) -> Path:
+        """Where the recorder writes."""
+        return self.folder / self.family
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to: the counts in one line, and each process's share of a core."""
+
+    counts: str
+    cpu: dict[str, float]
+
+
+def record(bench: Bench) -> Outcome:
+    """
+    Bring all up, play the excitation, take all down; return what it came to.
+
+    Raises ProcessError when a part does not start or ends too early; no process is left behind.
+    """
+    with (tempfile.TemporaryDirectory(prefix='servo_twin_') as bus,
+          Processes(bench.folder / 'logs') as processes, Session(bench.namespace) as session):
+        _start(bench, Path(bus) / 'rig.can', processes, session)
+        begin, before = monotonic(), processes.cpu_seconds()
+        try:
+            _watch(bench, processes, session, begin)
+        except KeyboardInterrupt:
+            print('ending early')
+        seconds, after = monotonic() - begin, processes.cpu_seconds()
+        processes.stop('player')
+        _take_down(session, processes)
+        cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
+        return Outcome(numbers(seconds, session.facts), cpu)
+
+
+def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> None:
+    say = Console().print
+    say('starting: ' + ('' if bench.rig is None else 'bus, rig, ') + 'recorder, twin, driver')
+    driver = {'sync_period': 1.0 / bench.rate, 'block_size': bench.block, 'autostart': False}
+    if bench.rig is not None:
+        driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus)}
+        processes.start('can_hub', _python('servo_rig_driver.can_bus.can_hub', str(bus)))
+        wait_until(bus.exists, 'the bus is there', START, processes)
+        turned = [word for one in bench.turned for word in ('--set', one)]
+        processes.start('emulated_rig', _python(
+            'servo_rig_driver.emulated.rig_process', '--rig', str(bench.rig), '--interface',
+            'unix_bus',
+            '--channel', str(bus), *turned))
+        wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
+                   'the emulated rig is on the bus', START, processes)
+    processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
+        'output': str(bench.bag), 'servo_file': str(bench.servo), 'family': bench.family}))
+    processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
+        'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
+    processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
+                                    bench.driver))
+    wait_until(lambda: session.facts.get('twin', {}).get('lifecycle') == 'active',
+               'the twin is active', START, processes)
+    if not session.change('driver', CONFIGURE, START):
+        raise ProcessError(f'the driver cannot be configured: {_why(session)}\n'
+                           f'{processes.tail("driver")}')
+    for topic in ('encoder', 'torque', 'current'):
+        wait_until(lambda topic=topic: session.linked(topic, 2),
+                   f'recorder and twin listen to {topic}', START, processes)
+    wait_until(lambda: session.linked('twin/prediction', 1), 'the recorder listens to the twin',
+               START, processes)
+    processes.start('player', [*_python('servo_rig_driver.record.player_node', bench.family),
+                               '--duration',
+                               str(bench.duration), *_excitation(bench), '--ros-args', '-r',
+                               f'__ns:=/{bench.namespace}'], may_end=True)
+    wait_until(lambda: session.linked('command', 2), 'the player is there', START, processes)
+    sleep(_SETTLE)
+    if not session.change('driver', ACTIVATE, START):
+        raise ProcessError(f'the driver cannot be activated: {_why(session)}')
+
+
+def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -> None:
+    """Show what happens until the player is done."""
+    title = f'{bench.family} on ' + ('a rig' if bench.rig is None else bench.rig.stem)
+    console = Console()
+    told = begin
+
+    def shown():
+        return view(title, monotonic() - begin, bench.duration, session.facts, session.sentences,
+                    session.levels)
+
+    with Live(shown(), console=console, refresh_per_second=4, transient=True) as live:
+        while processes.running('player'):
+            processes.check()
+            sleep(0.2)
+            if console.is_terminal:
+                live.update(shown())
+            elif monotonic() - told > 5.0:
+                told = monotonic()
+                print(numbers(told - begin, session.facts), flush=True)
+    processes.check()
+
+
+def _take_down(session: Session, processes: Processes) -> None:
+    """Stop sampling, let all samples be answered and written, then end the nodes."""
+    session.change('driver', DEACTIVATE, 10.0)
+    sleep(_SETTLE)
+    if processes.running('twin'):
+        session.change('twin', DEACTIVATE, 10.0)
+    sleep(_REPORT)
+    processes.stop('recorder')
+
+
+def _why(session: Session) -> str:
+    """Return what is wrong with the driver, which it says shortly after it went wrong."""
+    until = monotonic() + _REPORT
+    while not session.levels.get('driver') and monotonic() < until:
+        sleep(0.02)
+    return session.sentences.get('driver', 'it says nothing; see driver.log')
+
+
+def _excitation(bench: Bench) -> list[str]:
+    words = [word for setting in bench.settings for word in ('--setting', setting)]
+    return words + (['--mode', bench.command] if bench.command else [])
+
+
+def _python(module: str, *arguments: str) -> list[str]:
+    return [sys.executable, '-m', module, *arguments]
+
+
+def _node(bench: Bench, module: str, values: dict[str, object], file: Path | None = None
+          ) -> list[str]:
+    command = [*_python(module), '--ros-args', '-r', f'__ns:=/{bench.namespace}']
+    if file is not None:
+        command += ['--params-file', os.fspath(file)]
+    for name, value in values.items():
+        text = str(value).lower() if isinstance(value, bool) else value
+        command += ['-p', f'{name}:={text}']
+    return command

@@ -1,0 +1,1 @@
+"""The subcommands of `servo-twin`, one module each."""

@@ -1,0 +1,104 @@
+"""
+List every parameter of a servo file with its value, unit, bounds, tolerance and meaning.
+
+With an effect's name instead of a file: what that effect of the catalogue can be told.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ..description.servo_file import load
+from ..description.shipped import servo_at
+from ..physics import catalogue
+from ..physics.effect import Parameter
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what the command takes."""
+    parser.add_argument('subject', nargs='?', metavar='SERVO.yaml | EFFECT',
+                        help='a servo file or the name of a shipped one, or an effect of the '
+                             'catalogue; left out: all effects')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Print the table."""
+    console = terminal()
+    subject = arguments.subject
+    if subject is None:
+        console.print(catalogue_table())
+    elif subject in catalogue.names():
+        console.print(effect_table(subject))
+    else:
+        console.print(servo_table(servo_at(subject)))
+    return 0
+
+
+def servo_table(path: Path) -> Table:
+    """Return the parameters of a servo file; raises ServoError."""
+    servo = load(path)
+    table = _table(f'{servo.name} ({path})', 'value', 'tolerance', 'from')
+    for name, parameter in servo.declarations():
+        said = servo.provenance.get(name)
+        low_high = servo.tolerance.get(name)
+        table.add_row(
+            name, _value(servo.values[name]), servo.unit(name), _bounds(parameter),
+            f'{low_high[0]:.6g} ... {low_high[1]:.6g}' if low_high else '',
+            said.source if said else 'default', parameter.meaning)
+    return table
+
+
+def effect_table(name: str) -> Table:
+    """Return the parameters of one effect of the catalogue."""
+    effect = catalogue.find(name)
+    title = f'{name}, at {" or ".join(effect.sites)}\n{effect.source}'
+    table = _table(title, 'default', 'vanishes at')
+    for parameter in effect.parameters.values():
+        off = '' if parameter.off is None else f'{parameter.off:g}'
+        table.add_row(parameter.name, _value(parameter.default), parameter.unit,
+                      _bounds(parameter), off, parameter.meaning)
+    return table
+
+
+def catalogue_table() -> Table:
+    """Return all effects with their sites and what they are."""
+    table = Table(title='effects', title_justify='left', title_style='bold', box=box.SIMPLE)
+    for column in ('effect', 'at', 'parameters', 'what it is'):
+        table.add_column(column)
+    for name in catalogue.names():
+        effect = catalogue.find(name)
+        words = (effect.__doc__ or '').strip().splitlines()
+        table.add_row(name, ', '.join(effect.sites), ', '.join(effect.parameters),
+                      words[0] if words else '')
+    return table
+
+
+def terminal() -> Console:
+    """Return the terminal, or what a file gets: lines of 160 columns."""
+    console = Console()
+    return console if console.is_terminal else Console(width=160)
+
+
+def _table(title: str, value: str, *more: str) -> Table:
+    table = Table(title=title, title_justify='left', title_style='bold', box=box.SIMPLE)
+    table.add_column('parameter', no_wrap=True)
+    table.add_column(value, justify='right', no_wrap=True)
+    table.add_column('unit', no_wrap=True)
+    for column in ('bounds', *more, 'meaning'):
+        table.add_column(column)
+    return table
+
+
+def _value(value: float | tuple[float, ...]) -> str:
+    if isinstance(value, tuple):
+        return f'{len(value)} numbers' if len(value) > 4 else ', '.join(f'{v:g}' for v in value)
+    return f'{value:g}'
+
+
+def _bounds(parameter: Parameter) -> str:
+    return f'{parameter.bounds[0]:g} ... {parameter.bounds[1]:g}'

@@ -1,0 +1,116 @@
+"""
+Run the twin over a bag, and say how well it answers.
+
+  servo-twin replay BAG                          with the servo file that is stored in the bag
+  servo-twin replay BAG --servo S.yaml -o OUT    writes predictions and residuals as a bag
+  servo-twin replay BAG --compare                are they those of the live run, to the last bit?
+  servo-twin replay BAG --graph --rate 0.5       plays the samples into ROS, at half the speed
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+import sys
+from time import perf_counter
+
+from rich.console import Console
+
+from ..bag import read_predictions, read_recording, write_predictions
+from ..balances.goodness_of_fit import fit_of
+from ..description.servo_file import load, loads
+from ..description.shipped import servo_at
+from ..lockstep.lockstep import Settings, warm_up
+from ..lockstep.twin import LIVE_MODES
+from ..lockstep.whole_recording import answer, differences, part_of
+from ..pages.fit_table import balance_table, channel_table
+from ..physics import catalogue
+from ..physics.servo import Servo, ServoError
+from ..recording.recording import Recording
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what the command takes."""
+    parser.add_argument('bag', type=Path, help='bag directory, or an .mcap file')
+    parser.add_argument('--servo', metavar='S.yaml',
+                        help='servo file, or the name of a shipped one; left out: the one stored '
+                             'in the bag')
+    parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
+    parser.add_argument('-o', '--output', type=Path, metavar='OUT',
+                        help='write rig, predictions and residuals as a bag')
+    parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
+    parser.add_argument('--mode', choices=LIVE_MODES, default=Settings.mode,
+                        help='the way of running (default %(default)s)')
+    parser.add_argument('--namespace', help='which rig, of a bag with several')
+    parser.add_argument('--stretch', type=int,
+                        help='which part of a bag whose driver was restarted; left out: the '
+                             'longest')
+    parser.add_argument('--compare', action='store_true',
+                        help='compare with the predictions in the bag, bit by bit')
+    parser.add_argument('--graph', action='store_true',
+                        help='publish the samples and /clock instead of answering them')
+    parser.add_argument('--rate', type=float, default=1.0,
+                        help='times real time, with --graph (default %(default)s)')
+    parser.add_argument('--quiet', action='store_true', help='print no tables')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Replay; returns 1 when --compare finds a difference."""
+    if arguments.graph:
+        from ..nodes.graph_replay import play
+        return play(arguments.bag, arguments.rate, arguments.namespace, arguments.stretch)
+    if arguments.effects:
+        catalogue.register(arguments.effects)
+    console = Console(quiet=arguments.quiet)
+    begin = perf_counter()
+    recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch,
+                               digest=False)
+    read = perf_counter()
+    servo = servo_of(recording, arguments.servo)
+    live = None
+    if arguments.compare:
+        live = read_predictions(arguments.bag, arguments.namespace, arguments.stretch)
+        recording = part_of(recording, live.sequence, live.sequence + len(live))
+    warm_up(servo)
+    ready = perf_counter()
+    result = answer(recording, servo, Settings(mode=arguments.mode))
+    answered = perf_counter()
+    if arguments.output:
+        write_predictions(arguments.output, result, recording, namespace=arguments.namespace or '')
+    took = perf_counter() - ready + read - begin
+    console.print(f'[bold]{recording.name}[/]: {recording.duration:.4g} s of {servo.name} at '
+                  f'{1.0 / recording.period:.6g} Hz, {arguments.mode}; answered in '
+                  f'{answered - ready:.3g} s, {recording.duration / took:.0f} times as fast as it '
+                  f'was, reading{" and writing" if arguments.output else ""} included')
+    for warning in (*recording.warnings, *result.warnings):
+        console.print(f'[yellow]{warning}[/]')
+    fit = fit_of(recording, result, servo)
+    console.print(channel_table(fit))
+    if fit.balances:
+        console.print(balance_table(fit))
+    if arguments.page:
+        from ..pages.replay_page import write_page
+        print(f'page: {write_page(arguments.page, servo, recording, result, arguments.mode)}')
+    if arguments.output:
+        print(f'bag: {arguments.output}')
+    return 0 if live is None else say_differences(differences(live, result))
+
+
+def servo_of(recording: Recording, given: str | None) -> Servo:
+    """Return the servo of a file, or the one stored with the recording; raises ServoError."""
+    if given is not None:
+        return load(servo_at(given))
+    if not recording.servo_file:
+        raise ServoError(f'{recording.name}: no servo file is stored in it; give one by --servo')
+    return loads(recording.servo_file, f'servo file in {recording.name}')
+
+
+def say_differences(found: dict[str, int]) -> int:
+    """Print whether a replay is the live run, bit by bit; return the exit status."""
+    wrong = {name: count for name, count in found.items() if count}
+    if not wrong:
+        print('replay and live run are identical to the last bit')
+        return 0
+    listed = ', '.join(f'{name} at {count} samples' for name, count in wrong.items())
+    print(f'replay and live run differ: {listed}', file=sys.stderr)
+    return 1

@@ -1,0 +1,145 @@
+"""
+Run a rig, its driver, its twin and a recorder side by side, then replay what was recorded.
+
+  servo-twin run                                      the emulated bench, driven for 20 s
+  servo-twin run --family speed_ladder --duration 24  another excitation
+  servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
+  servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
+
+Ends with a table and one HTML page. Everything lies in one folder: the bag (named after the
+family), the page, the logs.
+"""
+
+from __future__ import annotations
+
+import argparse
+from datetime import datetime
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from ..bringup.processes import ProcessError
+from ..bringup.rig_and_twin import Bench, record
+from ..description.servo_file import load
+from ..description.shipped import servo_at, shipped
+from ..lockstep.twin import LIVE_MODES
+from ..physics.servo import ServoError
+
+_NAMED = ('.csv', '.parquet')  # tables whose columns name themselves
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what the command takes."""
+    parser.add_argument('--servo', metavar='S.yaml',
+                        help='servo file, or the name of a shipped one (default: rv_bench, or the '
+                             'one in the bag)')
+    parser.add_argument('-o', '--output', type=Path, metavar='DIR',
+                        help='folder to make (default recordings/<date and time>)')
+    parser.add_argument('--bag', type=Path, metavar='PATH',
+                        help='a bag, or a table to import, instead of a rig')
+    parser.add_argument('--mapping', type=Path,
+                        help='mapping file, for --bag with a foreign table (default: the shipped '
+                             'one of the servo, for MAT and JSON)')
+    parser.add_argument('--mode', choices=LIVE_MODES, default='measured_input',
+                        help='the way the twin runs (default %(default)s)')
+    rig = parser.add_argument_group('the rig')
+    rig.add_argument('--rig', type=Path, metavar='R.yaml',
+                     help='rig file of the emulated rig (default: the shipped rv_bench)')
+    rig.add_argument('--set', action='append', default=[], metavar='PATH=VALUE',
+                     help='turn a property of the emulated rig, such as friction.level=1.5')
+    rig.add_argument('--no-emulator', action='store_true',
+                     help='a real drive, on the bus that the driver file names')
+    rig.add_argument('--driver', type=Path, metavar='D.yaml',
+                     help='parameter file of the driver (default: ../drivers/R.yaml from the rig '
+                     'file, else the shipped driver.yaml)')
+    rig.add_argument('--namespace', default='rig', help='of all nodes (default %(default)s)')
+    rig.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples a second')
+    rig.add_argument('--block', type=int, default=10,
+                     help='samples a message (default %(default)s)')
+    what = parser.add_argument_group('what it does')
+    what.add_argument('--family', '--experiment', default='sine',
+                      help='excitation family (default %(default)s, of the load speed)')
+    what.add_argument('--setting', action='append', default=[], metavar='NAME=VALUE',
+                      help='of the family, such as amplitude=0.5')
+    what.add_argument('--command', choices=('voltage', 'current', 'velocity', 'position'),
+                      help='what the reference is of (default: what the family is meant for)')
+    what.add_argument('--duration', type=float, default=20.0, metavar='S',
+                      help='of the excitation (default %(default)s)')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Run; 0 when nothing was lost and the replay is the live run."""
+    folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as by Ctrl-C
+    try:
+        if arguments.bag is not None:
+            return _look_at(_bag_of(arguments, folder), arguments, folder)
+        bench = _bench(arguments, folder)
+        load(bench.servo)
+        outcome = record(bench)
+        shares = ', '.join(f'{name} {share:.0%}' for name, share in outcome.cpu.items())
+        print(f'\nlive: {outcome.counts}\nof a core: {shares}\nreplay of {bench.bag}:')
+        arguments.servo = None
+        return _look_at(bench.bag, arguments, folder, compare=True)
+    except ProcessError as problem:
+        print(f'servo-twin run: {problem}', file=sys.stderr)
+        return 1
+
+
+def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bool = False) -> int:
+    from . import replay
+    command = [str(bag), '--mode', arguments.mode, '--page', str(folder / 'page.html')]
+    if arguments.servo:
+        command += ['--servo', arguments.servo]
+    if not compare:
+        command += ['-o', str(folder / 'answer')]
+    parser = argparse.ArgumentParser()
+    replay.add_arguments(parser)
+    return replay.main(parser.parse_args(command + ['--compare'] * compare))
+
+
+def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
+    """Return a bag of what --bag names; a table is imported by servo-identify."""
+    given = arguments.bag
+    if not given.exists():
+        raise ServoError(f'--bag {given}: there is no such file or folder')
+    if given.is_dir() or given.suffix == '.mcap':
+        return given
+    if not arguments.servo:
+        raise ServoError(f'--bag {given} is a table: --servo must say of which machine it is')
+    servo = servo_at(arguments.servo)
+    mapping = arguments.mapping
+    if mapping is None and given.suffix not in _NAMED:
+        mapping = shipped(f'imports/{servo.stem}.yaml')
+    bag = folder / 'recording'
+    folder.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, '-m', 'servo_identify.cli', 'import', str(given),
+               '--servo', str(servo), '-o', str(bag)]
+    if mapping:
+        command += ['--mapping', str(mapping)]
+    if subprocess.run(command).returncode:
+        raise ProcessError(f'{given} was not imported')
+    return bag
+
+
+def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
+    settings = list(arguments.setting)
+    command = arguments.command
+    if arguments.family == 'sine' and not settings and command is None:
+        command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
+    if folder.exists():
+        raise ServoError(f'{folder} exists already; choose another folder')
+    rig = None if arguments.no_emulator else arguments.rig or shipped('rigs/rv_bench.yaml')
+    return Bench(
+        folder=folder, servo=servo_at(arguments.servo or 'rv_bench'),
+        driver=arguments.driver or _driver_of(rig), rig=rig,
+        turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
+        rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
+        settings=tuple(settings), duration=arguments.duration)
+
+
+def _driver_of(rig: Path | None) -> Path:
+    """Return the driver's parameters for a rig file: dictionaries and limits of its machine."""
+    own = None if rig is None else rig.resolve().parent.parent / 'drivers' / rig.name
+    return own if own is not None and own.exists() else shipped('driver.yaml')

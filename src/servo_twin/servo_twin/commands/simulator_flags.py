@@ -1,0 +1,84 @@
+"""What the commands that read a simulator's joint are asked, and how they write."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..physics.controllers import Open
+from ..simulators.from_model.as_servo import NO_SENSORS, servo_of, text_of
+from ..simulators.from_model.given import Given
+from ..simulators.joint import Joint, ModelError
+
+
+def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what a servo file needs beside the model."""
+    parser.add_argument('-o', '--output', type=Path, required=True, metavar='S.yaml',
+                        help='servo file to write')
+    parser.add_argument('--force', action='store_true', help='write over a file that is there')
+    parser.add_argument('--name', help='of the servo (default: file and joint)')
+    parser.add_argument('--at', action='append', default=[], metavar='JOINT=VALUE',
+                        help='position at which another joint is held, rad or m; may be repeated')
+    parser.add_argument('--ratio', type=float, help='turns of the motor for one of the joint '
+                        '(default: 1 by definition, all at the joint)')
+    parser.add_argument('--torque-constant', type=float, metavar='KT',
+                        help='of the motor, N m/A (default: 1 by definition, the command is the '
+                             'torque)')
+    parser.add_argument('--kp', type=float, help='stiffness of a controller outside of the model, '
+                        'N m/rad at the joint')
+    parser.add_argument('--kd', type=float, help='its damping, N m s/rad at the joint')
+    parser.add_argument('--torque-limit', type=float, metavar='LIMIT',
+                        help='its limit, N m at the joint')
+    parser.add_argument('--noise', action='append', default=[], metavar='CHANNEL=VALUE',
+                        help='standard deviation of one reading of a channel that is recorded, '
+                             'such as motor_position=2e-4 (rad); may be repeated')
+    parser.add_argument('--tolerance', type=float, metavar='SHARE',
+                        help='how far off each value of the model may be, such as 0.1')
+
+
+def given_of(arguments: argparse.Namespace, **more: object) -> Given:
+    """Return what the flags give; raises ModelError."""
+    return Given(torque_constant=arguments.torque_constant, kp=arguments.kp, kd=arguments.kd,
+                 torque_limit=arguments.torque_limit, tolerance=arguments.tolerance,
+                 noise=numbers(arguments.noise, '--noise'),
+                 **{'ratio': arguments.ratio, **more})
+
+
+def numbers(given: list[str], flag: str) -> dict[str, float]:
+    """Return NAME=VALUE pairs as numbers by name; raises ModelError."""
+    found = {}
+    for pair in given:
+        name, equals, value = pair.partition('=')
+        try:
+            found[name] = float(value)
+        except ValueError:
+            equals = ''
+        if not (equals and name):
+            raise ModelError(f'{flag} {pair}: it must be NAME=VALUE, with a number')
+    return found
+
+
+def check_output(path: Path, force: bool) -> None:
+    """Raise ModelError where a file must not be written."""
+    if path.exists() and not force:
+        raise ModelError(f'{path} exists already; --force writes over it')
+    if not path.resolve().parent.is_dir():
+        raise ModelError(f'{path}: there is no folder {path.resolve().parent}')
+
+
+def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origin: Path) -> int:
+    """Write the servo file of a joint and say what it holds; returns 0."""
+    name = arguments.name or f'{origin.stem}_{joint.name}'
+    servo, lacking = servo_of(joint, name, given)
+    about = [f'Joint {joint.name!r} of {origin.name}, as the simulator has it: what a diagnosis '
+             f'with this', 'file names is what the simulator lacks.']
+    arguments.output.write_text(text_of(servo, about, lacking))
+    controller = ('no controller' if servo.controller is Open
+                  else f'{servo.controller.name} control')
+    effects = ', '.join(placed.name for placed in servo.effects) or 'no effects'
+    print(f'{arguments.output}: {servo.name}, {controller}, {effects}')
+    for one in lacking:
+        print(f'not in it: {one}')
+    if not servo.sensors:
+        print(NO_SENSORS)
+    return 0

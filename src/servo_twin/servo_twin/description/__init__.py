@@ -1,0 +1,1 @@
+"""A machine as a servo file: read, written, shipped, documented."""

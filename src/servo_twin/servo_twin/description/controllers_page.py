@@ -1,0 +1,62 @@
+"""
+The page `docs/controllers.md`, written from what the controllers declare.
+
+    python -m servo_twin.description.controllers_page docs/controllers.md
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+import sys
+
+from ..physics.part import Controller
+from ..physics.servo import CONTROLLERS
+from .effects_page import as_markdown, parameter_rows
+
+_HEAD = """# Controllers
+
+The controllers that a servo file can name in `controller.type`. The mode `closed_loop` runs them,
+`servo-twin linearise --input reference_position` makes them linear, and the balance `controller`
+compares their command with the recorded one. This page is made from their declarations:
+`python -m servo_twin.description.controllers_page docs/controllers.md`.
+
+All are in `servo_twin/physics/controllers.py`. Each runs once a sample, over the readings of the
+encoders. On a linear axis rad reads m and N m reads N. V reads A where the drive takes a current.
+
+## What is added to the command
+
+The column `added_command` of a recording is added to the output of any controller, before its
+limit. It has the unit of `voltage` and is a part of it. Two things go there: a torque that is fed
+forward, and an excitation that is injected behind the controller. A torque (gravity compensation,
+the `tau_ff` of a robot joint) is divided by the torque of one unit of command.
+
+The limit comes last, because drives do it so. The torque offset of CiA 402 (60B2h) stands before
+the torque limit (6072h). The firmware of robot joints limits the sum of feedback and feed-forward.
+The integral of a controller stands still while this sum is at the limit.
+Where the column is missing or NaN, nothing is added. The mode `measured_input` does not read it:
+`voltage` holds the sum already.
+"""
+
+
+def page() -> str:
+    """Return the page as Markdown, one section a controller."""
+    return '\n'.join([_HEAD, *(_entry(name, kind) for name, kind in CONTROLLERS.items()
+                               if kind.parameters)])
+
+
+def _entry(name: str, kind: type[Controller]) -> str:
+    return '\n'.join([f'## `{name}`\n', as_markdown(inspect.getdoc(kind)),
+                      f'\nSource: {kind.source}.\n', *parameter_rows(kind), ''])
+
+
+def main() -> None:
+    """Write the page to the file that is named, or to the terminal."""
+    if len(sys.argv) > 1:
+        Path(sys.argv[1]).write_text(page())
+    else:
+        print(page(), end='')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,273 @@
+"""
+The servo file: one machine as YAML. The only place that knows how it is laid out.
+
+A value is a bare number, a row of numbers, or a mapping ``{value, unit, source, std, bags}``; a
+unit that is given must be the declared one, so that a file with other units is never misread.
+
+`harmonic_drive: {model: NAME}` stands for the effects of a model of paper 004; values of its
+effects may follow, by their names. It is a shorthand: what is written again are the effects.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from keyword import iskeyword
+from pathlib import Path
+
+import yaml
+
+from ..physics.catalogue import find, names
+from ..physics.harmonic_drives import harmonic_drive, HARMONIC_DRIVES
+from ..physics.mechanisms.fmu import Fmu
+from ..physics.servo import (
+    CONTROLLERS,
+    DRIVES,
+    MECHANISMS,
+    Placed,
+    Provenance,
+    SENSORS,
+    Servo,
+    ServoError,
+    Value,
+)
+
+_SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
+             'harmonic_drive', 'effects', 'tolerance')
+_TYPED = {'drive': DRIVES, 'mechanism': {**MECHANISMS, 'fmu': Fmu}, 'controller': CONTROLLERS}
+_DETAILS = ('value', 'unit', 'source', 'std', 'bags')
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML whose mappings hold each name once, where YAML itself keeps the last."""
+
+    def construct_mapping(self, node, deep=False):
+        taken = set()
+        for key, _ in node.value:
+            name = key.value if isinstance(key, yaml.ScalarNode) else None
+            if name in taken:
+                raise ServoError(f'{name!r} is there twice (line {key.start_mark.line + 1})')
+            if name is not None:
+                taken.add(name)
+        return super().construct_mapping(node, deep)
+
+
+def load(path: str | Path) -> Servo:
+    """Read a servo file. Raises ServoError, which names file, thing, value, limit and choice."""
+    try:
+        text = Path(path).read_text()
+    except (OSError, UnicodeDecodeError) as problem:
+        raise ServoError(f'{path}: cannot be read: {problem}') from None
+    return loads(text, str(path), Path(path).parent)
+
+
+def loads(text: str, origin: str = 'servo file', folder: str | Path = '.') -> Servo:
+    """
+    Read a servo from YAML text; raises ServoError.
+
+    ``origin`` is named in errors; files that the text names are looked for in ``folder``.
+    """
+    try:
+        return _servo(_mapping(yaml.load(text, _Loader), 'the file'), Path(folder))
+    except yaml.YAMLError as problem:
+        raise ServoError(f'{origin}: not YAML: {problem}') from None
+    except ServoError as problem:
+        raise ServoError(f'{origin}: {problem}') from None
+
+
+def dumps(servo: Servo) -> str:
+    """Write a servo as YAML text that :func:`loads` reads back to an equal servo."""
+    units = {path: servo.unit(path) for path, _ in servo.declarations()}
+
+    def values(owner: str, parameters, indent: str) -> list[str]:
+        return [f'{indent}{n}: {_value(servo, f"{owner}.{n}", units)}' for n in parameters]
+
+    lines = [f'servo: {_inline(servo.name)}']
+    if servo.linear:
+        lines.append('travel: linear              # rad reads m, N m reads N, kg m2 reads kg')
+    lines.append(f'step: {servo.step!r}                # s')
+    for section, registry in _TYPED.items():
+        part = getattr(servo, section)
+        kind = next(k for k, v in registry.items() if issubclass(part, v))
+        lines += ['', f'{section}:', f'  type: {kind}', *_of_fmu(part),
+                  *values(section, part.parameters, '  ')]
+    lines += ['', 'observer:', f'  bandwidth: {_value(servo, "observer.bandwidth", units)}']
+    lines += ['', 'sensors:' if servo.sensors else 'sensors: {}']
+    for sensor in servo.sensors:
+        lines.append(f'  {sensor.name}:')
+        lines += values(f'sensors.{sensor.name}', sensor.parameters, '    ')
+    lines += ['', 'effects:' if servo.effects else 'effects: {}']
+    for placed in servo.effects:
+        lines += [f'  {placed.name}:', f'    effect: {placed.effect.name}',
+                  f'    at: {placed.site}']
+        lines += values(f'effects.{placed.name}', placed.effect.parameters, '    ')
+    lines += ['', 'tolerance:' if servo.tolerance else 'tolerance: {}']
+    for path, (low, high) in servo.tolerance.items():
+        lines.append(f'  {path}: [{low!r}, {high!r}]')
+    return '\n'.join(lines) + '\n'
+
+
+def _of_fmu(part: type) -> list[str]:
+    """Return the lines that say which FMU a mechanism is and what of it is what."""
+    if not issubclass(part, Fmu):
+        return []
+    from ..fmu.mapping import described
+    return [f'  {key}: {_inline(said)}' for key, said in described(part).items()]
+
+
+def save(servo: Servo, path: str | Path) -> None:
+    """Write a servo file."""
+    Path(path).write_text(dumps(servo))
+
+
+def _inline(thing) -> str:
+    text = yaml.safe_dump(thing, default_flow_style=True, width=10**6, sort_keys=False)
+    return text.strip().removesuffix('...').strip()
+
+
+def _value(servo: Servo, path: str, units: dict[str, str]) -> str:
+    value = servo.values[path]
+    detail = {'value': list(value) if isinstance(value, tuple) else value}
+    if units[path]:
+        detail['unit'] = units[path]
+    said = servo.provenance.get(path, Provenance())
+    if said.source:
+        detail['source'] = said.source
+    if said.std is not None:
+        detail['std'] = float(said.std)
+    if said.bags:
+        detail['bags'] = list(said.bags)
+    return _inline(detail)
+
+
+def _mapping(thing, where: str) -> dict:
+    if thing is None:
+        return {}
+    if not isinstance(thing, dict):
+        raise ServoError(f'{where} must be a mapping of names to values, not {thing!r}')
+    return thing
+
+
+def _choice(given, choices, where: str):
+    if not isinstance(given, str) or given not in choices:
+        raise ServoError(f'{where}: there is no {given!r}; there are {list(choices)}')
+    return given
+
+
+def _servo(tree: dict, folder: Path) -> Servo:
+    for section in tree:
+        _choice(section, _SECTIONS, 'section')
+    for needed in ('servo', 'drive', 'mechanism'):
+        if needed not in tree:
+            raise ServoError(f'section {needed!r} is missing')
+    values: dict[str, Value] = {}
+    details: dict[str, dict] = {}
+
+    def take(owner: str, section: dict, parameters) -> None:
+        for name, given in section.items():
+            if name not in parameters:
+                raise ServoError(f'{owner} has no parameter {name!r}; it has {list(parameters)}')
+            path = f'{owner}.{name}'
+            if isinstance(given, dict):
+                for key in given:
+                    _choice(key, _DETAILS, path)
+                if 'value' not in given:
+                    raise ServoError(f'{path}: the value is missing; it may have {_DETAILS}')
+                details[path] = given
+                given = given['value']
+            if isinstance(given, bool) or given is None:
+                raise ServoError(f'{path} = {given!r} is not a number')
+            values[path] = given
+
+    chosen = {}
+    for section, registry in _TYPED.items():
+        body = dict(_mapping(tree.get(section), section))
+        kind = body.pop('type', 'none' if section == 'controller' else None)
+        chosen[section] = registry[_choice(kind, registry, f'{section}.type')]
+        if chosen[section] is Fmu:
+            from ..fmu.mapping import mechanism_of
+            chosen[section] = mechanism_of(body, folder)
+        take(section, body, chosen[section].parameters)
+    take('observer', _mapping(tree.get('observer'), 'observer'), ('bandwidth',))
+    sensors = []
+    for name, body in _mapping(tree.get('sensors'), 'sensors').items():
+        sensors.append(SENSORS[_choice(name, SENSORS, 'sensors')])
+        take(f'sensors.{name}', _mapping(body, f'sensors.{name}'), sensors[-1].parameters)
+    effects = []
+    gear = _mapping(tree.get('harmonic_drive'), 'harmonic_drive')
+    if gear:
+        model = harmonic_drive(_choice(gear.get('model'), HARMONIC_DRIVES, 'harmonic_drive.model'))
+        members = {member.name: member for member in model.members}
+        for name, body in gear.items():
+            if name != 'model':
+                member = members[_choice(name, members, f'harmonic_drive of {model.name}')]
+                take(f'effects.{name}', _mapping(body, f'harmonic_drive.{name}'),
+                     member.placed.effect.parameters)
+        for member in model.members:
+            effects.append(member.placed)
+            for name, value in member.values.items():
+                values.setdefault(f'effects.{member.name}.{name}', value)
+    for name, body in _mapping(tree.get('effects'), 'effects').items():
+        if not str(name).isidentifier() or iskeyword(str(name)):
+            raise ServoError(f'effects: {name!r} is not a name (letters, digits, underscore)')
+        body = dict(_mapping(body, f'effects.{name}'))
+        effect = find(_choice(body.pop('effect', name), names(), f'effects.{name}.effect'))
+        site = body.pop('at', effect.sites[0] if len(effect.sites) == 1 else None)
+        _choice(site, effect.sites, f'effects.{name}.at')
+        effects.append(Placed(name, effect, site))
+        take(f'effects.{name}', body, effect.parameters)
+
+    travel = _choice(tree.get('travel', 'rotary'), ('rotary', 'linear'), 'travel')
+    servo = Servo(str(tree['servo']), chosen['drive'], chosen['mechanism'], chosen['controller'],
+                  tuple(sensors), tuple(effects), values, step=_number(tree.get('step', 1e-4)),
+                  linear=travel == 'linear')
+    return replace(servo, provenance=_provenance(servo, details),
+                   tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+
+
+def _number(given) -> float:
+    try:
+        return float(given)
+    except (TypeError, ValueError):
+        raise ServoError(f'step = {given!r} is not a number of seconds') from None
+
+
+def _provenance(servo: Servo, details: dict[str, dict]) -> dict[str, Provenance]:
+    provenance = {}
+    for path, detail in details.items():
+        unit, right = detail.get('unit'), servo.unit(path)
+        if unit is not None and unit != right:
+            raise ServoError(f'{path}: the unit is {unit!r}, it must be {right!r}')
+        std, bags = detail.get('std'), detail.get('bags', [])
+        if not (std is None or isinstance(std, (int, float)) and std >= 0.0):
+            raise ServoError(f'{path}: std = {std!r} is not a number of zero or more')
+        if not isinstance(bags, list):
+            raise ServoError(f'{path}: bags = {bags!r} is not a list of names')
+        said = Provenance(str(detail.get('source', '')), None if std is None else float(std),
+                          tuple(str(b) for b in bags))
+        if said != Provenance():
+            provenance[path] = said
+    return provenance
+
+
+def _tolerance(servo: Servo, given: dict) -> dict[str, tuple[float, float]]:
+    """Turn `10 %` or `[low, high]` into bounds."""
+    bounds = {}
+    for path, much in given.items():
+        if path not in servo.values:
+            raise ServoError(f'tolerance: there is no parameter {path!r}; '
+                             f'there are {list(servo.values)}')
+        value = servo.values[path]
+        try:
+            if isinstance(much, str) and much.strip().endswith('%'):
+                width = abs(float(value)) * float(much.strip()[:-1]) / 100.0
+                low, high = value - width, value + width
+            else:
+                low, high = (float(edge) for edge in much)
+        except (TypeError, ValueError):
+            raise ServoError(f'tolerance of {path} = {much!r} is neither a share like 10 % nor '
+                             f'[low, high]') from None
+        if not low <= value <= high:
+            raise ServoError(f'tolerance of {path}: [{low:g}, {high:g}] does not hold its value '
+                             f'{value:g}')
+        bounds[path] = (low, high)
+    return bounds

@@ -1,0 +1,293 @@
+"""The lockstep model: samples in, what the servo's sensors would have read out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import isfinite, nan
+
+import numpy as np
+
+from ..physics import state
+from ..physics.kernel import kernel_of, starts
+from ..physics.servo import MechanismFailure, Servo, ServoError, Value
+from ..physics.simulate import initial_state, substeps_of
+from ..physics.state import INPUTS, OUTPUTS
+from ..recording.samples import (
+    CHANNELS,
+    Inputs,
+    LOAD_POSITION,
+    MOTOR_POSITION,
+    reference_of,
+    TORQUE,
+)
+
+LIVE_MODES = ('measured_input', 'closed_loop', 'observer')
+"""The ways of running that need nothing but the past; `forced_current` looks one sample ahead."""
+
+_CHUNK = 8192  # samples a call of the kernel: bounds what is run anew when a state blows up
+
+
+def prepare(servo: Servo) -> None:
+    """Compile all that a twin of this servo calls, so that no sample waits for it later."""
+    Twin(servo, servo.step, catch=0.0).step(0, np.zeros((1, len(CHANNELS))))
+
+
+def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = None) -> Servo:
+    """
+    Return a servo with values changed that the same kernel runs; ``source`` is their provenance.
+
+    A value that leaves its tolerance has none any more. Raises ServoError.
+    """
+    new = servo.with_values(changes, source)
+    for path in changes:
+        now, then = new.values[path], servo.values[path]
+        if isinstance(then, tuple) and len(now) != len(then):
+            raise ServoError(f'{servo.name}: {path} has {len(then)} numbers, not {len(now)}; '
+                             f'another length is another servo file')
+    tolerance = {path: (low, high) for path, (low, high) in new.tolerance.items()
+                 if low <= new.values[path] <= high}
+    return replace(new, tolerance=tolerance)
+
+
+def check_mode(servo: Servo | None, mode: str) -> None:
+    """Raise ServoError for a mode that there is not, or that a servo, if any, cannot run in."""
+    if mode not in LIVE_MODES:
+        raise ServoError(f'there is no mode {mode!r}; there are {list(LIVE_MODES)}')
+    if servo is None:
+        return
+    if mode == 'closed_loop' and reference_of(servo) is None:
+        raise ServoError(f'{servo.name}: closed_loop needs a controller; '
+                         f'the servo file has none')
+    if mode == 'observer' and not servo.mechanism.correctable:
+        raise ServoError(f'{servo.name}: the mode observer needs a mechanism whose angles and '
+                         f'speeds can be pulled, and this one is an FMU; there are '
+                         f'{[m for m in LIVE_MODES if m != "observer"]}')
+
+
+class Twin:
+    """
+    A servo that runs beside a rig, sample by sample.
+
+    Blocks of samples go in by :meth:`step`, readings of the twin's sensors come out; how the
+    samples are cut into blocks changes no bit of the answer. Values (:meth:`set`) and the servo
+    itself (:meth:`load`) may be exchanged between two blocks.
+
+    The twin starts itself: angles and torque are those of the first sample, the speed is zero, and
+    for ``catch`` seconds it runs as an observer so that it takes up the rig's speed. It does so
+    again after more than ``bridge`` missing samples, after a sequence that went back, and when its
+    state is no longer finite. Up to ``bridge`` missing samples are stepped over with the last
+    input held. A command, external torque or temperature that is NaN is held too; where the
+    reference is NaN in ``closed_loop`` the rig's loop is open: the twin takes the rig's command.
+
+    ``restarts``, ``bridged`` (samples) and ``samples`` count; ``why`` says what caused the last
+    restart. Raises ServoError for a mode that does not exist or that the servo cannot run in.
+    """
+
+    def __init__(self, servo: Servo, period: float, mode: str = 'measured_input',
+                 bridge: int = 50, catch: float = 0.1) -> None:
+        if not period > 0.0:
+            raise ServoError(f'{servo.name}: period = {period} s, it must be positive')
+        self.period = period
+        self.bridge = bridge
+        self.catch = catch
+        self.restarts = self.bridged = self.samples = 0
+        self.why = ''
+        self.breaks: tuple[int, ...] = ()
+        """Rows of the last block at which samples were missing before, or the state began anew."""
+        self.next: int | None = None
+        """Running number that the next sample should have."""
+        self._x: np.ndarray | None = None
+        self._failed = ''
+        self._origin = 0
+        self._catching = 0
+        self._looped = False
+        self._inputs = Inputs()
+        self._last = np.zeros(len(INPUTS))
+        self._take(servo)
+        self.mode = mode
+
+    @property
+    def mode(self) -> str:
+        """The way of running, one of LIVE_MODES; may be changed between two blocks."""
+        return self._mode
+
+    @mode.setter
+    def mode(self, mode: str) -> None:
+        check_mode(self.servo, mode)
+        self._mode = mode
+        self._looped = False
+
+    def step(self, sequence: int, samples: np.ndarray) -> np.ndarray:
+        """
+        Answer a block of samples, shape (n, len(CHANNELS)), numbered from ``sequence`` on.
+
+        Returns what the twin's sensors read at the same instants, shape (n, len(OUTPUTS)), SI.
+        NaN is what is not measured. Rows after which something was not continuous are in
+        :attr:`breaks` afterwards.
+        """
+        self._breaks: list[int] = []
+        self.breaks = ()
+        if not len(samples):
+            return np.empty((0, len(OUTPUTS)))
+        self._follow(sequence)
+        u, looped = self._inputs.take(samples, self._reference)
+        y = np.empty((len(u), len(OUTPUTS)))
+        at = 0
+        while at < len(u):
+            fresh = self._x is None
+            if fresh:
+                self._begin(sequence + at, samples[at])
+                if sequence + at != self._origin:
+                    self._breaks.append(at)
+            end = min(len(u), at + _CHUNK)
+            self._run(u[at:end], y[at:end], looped[at:end], u[at - 1] if at else self._last)
+            good = np.isfinite(y[at:end]).all(axis=1)
+            if good.all():
+                at = end
+                continue
+            bad = at + int(good.argmin())
+            self._restart(self._failed or f'the state was not finite at sample {sequence + bad}')
+            if fresh and bad == at:  # not even the first sample: pass it over
+                y[bad] = nan
+                bad += 1
+            at = bad
+        self._last = u[-1]
+        self.samples += len(u)
+        self.next = sequence + len(u)
+        self.breaks = tuple(sorted(set(self._breaks)))
+        return y
+
+    def set(self, changes: Mapping[str, Value], source: str | None = None) -> None:
+        """
+        Change values by path, from the next sample on; ``source`` is their provenance.
+
+        Raises ServoError, changing nothing.
+        """
+        servo = changed(self.servo, changes, source)
+        turned = servo.values['mechanism.ratio'] != self.servo.values['mechanism.ratio']
+        self._take(servo)
+        if turned and self._x is not None:
+            self._align()
+
+    def load(self, servo: Servo) -> bool:
+        """
+        Run another servo from the next sample on; raises ServoError, changing nothing.
+
+        Keeps angles, speeds and the memories of effects that both have when the mechanism and its
+        ratio are the same, and says True; starts anew otherwise. Call :func:`prepare` before.
+        """
+        check_mode(servo, self._mode)
+        before, x = self.servo, self._x
+        kept = x is not None and before.mechanism is servo.mechanism and (
+            before.values['mechanism.ratio'] == servo.values['mechanism.ratio'])
+        kernel = kernel_of(servo)
+        self._take(servo)
+        if x is None:
+            return False
+        if not kept:
+            self._restart(f'{servo.name} was loaded in place of {before.name}')
+            return False
+        self._x = np.zeros(kernel.state_size)
+        self._x[:state.CONTROLLER] = x[:state.CONTROLLER]
+        if before.controller is servo.controller:
+            self._x[state.CONTROLLER:state.PARTS] = x[state.CONTROLLER:state.PARTS]
+        else:
+            self._looped = False
+        memories = _memories(before)
+        for place, slot in _memories(servo).items():
+            if place in memories:
+                self._x[slot] = x[memories[place]]
+        self._align()
+        return True
+
+    def _take(self, servo: Servo) -> None:
+        self.servo = servo
+        self._kernel = kernel_of(servo)
+        self._theta, self._on = servo.theta, servo.switches
+        self._substeps, self._h = substeps_of(servo, self.period)
+        self._reference = reference_of(servo)
+
+    def _align(self) -> None:
+        self._kernel.align(self._theta, self._on, self._x, self._x[state.TORQUE])
+
+    def _follow(self, sequence: int) -> None:
+        """Bring the state to the sample numbered ``sequence``."""
+        if self.next is None or sequence == self.next:
+            return
+        missing = sequence - self.next
+        self._breaks.append(0)
+        if missing < 0:
+            self._origin = sequence
+            self._restart(f'the sequence went back from {self.next - 1} to {sequence}')
+        elif missing > self.bridge:
+            self._restart(f'{missing} samples were missing before {sequence}, '
+                          f'at most {self.bridge} are bridged')
+        elif self._x is not None:
+            held = np.tile(self._last, (missing, 1))
+            held[:, [state.MEASURED_MOTOR, state.MEASURED_LOAD]] = nan
+            self._run(held, np.empty((missing, len(OUTPUTS))), np.full(missing, self._looped),
+                      self._last)
+            self.bridged += missing
+
+    def _restart(self, why: str) -> None:
+        self._x = None
+        self._failed = ''
+        self.restarts += 1
+        self.why = why
+
+    def _begin(self, sequence: int, sample: np.ndarray) -> None:
+        """Make the state of the first sample."""
+        if self.next is None:
+            self._origin = self.next = sequence
+        motor, load, torque = (v if isfinite(v) else nan for v in (
+            sample[MOTOR_POSITION], sample[LOAD_POSITION], sample[TORQUE]))
+        self._x = initial_state(self.servo, motor, load, torque)
+        self._x[state.TIME] = (sequence - self._origin) * self.period
+        self._catching = round(self.catch / self.period)
+        self._looped = False
+
+    def _run(self, u: np.ndarray, y: np.ndarray, looped: np.ndarray, before: np.ndarray) -> None:
+        """Run over inputs, the row ``before`` them: as an observer to catch up, then as told."""
+        caught = min(self._catching, len(u))
+        if caught:
+            self._call(u[:caught], y[:caught], state.OBSERVER)
+            self._catching -= caught
+            before = u[caught - 1]
+        if caught == len(u):
+            return
+        u, y, looped = u[caught:], y[caught:], looped[caught:]
+        if self._mode != 'closed_loop':
+            self._call(u, y, state.MODES[self._mode])
+            return
+        edges = [0, *(np.flatnonzero(looped[1:] != looped[:-1]) + 1), len(u)]
+        for start, end in zip(edges, edges[1:], strict=False):
+            if looped[start] and not self._looped:
+                self._close(u[start - 1] if start else before)
+            self._looped = bool(looped[start])
+            mode = state.CLOSED_LOOP if self._looped else state.MEASURED_INPUT
+            self._call(u[start:end], y[start:end], mode)
+
+    def _close(self, before: np.ndarray) -> None:
+        """Close the loop without a bump: the integral takes the command of the sample before."""
+        memory = self._x[state.CONTROLLER:state.PARTS]
+        memory[:] = 0.0
+        if self.servo.values.get('controller.ki', 0.0) > 0.0:
+            memory[-1] = before[state.VOLTAGE] - before[state.ADDED_COMMAND]
+
+    def _call(self, u: np.ndarray, y: np.ndarray, mode: int) -> None:
+        try:
+            self._kernel.run(self._theta, self._on, self._x, u, y, self._substeps, self._h, mode)
+        except MechanismFailure as problem:  # what it said is the reason of the restart
+            self._failed = str(problem)
+
+
+def _memories(servo: Servo) -> dict[tuple, slice]:
+    """Where the memory of drive, mechanism and each effect stands, by name, kind and site."""
+    drive, mechanism, start = starts(servo)
+    slots = {('drive', servo.drive, ''): slice(drive, mechanism),
+             ('mechanism', servo.mechanism, ''): slice(mechanism, start)}
+    for placed in servo.effects:
+        slots[placed.name, placed.effect, placed.site] = slice(start, start + placed.effect.memory)
+        start += placed.effect.memory
+    return slots

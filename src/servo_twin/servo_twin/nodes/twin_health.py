@@ -1,0 +1,98 @@
+"""How a twin is doing: what came in and went out, how late, and where the rig departs from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..lockstep.lockstep import Lockstep
+from ..recording.recording import BALANCES, COMPARED
+
+OK, WARN, ERROR, STALE = 0, 1, 2, 3
+PRACTICAL = 3.0
+"""A balance stands out when its RMS over a report is more than this many noise floors."""
+
+
+class TwinHealth:
+    """
+    Counts over the life of a twin, and figures from one report to the next.
+
+    Latencies are in s from the instant of a block's last sample to when its answer was published;
+    residuals answer half a filter window late by design.
+    """
+
+    def __init__(self) -> None:
+        self.samples_in = self.samples_out = self.malformed = 0
+        self.why = ''
+        self.loaded = 0
+        self._latencies: dict[str, list[float]] = {'prediction': [], 'residual': []}
+        self._compared: list[np.ndarray] = []
+        self._before: dict[str, int] = {}
+
+    def predicted(self, samples: int, latency: float) -> None:
+        """Note that a prediction was published."""
+        self.samples_in += samples
+        self._latencies['prediction'].append(latency)
+
+    def compared(self, values: np.ndarray, latency: float) -> None:
+        """Note that a residual was published, shape (n, len(COMPARED) + len(BALANCES))."""
+        self.samples_out += len(values)
+        self._latencies['residual'].append(latency)
+        self._compared.append(values)
+
+    def _levels(self) -> np.ndarray:
+        """Return the RMS of each balance since the last report, in noise floors; NaN: unknown."""
+        if not self._compared:
+            return np.full(len(BALANCES), np.nan)
+        rows = np.vstack(self._compared)[:, len(COMPARED):]
+        self._compared.clear()
+        good = np.isfinite(rows)
+        with np.errstate(invalid='ignore'):
+            return np.sqrt(np.square(np.where(good, rows, 0.0)).sum(axis=0) / good.sum(axis=0))
+
+    def report(self, lockstep: Lockstep | None, given_up: int, silent: tuple[str, ...]
+               ) -> tuple[int, str, dict[str, str]]:
+        """Return (level, sentence, facts) since the last report, and begin the next one."""
+        twin = lockstep.twin if lockstep else None
+        counts = {
+            'samples in': self.samples_in, 'samples out': self.samples_out,
+            'bridged': twin.bridged if twin else 0, 'restarts': twin.restarts if twin else 0,
+            'blocks given up': given_up, 'blocks malformed': self.malformed,
+            'servos loaded': self.loaded,
+        }
+        new = {key: number - self._before.get(key, 0) for key, number in counts.items()}
+        self._before = counts
+        facts = {key: str(number) for key, number in counts.items()}
+        for kind, latencies in self._latencies.items():
+            if latencies:
+                middle, late = np.percentile(latencies, (50, 99)) * 1e3
+                facts[f'latency of {kind}, ms'] = f'median {middle:.2f}, 99 % {late:.2f}'
+            latencies.clear()
+        levels = self._levels()
+        over = [name for name, level in zip(BALANCES, levels, strict=True) if level > PRACTICAL]
+        for name, level in zip(BALANCES, levels, strict=True):
+            if np.isfinite(level):
+                facts[f'{name}, noise floors'] = f'{level:.2f}'
+        if twin and twin.why:
+            facts['last restart'] = twin.why
+        return *self._sentence(new, twin, over, silent), facts
+
+    def _sentence(self, new: dict[str, int], twin, over: list[str], silent: tuple[str, ...]
+                  ) -> tuple[int, str]:
+        """Say the worst first."""
+        if silent:
+            return STALE, f'waiting for {", ".join(silent)}'
+        if not new['samples in']:
+            return STALE, 'no samples since the last report'
+        said = []
+        if new['restarts'] > 0:
+            said.append(f'began anew {new["restarts"]} times: {twin.why}')
+        if new['bridged'] > 0:
+            said.append(f'bridged {new["bridged"]} missing samples')
+        if new['blocks given up'] > 0:
+            said.append(f'{new["blocks given up"]} blocks lost a part')
+        if new['blocks malformed'] > 0:
+            said.append(f'{new["blocks malformed"]} blocks malformed: {self.why}')
+        level = WARN if said else OK
+        if over:
+            said.append(f'beyond the noise floor: {", ".join(over)}')
+        return level, '; '.join(said) or 'the rig does what the twin says'

@@ -1,0 +1,276 @@
+"""
+The twin node: runs a servo in lockstep with the rig of its namespace.
+
+It subscribes to `encoder`, `torque` and `current`, publishes `twin/prediction` and `twin/residual`
+with the stamps and sequence numbers of the samples, and its health on /diagnostics. Service
+`twin/load_servo` exchanges the servo file. Every value of the servo is a parameter.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+import gc
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.experimental import EventsExecutor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from servo_twin_msgs.msg import Prediction, Residual
+
+from ..description import servo_file
+from ..lockstep.lockstep import Answer, Lockstep, warm_up
+from ..lockstep.twin import changed
+from ..physics.servo import Servo, ServoError
+from ..recording.sample_joining import Joiner
+from . import message_conversion as conversion
+from . import servo_parameters, twin_parameters
+from .servo_loading import ServoLoading
+from .spinning import spin, until_stopped
+from .twin_health import OK, TwinHealth
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
+                     reliability=ReliabilityPolicy.RELIABLE)
+REPORT_EVERY = 1.0  # s
+
+
+class TwinNode(LifecycleNode):
+    """Parameters, topics, transitions; the work is done by Joiner and Lockstep."""
+
+    def __init__(self, **kwargs: object) -> None:
+        super().__init__('twin', **kwargs)
+        twin_parameters.declare(self)
+        self.settings = twin_parameters.settings(self)
+        self._servo: Servo | None = None
+        self._lockstep: Lockstep | None = None
+        self._joiner: Joiner = Joiner(tuple(conversion.TOPICS))
+        self._health = TwinHealth()
+        self._active = False
+        self._declaring = False
+        self._told = ''
+        frame = self.get_namespace().strip('/')
+        self._prediction = conversion.Outgoing(Prediction, frame)
+        self._residual = conversion.Outgoing(Residual, frame)
+        self._outputs: list = []
+        self._inputs: list = []
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.add_on_set_parameters_callback(self._judge)
+        self.add_post_set_parameters_callback(self._apply)
+        self.create_timer(REPORT_EVERY, self._report)
+
+    # Transitions.
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read the servo file, declare its values, compile."""
+        try:
+            servo = servo_file.load(twin_parameters.servo_path(self))
+            self._declaring = True
+            self._servo = servo
+            self._servo = servo_parameters.declare(self, servo, overrides=True)
+            warm_up(self._servo)
+            self.settings = twin_parameters.settings(self)
+            Lockstep(self._servo, self._servo.step, self.settings)
+        except (ServoError, ParameterException) as problem:
+            self.get_logger().error(str(problem))
+            self._forget()
+            return FAILURE
+        finally:
+            self._declaring = False
+        gc.freeze()  # the compiler's many objects stay: looking through them holds samples up
+        for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
+            self._outputs.append(self.create_lifecycle_publisher(kind, topic, SAMPLES))
+        for topic, kind in conversion.TOPICS.items():
+            self._inputs.append(self.create_subscription(kind, topic, partial(self._take, topic),
+                                                         SAMPLES))
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Step from the next sample on."""
+        self._joiner = Joiner(tuple(conversion.TOPICS))
+        self._health = TwinHealth()
+        self._active = True
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Publish the residuals still owed, and let the samples pass by."""
+        self._close()
+        self._active = False
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give the servo and the topics up."""
+        self._forget()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give everything up, whatever the state was."""
+        self._forget()
+        return super().on_shutdown(state)
+
+    def _forget(self) -> None:
+        self._active, self._lockstep = False, None
+        for topic in self._outputs:
+            self.destroy_lifecycle_publisher(topic)
+        for topic in self._inputs:
+            self.destroy_subscription(topic)
+        self._outputs, self._inputs = [], []
+        if self._servo is not None:
+            servo_parameters.withdraw(self, self._servo)
+            self._servo = None
+
+    # Samples.
+
+    def _take(self, topic: str, message) -> None:
+        if not self._active:
+            return
+        parts = self._joiner.put(topic, message.sequence, message)
+        if parts is None:
+            return
+        try:
+            samples = conversion.to_samples(parts)
+            self._keep_pace(parts['encoder'].period)
+        except ValueError as problem:
+            self._health.malformed += 1
+            self._health.why = str(problem)
+            return
+        prediction, due = self._lockstep.step(
+            message.sequence, conversion.to_instant(parts['encoder'].header.stamp), samples)
+        now = self._now()
+        twin = self._lockstep.twin
+        self._outputs[0].publish(self._prediction.filled(
+            prediction, twin.period, restarts=twin.restarts))
+        self._health.predicted(len(samples), self._age(prediction, now))
+        for residual in due:
+            self._compare(residual, now)
+
+    def _keep_pace(self, period: float) -> None:
+        """Have a lockstep at the rig's period. Raises ServoError for one that cannot be."""
+        lockstep = self._lockstep
+        if lockstep is None or abs(lockstep.twin.period - period) > 1e-9 * period:
+            if not period > 0.0:
+                raise ServoError(f'encoder.period = {period} s, it must be positive')
+            self._close()
+            self._lockstep = Lockstep(self._servo, period, self.settings)
+
+    def _compare(self, residual: Answer, now: int) -> None:
+        lockstep = self._lockstep
+        self._outputs[1].publish(self._residual.filled(
+            residual, lockstep.twin.period, channel_noise=lockstep.balances.channel_noise,
+            balance_noise=lockstep.balances.noise))
+        self._health.compared(residual.values, self._age(residual, now))
+
+    def _close(self) -> None:
+        """Publish what is owed and end the lockstep."""
+        if self._lockstep is not None:
+            for residual in self._lockstep.finish():
+                self._compare(residual, self._now())
+            self._lockstep = None
+
+    def _age(self, answer: Answer, now: int) -> float:
+        """Return how long before ``now``, ns, the last sample of an answer was taken, s."""
+        last = (len(answer.values) - 1) * self._lockstep.twin.period
+        return (now - answer.stamp) * 1e-9 - last
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+    # Parameters and the servo file.
+
+    def _judge(self, parameters: list[Parameter]) -> SetParametersResult:
+        if self._declaring:
+            return SetParametersResult(successful=True)
+        try:
+            twin_parameters.judge(parameters, self._servo)
+            if self._servo is not None:
+                changed(self._servo, servo_parameters.changes_in(parameters, self._servo))
+        except ServoError as problem:
+            return SetParametersResult(successful=False, reason=str(problem))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: list[Parameter]) -> None:
+        if self._declaring:
+            return
+        self.settings = twin_parameters.settings(self)
+        if self._lockstep is not None:
+            self._lockstep.follow(self.settings)
+        if self._servo is None:
+            return
+        changes = servo_parameters.changes_in(parameters, self._servo)
+        if changes and self._lockstep is not None:
+            self._lockstep.set(changes, servo_parameters.SOURCE)
+        if changes:
+            self._servo = changed(self._servo, changes, servo_parameters.SOURCE)
+
+    def exchange(self, servo: Servo) -> tuple[str, Servo]:
+        """
+        Run another servo, already compiled, from the next sample on.
+
+        Returns what happened and the servo before. Raises ServoError, changing nothing.
+        """
+        before = self._servo
+        if before is None:
+            raise ServoError('the twin is not configured: give it a servo file and configure it')
+        kept = False
+        if self._lockstep is not None:
+            kept = self._lockstep.load(servo)
+        else:
+            Lockstep(servo, servo.step, self.settings)
+        self._declaring = True
+        try:
+            servo_parameters.withdraw(self, before)
+            self._servo = servo
+            servo_parameters.declare(self, servo, overrides=False)
+        finally:
+            self._declaring = False
+        self._health.loaded += 1
+        how = 'its state was kept' if kept else 'it begins anew'
+        said = f'{servo.name} runs in place of {before.name}; {how}'
+        self.get_logger().info(said)
+        return said, before
+
+    # Health.
+
+    def _report(self) -> None:
+        label = self._state_machine.current_state[1]
+        if self._active:
+            level, said, facts = self._health.report(
+                self._lockstep, self._joiner.given_up, self._joiner.silent())
+        else:
+            level, said, facts = OK, label, {}
+        facts = {'lifecycle': label, 'servo': self._servo.name if self._servo else 'none',
+                 'mode': self.settings.mode, **facts}
+        self._diagnostics.publish(conversion.to_diagnostics(
+            self.get_fully_qualified_name(), level, said, facts,
+            self._now()))
+        if level != OK and said != self._told:
+            self.get_logger().warning(said)
+        self._told = said
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the twin node until it is told to stop."""
+    sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
+    rclpy.init(args=arguments)
+    node = TwinNode()
+    executor = EventsExecutor()
+    executor.add_node(node)
+    loading = ServoLoading(node)
+    try:
+        with until_stopped():
+            if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
+                node.trigger_activate()
+            spin(executor)
+    finally:
+        loading.close()
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()

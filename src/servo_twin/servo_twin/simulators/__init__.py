@@ -1,0 +1,1 @@
+"""Joints of rigid-body simulators: read as servos, written from servos, compared with the twin."""

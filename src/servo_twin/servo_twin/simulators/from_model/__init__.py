@@ -1,0 +1,1 @@
+"""Joints of models read, and as servos."""

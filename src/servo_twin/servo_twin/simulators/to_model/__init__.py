@@ -1,0 +1,1 @@
+"""Servos as the nearest joint that a simulator can hold, and that joint written."""
