@@ -69,9 +69,11 @@ def _present(recording: Recording, mode: str) -> np.ndarray:
             raise ServoError(f'{recording.name}: none of {list(group)} was recorded; '
                              f'a twin in {mode} needs them')
         present &= known
-    if mode != 'closed_loop' and not recording.has('voltage'):
-        raise ServoError(f'{recording.name}: voltage was not recorded; a twin in {mode} '
-                         f'runs on it')
+    if mode != 'closed_loop':
+        if not recording.has('voltage'):
+            raise ServoError(f'{recording.name}: voltage was not recorded; a twin in {mode} '
+                             f'runs on it')
+        present &= ~np.isnan(recording['voltage'])  # a drive that is off has no command
     return present
 
 
