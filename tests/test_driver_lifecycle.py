@@ -6,6 +6,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.parameter import Parameter as RosParameter
 from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
 import yaml
 
@@ -39,8 +40,8 @@ class Hands:
     def state(self) -> str:
         return self.call(GetState, 'get_state').current_state.label
 
-    def set(self, name: str, value: float):
-        given = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
+    def set(self, name: str, value: float | bool | str):
+        given = RosParameter(name, value=value).to_parameter_msg().value
         return self.call(SetParameters, 'set_parameters',
                          parameters=[Parameter(name=name, value=given)]).results[0]
 
@@ -142,7 +143,7 @@ def test_it_ships_a_file_with_all_its_parameters():
         flat.update({f'{key}.{name}': value for name, value in entry.items()}
                     if isinstance(entry, dict) else {key: entry})
     expected = {declared.name: declared.default for declared in DECLARED}
-    assert flat == {**expected, 'autostart': True}
+    assert flat == expected
 
 
 def test_it_settles_which_of_two_drivers_stays_when_both_start_at_once(tmp_path):

@@ -108,7 +108,8 @@ def test_it_says_what_was_lost_on_the_way(tmp_path):
         assert first[0].topic == '/recording'
         health = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(
             [c for c in reader.connections if c.topic == '/diagnostics'])]
-    assert health[-1].status[0].message == '9 samples lost'
+    assert health[-1].status[0].message == 'recording; 9 samples lost'
+    assert health[-1].status[0].name == '/recorder: recording'
     assert {'lost /encoder': '3 samples in 2 gaps'}.items() <= {
         item.key: item.value for item in health[-1].status[0].values}.items()
 

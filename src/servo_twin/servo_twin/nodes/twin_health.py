@@ -8,6 +8,7 @@ from ..lockstep.lockstep import Lockstep
 from ..recording.recording import BALANCES, COMPARED
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
+HOLDS = 3
 PRACTICAL = 3.0
 """A balance stands out when its RMS over a report is more than this many noise floors."""
 
@@ -18,12 +19,17 @@ class TwinHealth:
 
     Latencies are in s from the instant of a block's last sample to when its answer was published;
     residuals answer half a filter window late by design.
+
+    A level is raised at once and falls when HOLDS reports in a row had a lower one, so that a rig
+    on the edge of a limit does not blink.
     """
 
     def __init__(self) -> None:
         self.samples_in = self.samples_out = self.malformed = 0
         self.why = ''
         self.loaded = 0
+        self._held = (OK, '')
+        self._better = 0
         self._latencies: dict[str, list[float]] = {'prediction': [], 'residual': []}
         self._compared: list[np.ndarray] = []
         self._before: dict[str, int] = {}
@@ -74,7 +80,15 @@ class TwinHealth:
                 facts[f'{name}, noise floors'] = f'{level:.2f}'
         if twin and twin.why:
             facts['last restart'] = twin.why
-        return *self._sentence(new, twin, over, silent), facts
+        return *self._steady(*self._sentence(new, twin, over, silent)), facts
+
+    def _steady(self, level: int, said: str) -> tuple[int, str]:
+        """Return the level and sentence to tell: the last worse ones for a while."""
+        self._better = self._better + 1 if level < self._held[0] else 0
+        if 0 < self._better < HOLDS:
+            return self._held[0], f'{said}; shortly before: {self._held[1]}'
+        self._held, self._better = (level, said), 0
+        return level, said
 
     def _sentence(self, new: dict[str, int], twin, over: list[str], silent: tuple[str, ...]
                   ) -> tuple[int, str]:

@@ -31,8 +31,8 @@ from ..recording.sample_joining import Joiner
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .servo_loading import ServoLoading
-from .spinning import spin, until_stopped
-from .twin_health import OK, TwinHealth
+from .spinning import interruptible, spin, started
+from .twin_health import ERROR, OK, TwinHealth
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
@@ -53,7 +53,7 @@ class TwinNode(LifecycleNode):
         self._health = TwinHealth()
         self._active = False
         self._declaring = False
-        self._told = ''
+        self._told = self._failure = ''
         frame = self.get_namespace().strip('/')
         self._prediction = conversion.Outgoing(Prediction, frame)
         self._residual = conversion.Outgoing(Residual, frame)
@@ -69,6 +69,7 @@ class TwinNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the servo file, declare its values, compile."""
         try:
+            self._failure = ''
             servo = servo_file.load(twin_parameters.servo_path(self))
             self._declaring = True
             self._servo = servo
@@ -77,6 +78,7 @@ class TwinNode(LifecycleNode):
             self.settings = twin_parameters.settings(self)
             Lockstep(self._servo, self._servo.step, self.settings)
         except (ServoError, ParameterException) as problem:
+            self._failure = f'cannot be configured: {problem}'
             self.get_logger().error(str(problem))
             self._forget()
             return FAILURE
@@ -241,6 +243,8 @@ class TwinNode(LifecycleNode):
         if self._active:
             level, said, facts = self._health.report(
                 self._lockstep, self._joiner.given_up, self._joiner.silent())
+        elif self._failure:
+            level, said, facts = ERROR, self._failure, {}
         else:
             level, said, facts = OK, label, {}
         facts = {'lifecycle': label, 'servo': self._servo.name if self._servo else 'none',
@@ -256,16 +260,16 @@ class TwinNode(LifecycleNode):
 def main(arguments: list[str] | None = None) -> None:
     """Run the twin node until it is told to stop."""
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
-    rclpy.init(args=arguments)
+    ending = started(arguments)
     node = TwinNode()
     executor = EventsExecutor()
     executor.add_node(node)
     loading = ServoLoading(node)
     try:
-        with until_stopped():
+        with interruptible(ending):
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
                 node.trigger_activate()
-            spin(executor)
+        spin(executor, ending)
     finally:
         loading.close()
         node.destroy_node()
