@@ -30,8 +30,8 @@ def _cause(one: dict) -> dict:
         'axes': _axes(curve), 'points': bool((one.get('points') or {}).get('x')),
         'parameters': [_parameter(name, entry)
                        for name, entry in (one.get('parameters') or {}).items()],
-        'predicted': percent(one['shrink_predicted']) if known(one.get('shrink_predicted')) else '',
-        'realised': percent(one['shrink_realised']) if known(one.get('shrink_realised')) else '',
+        'predicted': _share(one.get('shrink_predicted')),
+        'realised': _share(one.get('shrink_realised')),
         'interval': between(one.get('interval')),
         'alternatives': _alternatives(one),
     }
@@ -42,8 +42,12 @@ def _rungs(one: dict) -> list[dict]:
     names = list(RUNGS)
     last = names.index(reached) if reached in names else -1
     return [{'name': name, 'meaning': meaning, 'reached': k <= last, 'last': k == last,
-             'confidence': percent(confidence[name]) if known(confidence.get(name)) else ''}
+             'confidence': _share(confidence.get(name))}
             for k, (name, meaning) in enumerate(RUNGS.items())] if last >= 0 or confidence else []
+
+
+def _share(value: object) -> str:
+    return percent(value) if known(value) else ''
 
 
 def _mechanism(mechanism: dict) -> str:
@@ -87,8 +91,7 @@ def _parameter(name: str, entry: object) -> dict:
 
 def _alternatives(one: dict) -> list[dict]:
     listed = [{'effect': spoken(other.get('effect')), 'site': spoken(other.get('site')),
-               'confidence': percent(other['confidence']) if known(other.get('confidence'))
-               else '', 'tell': other.get('tell') or ''}
+               'confidence': _share(other.get('confidence')), 'tell': other.get('tell') or ''}
               for other in one.get('alternatives') or []]
     said = {other.get('effect') for other in one.get('alternatives') or []}
     return listed + [{'effect': spoken(name), 'site': '', 'confidence': '', 'tell': ''}

@@ -52,6 +52,26 @@ const mouse = () => ({
   bind: {dblclick: () => () => { setWindow(...state.whole); return null; }},
 });
 
+/* One finger reads values, two fingers hold the two instants under them. */
+function touched(plot) {
+  let held = null;
+  const shares = event => {
+    const box = plot.over.getBoundingClientRect();
+    return [...event.touches].map(finger => (finger.clientX - box.left) / box.width).sort((a, b) => a - b);
+  };
+  const start = event => {
+    held = event.touches.length === 2 ? shares(event).map(share => state.window[0] + share * (state.window[1] - state.window[0])) : null;
+  };
+  const move = event => {
+    const [left, right] = shares(event), {clientX, clientY} = event.touches[0];
+    if (held && right !== undefined) {
+      const span = (held[1] - held[0]) / Math.max(0.05, right - left);
+      setWindow(held[0] - left * span, held[0] + (1 - left) * span);
+    } else plot.over.dispatchEvent(new MouseEvent('mousemove', {clientX, clientY}));
+  };
+  for (const [kind, act] of [['touchstart', start], ['touchmove', move], ['touchend', start]]) plot.over.addEventListener(kind, act, {passive: true});
+}
+
 /* One plot over time: lines [{name, tone, width, values}], with the band of noise around zero. */
 function timePlot({title, unit, t, lines, noise, height, said}) {
   const shown = shownUnit(unit, largest(lines.map(line => line.values)));
@@ -71,7 +91,7 @@ function timePlot({title, unit, t, lines, noise, height, said}) {
   const plot = grown(place, {
     height: Math.round(height * rem()), padding: [8, 16, 0, 0],
     cursor: {...mouse(), sync: {key: 'time', setSeries: false, scales: ['x', null], filters: {pub: type => type === 'mousemove' || type === 'mouseleave'}}},
-    scales: {x: {time: false, range: () => state.window}, y: {range: (u, low, high) => roomy(low, high)}},
+    scales: {x: {time: false, range: () => state.window}, y: {range: (u, low, high) => roomy(low, high, said)}},
     axes: [axis(true, {values: (u, splits) => labels(splits).map(label => `${label} s`)}), axis(false)],
     series: [{label: 'time', value: read('s', 6)},
       ...lines.map(line => ({label: line.name, stroke: colour(line.tone), width: line.width || 1.3, points: {show: false}, value: read(shown.unit)}))],
@@ -80,6 +100,7 @@ function timePlot({title, unit, t, lines, noise, height, said}) {
   plot.said = () => {
     head.lastChild.textContent = said ? 'RMS in view: ' + lines.map(line => `${line.name} ${rms(t, line.values, shown.factor)}`).join(', ') + (finite(noise) ? `, noise ${digits(noise / shown.factor, 3)}` : '') : '';
   };
+  touched(plot);
   plots.push(plot);
 }
 

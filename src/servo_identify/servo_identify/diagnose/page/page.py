@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from functools import cache
 from hashlib import sha256
 from importlib.resources import files
 import json
 from math import isfinite
 from pathlib import Path
 
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from . import tables
@@ -40,13 +41,11 @@ def page_of(document: dict) -> str:
     """
     report = document.get('report') or {}
     scripts = [_asset('uplot/uPlot.iife.min.js'), _asset('plots.js'), _asset('page.js')]
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-                              lstrip_blocks=True)
-    return environment.from_string(_asset('page.html')).render(
+    return _template().render(
         **_head(report), **_body(report),
         patch=(document.get('patch') or '').splitlines(),
         heat=tables.heat_map(document.get('correlations') or {}),
-        facts=document.get('facts') or {},
+        facts=tables.made_by(document.get('facts') or {}),
         signals=bool(document.get('series') or document.get('equations')),
         data=_data(document, report), style=Markup(_asset('uplot/uPlot.min.css')
                                                    + '\n' + _asset('page.css')),
@@ -91,7 +90,7 @@ def _body(report: dict) -> dict:
         if report.get('where') else [],
         'causes': causes(which),
         'gap_bars': tables.gap_bars(report.get('gap') or {}, bool(which)),
-        'channels': tables.channel_rows(report.get('channels') or {}),
+        'channels': tables.channel_table(report.get('channels') or {}, bool(which)),
         'moved': tables.moved_rows(report.get('moved') or []),
         'defaults': tables.default_rows(report.get('defaults') or []),
         'equations': tables.equation_rows(report.get('equations') or {}),
@@ -136,6 +135,13 @@ def _rounded(thing, digits: int = DIGITS):
     if isinstance(thing, (list, tuple)):
         return [_rounded(value, digits) for value in thing]
     return thing
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+                              lstrip_blocks=True)
+    return environment.from_string(_asset('page.html'))
 
 
 def _asset(name: str) -> str:

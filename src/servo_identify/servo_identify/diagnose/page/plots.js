@@ -89,9 +89,10 @@ function axis(across, overrides) {
   };
 }
 
-/* Some room above and below the values that are seen. */
-function roomy(low, high) {
+/* Some room above and below the values that are seen; errors are seen from zero. */
+function roomy(low, high, zero = false) {
   if (!isFinite(low) || !isFinite(high)) return [-1, 1];
+  if (zero) [low, high] = [Math.min(low, 0), Math.max(high, 0)];
   const room = 0.07 * (high - low) || 0.1 * Math.abs(high) || 1;
   return [low - room, high + room];
 }

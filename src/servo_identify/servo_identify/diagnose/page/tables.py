@@ -9,6 +9,8 @@ STEPS = (('twin as given', 'as_given', 'twin'),
          ('values refitted', 'refitted', 'left'), ('augmented twin', 'after', 'augmented'))
 """Stages of the twin, with the field of ``report.gap`` and the colour of the bar."""
 
+COLUMNS = {'given': 'as given', 'within': 'within tolerance', 'after': 'augmented',
+           'noise': 'noise'}
 PURPOSES = {'screen': 'selected the effects', 'accept': 'had to confirm them',
             'report': 'measured what is gone'}
 SEVERITY = ('red', 'amber', 'green')
@@ -30,21 +32,33 @@ def gap_bars(gap: dict, added: bool) -> list[dict]:
             for step, value, tone in steps]
 
 
-def channel_rows(channels: dict) -> list[dict]:
-    """Return the error of each channel (RMS) by stage of the twin."""
+def channel_table(channels: dict, added: bool) -> dict | None:
+    """Return {columns, rows}: the error of each channel (RMS) by stage of the twin."""
+    errors = {name: _errors(one, added) for name, one in channels.items()}
+    kept = [key for key in COLUMNS if any(known(one[key]) for one in errors.values())]
+    if not kept:
+        return None
     rows = []
-    for name, one in channels.items():
-        given = one.get('as_given', one.get('rms_gap'))
-        after = one.get('augmented', one.get('rms_after'))
-        gone = (f'{number(given / after, 2)} times less'
-                if known(given) and known(after) and 0.0 < after < 0.95 * given else '')
-        errors = {'given': given, 'within': one.get('within_tolerance'), 'after': after,
-                  'noise': one.get('noise_floor')}
-        factor, shown = shortened(one.get('unit'),
-                                  max((v for v in errors.values() if known(v)), default=0.0))
-        rows.append({'name': spoken(name), 'unit': shown, 'gone': gone,
-                     **{k: number(v / factor if known(v) else v, 3) for k, v in errors.items()}})
-    return rows
+    for name, one in errors.items():
+        factor, shown = shortened(channels[name].get('unit'),
+                                  max((v for v in one.values() if known(v)), default=0.0))
+        rows.append({'name': spoken(name), 'unit': shown, 'gone': _gone(one), 'cells': [
+            (key, number(one[key] / factor if known(one[key]) else None, 3)) for key in kept]})
+    return {'columns': [COLUMNS[key] for key in kept], 'rows': rows}
+
+
+def _errors(one: dict, added: bool) -> dict:
+    return {'given': one.get('as_given', one.get('rms_gap')),
+            'within': one.get('within_tolerance'),
+            'after': one.get('augmented', one.get('rms_after')) if added else None,
+            'noise': one.get('noise_floor')}
+
+
+def _gone(errors: dict) -> str:
+    given, after = errors['given'], errors['after']
+    if known(given) and known(after) and 0.0 < after < 0.95 * given:
+        return f'{number(given / after, 2)} times less'
+    return ''
 
 
 def moved_rows(moved: list[dict]) -> list[dict]:
@@ -126,8 +140,17 @@ def default_rows(defaults: list[dict]) -> list[dict]:
 
 def sorted_findings(findings: list[dict]) -> list[dict]:
     """Return the findings of the check, the gravest first."""
-    order = {level: k for k, level in enumerate(SEVERITY)}
-    return sorted(findings, key=lambda one: order.get(one.get('level'), len(order)))
+    said = [{'level': one.get('level') if one.get('level') in SEVERITY else 'amber',
+             'sentence': one.get('sentence') or '', 'action': one.get('action') or ''}
+            for one in findings]
+    return sorted(said, key=lambda one: SEVERITY.index(one['level']))
+
+
+def made_by(facts: dict) -> dict | None:
+    """Return command, version, date and the hashes of the inputs, each empty where not said."""
+    said = {key: facts.get(key) or '' for key in ('command', 'version', 'date')}
+    said['inputs'] = facts.get('inputs') or {}
+    return said if any(said.values()) else None
 
 
 def experiment(chosen: dict) -> dict | None:
