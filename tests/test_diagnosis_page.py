@@ -7,85 +7,17 @@ import re
 
 from diagnosis_document import document, HOSTILE, STATUSES
 from headless_chromium import Browser, found, NAMES
+import numpy as np
+from page_labels import OVERLAPS, RECORD_LABELS, TICKS
 import pytest
 
 from servo_identify.diagnose.page.page import page_of, STATUS, write_page
+from servo_identify.diagnose.page.samples import packed_series
 from servo_identify.diagnose.page.words import number, percent, shortened, unit
 
 BARE = {'report': {'verdict': {'status': 'unknown', 'sentence': 'Nothing is known.'}}}
 PARTS = ('channels', 'where', 'which', 'gap', 'unknown', 'next_experiment', 'moved', 'defaults',
          'equations', 'stability', 'findings', 'confirm', 'warnings', 'timing', 'recordings')
-
-RECORD_LABELS = """
-const write = CanvasRenderingContext2D.prototype.fillText;
-const wipe = CanvasRenderingContext2D.prototype.clearRect;
-CanvasRenderingContext2D.prototype.clearRect = function (...box) {
-  this.canvas.labels = [];
-  return wipe.apply(this, box);
-};
-CanvasRenderingContext2D.prototype.fillText = function (text, x, y, ...more) {
-  const size = this.measureText(text), at = this.getTransform().transformPoint({x, y});
-  (this.canvas.labels ||= []).push({text, align: this.textAlign, bottom: this.textBaseline,
-    left: at.x - size.actualBoundingBoxLeft, right: at.x + size.actualBoundingBoxRight,
-    up: at.y - size.actualBoundingBoxAscent, down: at.y + size.actualBoundingBoxDescent});
-  return write.call(this, text, x, y, ...more);
-};
-"""
-
-OVERLAPS = """(() => {
-  const boxes = [], clipped = node => {
-    let box = {left: 0, right: document.documentElement.clientWidth, top: -1e9, bottom: 1e9};
-    for (let one = node; one && one !== document.body; one = one.parentElement) {
-      if (getComputedStyle(one).overflow === 'visible') continue;
-      const r = one.getBoundingClientRect();
-      box = {left: Math.max(box.left, r.left), right: Math.min(box.right, r.right),
-             top: Math.max(box.top, r.top), bottom: Math.min(box.bottom, r.bottom)};
-    }
-    return box;
-  };
-  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (walk.nextNode()) {
-    const node = walk.currentNode, parent = node.parentElement;
-    if (!node.data.trim() || !parent.checkVisibility({visibilityProperty: true})) continue;
-    if (parent.closest('script, style, noscript, option')) continue;
-    const range = document.createRange(), clip = clipped(parent);
-    range.selectNodeContents(node);
-    for (const r of range.getClientRects())
-      boxes.push({text: node.data.trim().slice(0, 40), left: Math.max(r.left, clip.left),
-                  right: Math.min(r.right, clip.right), up: Math.max(r.top, clip.top),
-                  down: Math.min(r.bottom, clip.bottom), raw: r.right});
-  }
-  for (const canvas of document.querySelectorAll('canvas')) {
-    const place = canvas.getBoundingClientRect();
-    for (const l of canvas.labels || []) {
-      if (!l.text) continue;
-      boxes.push({text: l.text, left: place.left + l.left, right: place.left + l.right,
-                  up: place.top + l.up, down: place.top + l.down, cut: l.left < -1 ||
-                  l.right > canvas.width + 1 || l.up < -1 || l.down > canvas.height + 1});
-    }
-  }
-  const bad = boxes.filter(b => b.cut).map(b => `cut off: ${b.text}`);
-  if (document.documentElement.scrollWidth > document.documentElement.clientWidth)
-    bad.push(`the page is ${document.documentElement.scrollWidth} px wide`);
-  const shown = boxes.filter(b => b.right - b.left > 1 && b.down - b.up > 1);
-  shown.sort((a, b) => a.up - b.up);
-  shown.forEach((a, i) => {
-    for (let j = i + 1; j < shown.length && shown[j].up < a.down - 2.5; j++) {
-      const b = shown[j];
-      if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5 &&
-          Math.min(a.down, b.down) - b.up > 0.3 * Math.min(a.down - a.up, b.down - b.up))
-        bad.push(`${a.text} | ${b.text}`);
-    }
-  });
-  return bad;
-})()"""
-
-TICKS = """[...document.querySelectorAll('canvas')].map(canvas => {
-  const count = align => (canvas.labels || [])
-    .filter(l => l.align === align && /\\d/.test(l.text));
-  return {x: count('center').length, y: count('right').length,
-          small: canvas.height < 90 && !count('right').length};
-})"""
 
 
 class Elements(HTMLParser):
@@ -215,10 +147,29 @@ def test_the_page_is_one_file_with_its_library_and_licence():
     assert len(page) < 2.5e6
 
 
-def test_nothing_but_a_number_becomes_a_sample():
-    one = document()
-    one['series'][0]['channels']['torsion']['rig'][0] = float('inf')
-    assert 'Infinity' not in page_of(one).partition('id="data">')[2].partition('</script>')[0]
+def test_samples_are_carried_to_a_tenth_of_the_noise():
+    rig = [1.61e2 + 3e-6, None, float('inf'), 1.61e2 - 4e-6, -7.0]
+    carried = packed_series({'t': [0.0, 0.1, 0.2, 0.3, 0.4], 'channels': {
+        'motor_position': {'noise': 2e-6, 'rig': rig, 'as_given': None}}})
+    one = carried['channels']['motor_position']
+    assert [step is None for step in one['rig']['steps']] == [False, True, True, False, False]
+    sums = np.cumsum([step or 0 for step in one['rig']['steps']]) * one['rig']['quantum']
+    assert np.abs(sums[[0, 3, 4]] - np.array(rig)[[0, 3, 4]].astype(float)).max() < 2e-7
+    assert one['as_given']['steps'] == []
+    without_noise = {'rig': [100.0, 100.001], 'as_given': [100.0, 100.0]}
+    carried = packed_series({'channels': {'load_position': without_noise}})
+    assert carried['channels']['load_position']['rig']['quantum'] < 1e-6
+
+
+def test_the_browser_reads_the_samples_that_were_written(browser, full):
+    browser.open(full)
+    there = browser.run("seriesOf('sweep_1')")
+    written = document()['series'][1]
+    assert np.allclose(there['t'], written['t'], atol=1e-6)
+    for name, channel in written['channels'].items():
+        for side in ('rig', 'as_given', 'augmented'):
+            read = np.array(there['channels'][name][side], dtype=float)
+            assert np.allclose(read, channel[side], atol=0.1 * channel['noise'], equal_nan=True)
 
 
 @pytest.mark.parametrize(('value', 'said'), [

@@ -1,7 +1,7 @@
 /* The page at work: recordings, channels, the window of time, copying, dark and light. */
 'use strict';
 
-const page = JSON.parse(document.getElementById('data').textContent);
+const page = JSON.parse(document.getElementById('data').textContent, (_, value) => (value?.steps ? unpacked(value) : value));
 const one = id => document.getElementById(id);
 const made = (tag, text = '', className = '') => Object.assign(document.createElement(tag), {textContent: text, className});
 const state = {recording: null, channels: new Set(), window: [0, 1], whole: [0, 1]};

@@ -16,12 +16,12 @@ from markupsafe import Markup
 from . import tables
 from .causes import causes
 from .chain import chain
+from .samples import packed_equation, packed_series
 from .words import between, known, percent, spoken
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
           'partly_explained': 'gap explained in part', 'unknown': 'cause unknown'}
-DIGITS = 6  # of a sample that is drawn
-DIGITS_OF_TIME = 9
+DIGITS = 6  # of a curve that is drawn
 
 
 def write_page(document: dict, path: Path | str) -> Path:
@@ -112,12 +112,8 @@ def _named_in(named: object) -> list[tuple[str, str]]:
 def _data(document: dict, report: dict) -> Markup:
     """Return what the plots are drawn of as JSON that can stand in a script element."""
     kept = {
-        'series': [{**one, 't': _rounded(one.get('t') or [], DIGITS_OF_TIME),
-                    'channels': _rounded(one.get('channels') or {})}
-                   for one in document.get('series') or []],
-        'equations': [{**one, 't': _rounded(one.get('t') or [], DIGITS_OF_TIME),
-                       'before': _rounded(one.get('before')), 'after': _rounded(one.get('after'))}
-                      for one in document.get('equations') or []],
+        'series': [packed_series(one) for one in document.get('series') or []],
+        'equations': [packed_equation(one) for one in document.get('equations') or []],
         'curves': [{'curve': _rounded(one.get('curve')), 'points': _rounded(one.get('points'))}
                    for one in report.get('which') or []],
     }
@@ -127,13 +123,13 @@ def _data(document: dict, report: dict) -> Markup:
     return Markup(text)
 
 
-def _rounded(thing, digits: int = DIGITS):
+def _rounded(thing):
     if isinstance(thing, float):
-        return float(f'{thing:.{digits}g}') if isfinite(thing) else None
+        return float(f'{thing:.{DIGITS}g}') if isfinite(thing) else None
     if isinstance(thing, dict):
-        return {name: _rounded(value, digits) for name, value in thing.items()}
+        return {name: _rounded(value) for name, value in thing.items()}
     if isinstance(thing, (list, tuple)):
-        return [_rounded(value, digits) for value in thing]
+        return [_rounded(value) for value in thing]
     return thing
 
 

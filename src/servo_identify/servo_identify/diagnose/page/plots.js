@@ -11,6 +11,12 @@ const pretty = unit => String(unit || '').replace(/([A-Za-z])([23])\b/g, (_, a, 
 const spoken = name => String(name).replaceAll('_', ' ');
 const rem = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 
+/* Samples from whole steps of a quantum, each counted from the one before; null where there is none. */
+function unpacked({quantum, steps}) {
+  let sum = 0;
+  return steps.map(step => (step === null ? null : (sum += step) * quantum));
+}
+
 /* A value with four digits, as it is read under the cursor. */
 function digits(value, count = 4) {
   if (value === null || value === undefined || !isFinite(value)) return '–';
