@@ -94,7 +94,8 @@ def test_it_says_what_the_document_says():
             'A load step at standstill changes it', 'at its bound', '+10.0 %', 'Defaults taken',
             'To tell apart stribeck friction and load dependent friction', 'It repeats 161 times',
             '--reach travel=2', 'Friction grows by 1.4 N m', 'Turn the load by hand',
-            'Record a sweep up to 8 Hz.', 'upper bound, 6.336 kg m2', '21.7 s', '1' * 64,
+            'Record a sweep up to 8 Hz.', 'upper bound, 6.336 kg m2', '21.7 s', 'fit as given', '91 %',
+            '1' * 64,
             'backlash named in 85 % of 20 splits', 'multisine_3, load_steps_3'):
         assert expected in said, expected
 
@@ -105,6 +106,9 @@ def test_it_leaves_out_what_is_empty_or_missing():
         for one in ({**whole['report'], part: type(whole['report'][part])()},
                     {k: v for k, v in whole['report'].items() if k != part}):
             assert 'None' not in text_of(page_of({'report': one}))
+    del whole['report']['which'][0]['alternatives']
+    del whole['report']['which'][0]['ambiguous_with']
+    assert text_of(page_of(whole)).count('Nothing else in the catalogue') == 1
     bare = elements_of(page_of(BARE))
     assert 'section' not in bare.names and 'table' not in bare.names
 

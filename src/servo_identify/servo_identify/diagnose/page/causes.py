@@ -34,6 +34,7 @@ def _cause(one: dict) -> dict:
         'realised': _share(one.get('shrink_realised')),
         'interval': between(one.get('interval')),
         'alternatives': _alternatives(one),
+        'alone': {'alternatives', 'ambiguous_with'} <= set(one),
     }
 
 

@@ -10,7 +10,7 @@ STEPS = (('twin as given', 'as_given', 'twin'),
 """Stages of the twin, with the field of ``report.gap`` and the colour of the bar."""
 
 COLUMNS = {'given': 'as given', 'within': 'within tolerance', 'after': 'augmented',
-           'noise': 'noise'}
+           'noise': 'noise', 'fit': 'fit as given'}
 PURPOSES = {'screen': 'selected the effects', 'accept': 'had to confirm them',
             'report': 'measured what is gone'}
 SEVERITY = ('red', 'amber', 'green')
@@ -35,16 +35,24 @@ def gap_bars(gap: dict, added: bool) -> list[dict]:
 def channel_table(channels: dict, added: bool) -> dict | None:
     """Return {columns, rows}: the error of each channel (RMS) by stage of the twin."""
     errors = {name: _errors(one, added) for name, one in channels.items()}
-    kept = [key for key in COLUMNS if any(known(one[key]) for one in errors.values())]
+    kept = [key for key in COLUMNS
+            if any(known(one.get(key)) for one in (*errors.values(), *_fits(channels)))]
     if not kept:
         return None
     rows = []
     for name, one in errors.items():
         factor, shown = shortened(channels[name].get('unit'),
                                   max((v for v in one.values() if known(v)), default=0.0))
-        rows.append({'name': spoken(name), 'unit': shown, 'gone': _gone(one), 'cells': [
-            (key, number(one[key] / factor if known(one[key]) else None, 3)) for key in kept]})
-    return {'columns': [COLUMNS[key] for key in kept], 'rows': rows}
+        cells = {key: number(value / factor if known(value) else None, 3)
+                 for key, value in one.items()}
+        cells['fit'] = percent(channels[name].get('fit'), 3)
+        rows.append({'name': spoken(name), 'unit': shown, 'gone': _gone(one),
+                     'cells': [(key, cells[key]) for key in kept]})
+    return {'columns': [(key, COLUMNS[key]) for key in kept], 'rows': rows}
+
+
+def _fits(channels: dict) -> list[dict]:
+    return [{'fit': one.get('fit')} for one in channels.values()]
 
 
 def _errors(one: dict, added: bool) -> dict:
