@@ -21,6 +21,8 @@ from .words import between, known, percent, spoken
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
           'partly_explained': 'gap explained in part', 'unknown': 'cause unknown'}
+SCRIPTS = ('uplot/uPlot.iife.min.js', 'plots.js', 'curve.js', 'time_plots.js', 'overview.js',
+           'page.js')
 DIGITS = 6  # of a curve that is drawn
 
 
@@ -40,7 +42,7 @@ def page_of(document: dict) -> str:
     facts. What is empty or missing is left out of the page.
     """
     report = document.get('report') or {}
-    scripts = [_asset('uplot/uPlot.iife.min.js'), _asset('plots.js'), _asset('page.js')]
+    scripts = [_asset(name) for name in SCRIPTS]
     return _template().render(
         **_head(report), **_body(report),
         patch=(document.get('patch') or '').splitlines(),

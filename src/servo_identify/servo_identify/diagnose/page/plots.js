@@ -2,16 +2,37 @@
 'use strict';
 
 const SHORTENED = /^(rad|N|A|V|m|W|Hz|J)(?![A-Za-z%])/;
-const PREFIXES = [[1e-12, 'p'], [1e-9, 'n'], [1e-6, 'µ'], [1e-3, 'm'], [1, ''], [1e3, 'k'], [1e6, 'M']];
-const RAISED = {'-': '⁻', 0: '⁰', 1: '¹', 2: '²', 3: '³', 4: '⁴', 5: '⁵', 6: '⁶', 7: '⁷', 8: '⁸', 9: '⁹'};
+const PREFIXES = [
+  [1e-12, 'p'],
+  [1e-9, 'n'],
+  [1e-6, 'µ'],
+  [1e-3, 'm'],
+  [1, ''],
+  [1e3, 'k'],
+  [1e6, 'M'],
+];
+const RAISED = {
+  '-': '⁻',
+  0: '⁰',
+  1: '¹',
+  2: '²',
+  3: '³',
+  4: '⁴',
+  5: '⁵',
+  6: '⁶',
+  7: '⁷',
+  8: '⁸',
+  9: '⁹',
+};
 
 const raised = power => [...String(power)].map(sign => RAISED[sign]).join('');
 const minus = text => text.replace('-', '−');
-const pretty = unit => String(unit || '').replace(/([A-Za-z])([23])\b/g, (_, a, n) => a + RAISED[n]);
+const pretty = unit =>
+  String(unit || '').replace(/([A-Za-z])([23])\b/g, (_, a, n) => a + RAISED[n]);
 const spoken = name => String(name).replaceAll('_', ' ');
 const rem = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 
-/* Samples from whole steps of a quantum, each counted from the one before; null where there is none. */
+/* Samples from whole steps of a quantum, each counted from the one before; null where none is. */
 function unpacked({quantum, steps}) {
   let sum = 0;
   return steps.map(step => (step === null ? null : (sum += step) * quantum));
@@ -28,9 +49,12 @@ function digits(value, count = 4) {
 }
 
 /* What the legend says of the sample under the cursor. */
-const read = (unit, count = 4) => (u, value) => (value === null || value === undefined ? '' : `${digits(value, count)} ${unit}`);
+const read =
+  (unit, count = 4) =>
+  (u, value) =>
+    value === null || value === undefined ? '' : `${digits(value, count)} ${unit}`;
 
-/* The factor and unit in which the largest of some values has one to three digits before the point. */
+/* The factor and unit in which the largest of some values has one to three whole digits. */
 function shownUnit(unit, largest) {
   const name = pretty(unit);
   if (!(largest > 0) || (largest >= 0.02 && largest < 2e4)) return {factor: 1, unit: name};
@@ -46,7 +70,8 @@ function shownUnit(unit, largest) {
 function ticks(low, high, most) {
   const span = high - low;
   if (!(span > 0)) return [low];
-  let power = Math.floor(Math.log10(span / most)), step = null;
+  let power = Math.floor(Math.log10(span / most)),
+    step = null;
   for (let k = 0; k < 12; k++) {
     const next = [1, 2, 5][k % 3] * 10 ** (power + Math.floor(k / 3));
     const count = Math.floor(high / next + 1e-9) - Math.ceil(low / next - 1e-9) + 1;
@@ -55,7 +80,8 @@ function ticks(low, high, most) {
     if (count <= most) break;
   }
   if (step === null) return [low, high];
-  const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
+  const first = Math.ceil(low / step - 1e-9),
+    last = Math.floor(high / step + 1e-9);
   return Array.from({length: last - first + 1}, (_, k) => +((first + k) * step).toPrecision(12));
 }
 
@@ -86,12 +112,24 @@ function colour(name, share = 100) {
 function axis(across, overrides) {
   const font = 0.76 * rem();
   return {
-    stroke: colour('soft'), font: `${font}px ${getComputedStyle(document.body).fontFamily}`,
-    grid: {stroke: colour('line'), width: 1, show: !across}, ticks: {stroke: colour('line'), size: across ? 4 : 0},
-    size: across ? 1.9 * font + 6 : 4.6 * font, gap: 5,
-    splits: (u, _, low, high) => readable(low, high, across ? u.over.clientWidth || u.width - 5 * font
-      : u.over.clientHeight || u.height - 3 * font, across, font),
-    values: (u, splits) => labels(splits), ...overrides,
+    stroke: colour('soft'),
+    font: `${font}px ${getComputedStyle(document.body).fontFamily}`,
+    grid: {stroke: colour('line'), width: 1, show: !across},
+    ticks: {stroke: colour('line'), size: across ? 4 : 0},
+    size: across ? 1.9 * font + 6 : 4.6 * font,
+    gap: 5,
+    splits: (u, _, low, high) =>
+      readable(
+        low,
+        high,
+        across
+          ? u.over.clientWidth || u.width - 5 * font
+          : u.over.clientHeight || u.height - 3 * font,
+        across,
+        font,
+      ),
+    values: (u, splits) => labels(splits),
+    ...overrides,
   };
 }
 
@@ -103,7 +141,8 @@ function roomy(low, high, zero = false) {
   return [low - room, high + room];
 }
 
-const largest = lists => lists.flat().reduce((most, value) => Math.max(most, Math.abs(value || 0)), 0);
+const largest = lists =>
+  lists.flat().reduce((most, value) => Math.max(most, Math.abs(value || 0)), 0);
 
 /* Builds a plot that follows the width of its place. */
 function grown(place, options, values) {
@@ -115,41 +154,4 @@ function grown(place, options, values) {
   watch.observe(place);
   plot.stopWatching = () => watch.disconnect();
   return plot;
-}
-
-/* A curve with its band over measured points: {curve, points} of one missing effect. */
-function curvePlot(place, {curve, points}) {
-  const order = curve.x.map((_, k) => k).sort((a, b) => curve.x[a] - curve.x[b]);
-  const sorted = list => order.map(k => list[k]);
-  const banded = curve.low?.length === curve.x.length && curve.high?.length === curve.x.length;
-  const dots = points?.x?.length ? points : {x: [], y: []};
-  const inner = dots.y.filter(value => value !== null).sort((a, b) => a - b);
-  const edges = inner.length ? [inner[Math.floor(0.005 * inner.length)], inner[Math.ceil(0.995 * inner.length) - 1]] : [];
-  const heights = [...curve.y, ...(banded ? [...curve.low, ...curve.high] : []), ...edges].filter(v => v !== null);
-  const across = shownUnit(curve.unit, largest(curve.x)), up = shownUnit(curve.y_unit, largest(heights));
-  const scaled = (list, factor) => list.map(value => (value === null ? null : value / factor));
-  const wide = [...curve.x, ...dots.x].filter(v => v !== null);
-  const ends = [Math.min(...wide) / across.factor, Math.max(...wide) / across.factor];
-  const range = roomy(Math.min(...heights) / up.factor, Math.max(...heights) / up.factor);
-  const line = (label, name, width) => ({label, stroke: colour(name), width, points: {show: false}, value: read(up.unit)});
-  const dotted = colour('twin', 60);
-  const drawDots = u => {
-    const {ctx} = u, {left, top, width, height} = u.bbox, size = Math.max(1.5, 2 * devicePixelRatio);
-    ctx.save(); ctx.beginPath(); ctx.rect(left, top, width, height); ctx.clip();
-    ctx.fillStyle = dotted;
-    dots.x.forEach((x, k) => { if (dots.y[k] !== null && x !== null) ctx.fillRect(u.valToPos(x / across.factor, 'x', true) - size / 2, u.valToPos(dots.y[k] / up.factor, 'y', true) - size / 2, size, size); });
-    ctx.restore();
-  };
-  const font = 0.76 * rem();
-  return grown(place, {
-    height: Math.round(17 * rem()), padding: [8, 14, 0, 0], cursor: {y: false, drag: {x: false, y: false}},
-    scales: {x: {time: false, range: () => ends[1] > ends[0] ? ends : [ends[0] - 1, ends[0] + 1]}, y: {range: () => range}},
-    axes: [axis(true, {label: `${spoken(curve.variable || '')}${across.unit ? ', ' + across.unit : ''}`, labelSize: 1.7 * font, labelFont: `${font}px ${getComputedStyle(document.body).fontFamily}`}),
-      axis(false)],
-    series: [{label: spoken(curve.variable || 'x'), value: read(across.unit)}, line('curve', 'law', 2),
-      ...(banded ? [{...line('band from', 'augmented', 0.8), dash: [4, 3]}, {...line('to', 'augmented', 0.8), dash: [4, 3]}] : [])],
-    bands: banded ? [{series: [3, 2], fill: colour('augmented', 25)}] : [],
-    hooks: {drawAxes: [drawDots]},
-  }, [scaled(sorted(curve.x), across.factor), scaled(sorted(curve.y), up.factor),
-    ...(banded ? [scaled(sorted(curve.low), up.factor), scaled(sorted(curve.high), up.factor)] : [])]);
 }
