@@ -30,6 +30,7 @@ from servo_twin_msgs.msg import RecordingInfo
 
 from .growing_bag import RecordingFile
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
+from .servo_name import servo_file
 
 INFO = 'recording'
 DEFAULT_TOPICS = {
@@ -52,8 +53,8 @@ class Recorder(Node):
     """
     Records until ``done`` is set.
 
-    Raises ValueError for a topic without a type, FileExistsError for an output that exists and
-    OSError for a servo file that cannot be read.
+    Raises ValueError for a topic without a type or a servo file that is not there, and
+    FileExistsError for an output that exists.
     """
 
     def __init__(self) -> None:
@@ -93,7 +94,8 @@ class Recorder(Node):
         declare('topics', list(DEFAULT_TOPICS), 'Topics to record: names that the recorder knows, '
                 "or 'name:package/msg/Type'; relative names are in the node's namespace")
         declare('output', '', 'Bag directory to create; empty: recordings/<date and time>')
-        declare('servo_file', '', 'Servo file that is stored with the bag; empty: none')
+        declare('servo_file', '', 'Servo file that is stored with the bag: a path or a '
+                'shipped name such as rv_plain; empty: none')
         declare('family', '', 'Excitation family, such as speed_ladder; empty: not said')
         declare('replicate', 0, 'Number of this recording of the same excitation; 0: not said',
                 integer_range=[IntegerRange(from_value=0, to_value=2**31 - 1, step=1)])
@@ -122,6 +124,7 @@ class Recorder(Node):
 
     def _info(self) -> RecordingInfo:
         path = self._get('servo_file')
+        path = str(servo_file(path)) if path else ''
         content = Path(path).read_text('utf8') if path else ''
         info = RecordingInfo(
             servo=_servo_name(path, content), servo_file=content, family=self._get('family'),

@@ -22,7 +22,27 @@ def shipped(name: str) -> Path:
     return path
 
 
-def servo_at(given: str) -> Path:
-    """Return the servo file at a path, or the shipped one of that name (rv_bench, emps ...)."""
-    path = Path(given)
-    return path if path.suffix or path.exists() else shipped(f'servos/{given}.yaml')
+def servo_file(name_or_path: str | Path) -> Path:
+    """
+    Return the servo file that a person names: its path, or the name of a shipped one.
+
+    A bare word (rv_bench, emps ...) is the name of a shipped file; with a folder or an ending it
+    is a path. Commands, nodes and services all ask here; the recorder, which knows no twin, finds
+    the same file by the same rule (servo_rig_driver.record.servo_name). Raises ServoError for a
+    name that is not shipped and for a path that does not exist.
+    """
+    path = Path(name_or_path).expanduser()
+    if not path.suffix and len(path.parts) == 1 and not path.is_file():
+        return shipped(f'servos/{path.name}.yaml')
+    if not path.is_file():
+        raise ServoError(f'{path}: cannot be read: no such file; give the path of one, or the '
+                         f'name of a shipped one: {shipped_servos()}')
+    return path
+
+
+servo_at = servo_file
+
+
+def shipped_servos() -> list[str]:
+    """Return the names of the shipped servo files."""
+    return sorted(file.stem for file in shipped('servos/rv_bench.yaml').parent.glob('*.yaml'))

@@ -10,7 +10,7 @@ from rclpy.node import Node
 
 from servo_twin_msgs.srv import LoadServo
 
-from ..description import servo_file
+from ..description import servo_file, shipped
 from ..lockstep.lockstep import warm_up
 from ..physics.servo import Servo, ServoError
 
@@ -93,7 +93,9 @@ class ServoLoading:
 
 
 def wanted(path: str, content: str) -> Servo:
-    """Return the servo of a file's path, or of its content. Raises ServoError."""
+    """Return the servo of a path or shipped name, or of its content. Raises ServoError."""
     if bool(path) == bool(content):
         raise ServoError('give either the path of a servo file or its content')
-    return servo_file.load(path) if path else servo_file.loads(content, 'content')
+    if content:
+        return servo_file.loads(content, 'content')
+    return servo_file.load(shipped.servo_file(path))

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..balances.residual_filters import WINDOW
-from ..description.shipped import servo_at
+from ..description.shipped import servo_file
 from ..lockstep.lockstep import Settings
 from ..lockstep.twin import check_mode, LIVE_MODES
 from ..physics.servo import Servo, ServoError
@@ -57,7 +57,7 @@ def autostart(node: Node) -> bool:
 
 def servo_path(node: Node) -> Path:
     """Return the path of the servo file; a bare name is that of a shipped one."""
-    return servo_at(node.get_parameter('servo_file').value)
+    return servo_file(node.get_parameter('servo_file').value)
 
 
 def judge(parameters: Iterable[Parameter], servo: Servo | None) -> None:

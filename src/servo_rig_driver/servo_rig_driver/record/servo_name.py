@@ -1,0 +1,32 @@
+"""Finds the servo file that a person names, as servo_twin.description.shipped does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+
+
+def servo_file(name_or_path: str | Path) -> Path:
+    """
+    Return the servo file at a path, or the shipped one of that name.
+
+    A bare word is a name; with a folder or an ending it is a path. Raises ValueError for a name
+    that is not shipped and for a path that does not exist. The rig's side imports nothing of the
+    twin, so the rule stands here once more; a test holds both to each other.
+    """
+    path = Path(name_or_path).expanduser()
+    named = not path.suffix and len(path.parts) == 1 and not path.is_file()
+    try:
+        folder = Path(get_package_share_directory('servo_twin')) / 'config' / 'servos'
+    except PackageNotFoundError:
+        if named:
+            raise ValueError(f'servo file {path.name!r}: servo_twin, which ships servo files, is '
+                             'not installed; give a path') from None
+        folder = Path()
+    found = folder / f'{path.name}.yaml' if named else path
+    if not found.is_file():
+        known = sorted(file.stem for file in folder.glob('*.yaml'))
+        raise ValueError(f'{path}: cannot be read: no such file; give the path of one, or the '
+                         f'name of a shipped one: {known}')
+    return found
