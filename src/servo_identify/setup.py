@@ -25,7 +25,8 @@ setup(
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.invalid',
     packages=find_packages(exclude=['tests']),
-    package_data={'servo_identify': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml']},
+    package_data={'servo_identify': [
+        '**/*.html', '**/*.css', '**/*.js', '**/*.yaml', 'diagnose/page/uplot/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

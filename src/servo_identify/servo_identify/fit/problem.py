@@ -102,11 +102,11 @@ class Problem:
 
     def residual(self, y: list[np.ndarray]) -> np.ndarray:
         """Weighted residual twin minus rig, (rows, channels); zero where nothing is compared."""
-        return self.weighed(self._raw(y))
+        return self.weighed(self.raw(y))
 
     def raw_of(self, unknowns: Unknowns) -> np.ndarray:
         """Twin minus rig in units of the noise floor, (rows, channels)."""
-        return self._raw(self.shooting.simulate([unknowns])[0])
+        return self.raw(self.shooting.simulate([unknowns])[0])
 
     def weighed(self, raw: np.ndarray) -> np.ndarray:
         """Return raw residuals whitened and weighed."""
@@ -125,7 +125,8 @@ class Problem:
         white[np.isnan(white)] = np.inf
         return white
 
-    def _raw(self, y: list[np.ndarray]) -> np.ndarray:
+    def raw(self, y: list[np.ndarray]) -> np.ndarray:
+        """Twin minus rig of rolled-out outputs, in units of the noise floor, (rows, channels)."""
         error = (self.shooting.stacked(y) - self.measured) / self.noise
         blind = ~np.isfinite(self.measured)
         if not np.isfinite(error[~blind]).all():

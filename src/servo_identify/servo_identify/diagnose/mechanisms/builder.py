@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..residuals.samples import ResidualSamples
-from .hypothesis import Columns, Hypothesis, Mechanism, Series
+from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .scales import Scales
 
 VANISHING = 1e-6  # a column whose size is below this share of a noise unit moves nothing
@@ -35,13 +35,23 @@ class Builder:
         """Return what a signal, times a factor, does to all residuals."""
         return Columns(factor * placed(self.samples, signal, of), signal, of, factor)
 
+    def of_form(self, signal: str, form: Form) -> Columns:
+        """Return what a curve over one variable, added to a signal, does to all residuals."""
+        return self.place(signal, lambda one: form.shape(form.of(one)))
+
     def resisting(self, site: str, budget: Series) -> Columns:
         """Return what friction at a shaft of the size ``budget`` (N m) does."""
         return self.place(f'{site}_torque', lambda one: (
             -one.motion.direction[:, None] * budget(one)))
 
-    def hypothesis(self, mechanism: Mechanism, columns: Columns, signs: Sequence[int],
+    def resistance(self, mechanism: Mechanism, form: Form, signs: Sequence[int],
                    knots: Sequence = (), **more) -> Hypothesis | None:
+        """Return the hypothesis of friction whose size is a curve over one variable."""
+        columns = self.resisting(mechanism.site, lambda one: form.shape(form.of(one)))
+        return self.hypothesis(mechanism, columns, signs, knots, form=form, **more)
+
+    def hypothesis(self, mechanism: Mechanism, columns: Columns, signs: Sequence[int],
+                   knots: Sequence = (), form: Form | None = None, **more) -> Hypothesis | None:
         """Return a hypothesis without the columns that move nothing; None when none is left."""
         size = np.sqrt(np.mean(columns.table**2, axis=0)) if len(columns.table) else np.zeros(
             columns.size)
@@ -51,7 +61,7 @@ class Builder:
         if len(knots) == columns.size:
             knots = tuple(knots[k] for k in kept)
         return Hypothesis(mechanism, columns.only(kept), np.asarray(signs)[kept],
-                          knots=tuple(knots), **more)
+                          knots=tuple(knots), form=form and form.only(kept), **more)
 
     def known(self, port: str) -> bool:
         """Whether the servo has an effect at a port."""

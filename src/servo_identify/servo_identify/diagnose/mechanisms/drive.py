@@ -8,10 +8,14 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .builder import Builder
-from .hypothesis import Columns, Hypothesis, Mechanism
+from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
-BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)  # shares of the largest command within which nothing comes
-CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)  # from which less comes
+BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
+"""Shares of the largest command within which nothing may come."""
+
+CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
+"""Shares of the largest command from which less may come."""
+
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # sample periods
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0)
 
@@ -26,12 +30,14 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
 
     def shaped(name, change, signs, knots):
         mechanism = Mechanism(name, 'drive', 'command', ('command',), 'odd')
-        return builder.hypothesis(mechanism, _through(builder, change), signs, knots)
+        form = Form('command', 'V', 'V', _command, change)
+        return builder.hypothesis(mechanism, _through(builder, lambda u, period: change(u)),
+                                  signs, knots, form=form)
 
-    def band(command, period):
+    def band(command):
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
 
-    def ceiling(command, period):
+    def ceiling(command):
         return -np.sign(command)[:, None] * np.column_stack(
             [np.maximum(np.abs(command) - s * top, 0.0) for s in CEILINGS])
 
@@ -49,6 +55,11 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
             one = builder.hypothesis(mechanism, columns, [1], (share * period,), tried=len(shares))
             if one:
                 yield one
+
+
+def _command(one) -> np.ndarray:
+    reach = one.motion.test.reach
+    return one.regressor_command[reach:reach + len(one.motion.rows)]
 
 
 def _through(builder: Builder, change) -> Columns:

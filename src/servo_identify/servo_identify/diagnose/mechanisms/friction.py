@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .builder import Builder
-from .hypothesis import Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import stop_operator
 from .orders import hats, periodic
 
@@ -41,10 +41,14 @@ def _speed(one, site: str) -> np.ndarray:
     return np.abs(one.motion[f'{site}_speed'])
 
 
+def _over_speed(site: str, shape) -> Form:
+    return Form('speed', 'rad/s', 'N m', lambda one: _speed(one, site), shape)
+
+
 def _coulomb(builder, site):
     mechanism = Mechanism('coulomb_friction', 'friction', site, ('direction',), 'odd')
-    columns = builder.resisting(site, lambda one: np.ones((len(one.motion.rows), 1)))
-    return builder.hypothesis(mechanism, columns, [0])
+    form = _over_speed(site, lambda x: np.ones((len(x), 1)))
+    return builder.resistance(mechanism, form, [0])
 
 
 def _viscous(builder, site):
@@ -52,9 +56,9 @@ def _viscous(builder, site):
     top = builder.scales.top(f'{site}_speed')
     knots = (top, *(share * top for share in SPEEDS))
     mechanism = Mechanism('viscous_friction', 'friction', site, ('speed',), 'odd')
-    columns = builder.resisting(site, lambda one: np.column_stack(
-        [np.minimum(_speed(one, site), k) if k < top else _speed(one, site) for k in knots]))
-    return builder.hypothesis(mechanism, columns, [1] * len(knots), knots, either=True)
+    form = _over_speed(site, lambda x: np.column_stack(
+        [np.minimum(x, k) if k < top else x for k in knots]))
+    return builder.resistance(mechanism, form, [1] * len(knots), knots, either=True)
 
 
 def _stribeck(builder, site):
@@ -65,9 +69,8 @@ def _stribeck(builder, site):
         return None
     knots = np.geomspace(max(low, 1e-3 * top), 0.4 * top, FADES)
     mechanism = Mechanism('stribeck_friction', 'friction', site, ('speed',), 'odd')
-    columns = builder.resisting(site, lambda one: np.exp(
-        -(_speed(one, site)[:, None] / knots) ** 2))
-    return builder.hypothesis(mechanism, columns, [1] * FADES, knots, either=True)
+    form = _over_speed(site, lambda x: np.exp(-(x[:, None] / knots) ** 2))
+    return builder.resistance(mechanism, form, [1] * FADES, knots, either=True)
 
 
 def _drag(builder, site):
@@ -75,13 +78,13 @@ def _drag(builder, site):
     top = builder.scales.top(f'{site}_speed')
     mechanism = Mechanism('quadratic_drag', 'friction', site, ('speed',), 'odd')
 
-    def budget(one):
-        share = _speed(one, site) / top
+    def budget(speed):
+        share = speed / top
         return top * np.column_stack((*(share**power for power in POWERS),
                                       np.maximum(share - 0.5, 0.0)))
 
-    return builder.hypothesis(mechanism, builder.resisting(site, budget), [1] * 4,
-                              (*POWERS, 0.5), either=True)
+    return builder.resistance(mechanism, _over_speed(site, budget), [1] * 4, (*POWERS, 0.5),
+                              either=True)
 
 
 def _asymmetric(builder, site):
@@ -92,7 +95,9 @@ def _asymmetric(builder, site):
         return -np.column_stack((np.ones(len(one.motion.rows)), _speed(one, site),
                                  one.motion.direction))
 
-    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque), [0] * 3)
+    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, np.zeros(len(x)))))
+    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque), [0] * 3,
+                              form=form)
 
 
 def _by_load(builder, site):
@@ -104,15 +109,14 @@ def _by_load(builder, site):
                           'odd')
     lever = builder.samples.servo.values['mechanism.ratio'] if site == 'motor' else 1.0
 
-    def budget(one):
-        load = np.abs(one.predicted_load)
+    def budget(load):
         bends = [np.minimum(load, share * top) for share in LOADS]
         grows = [np.maximum(load - share * top, 0.0) for share in LOADS]
         return np.column_stack((load, *bends, *grows)) / lever
 
     knots = (top, *(share * top for share in LOADS), *(share * top for share in LOADS))
-    return builder.hypothesis(mechanism, builder.resisting(site, budget), [1] * len(knots),
-                              knots, either=True)
+    form = Form('load', 'N m', 'N m', lambda one: np.abs(one.predicted_load), budget)
+    return builder.resistance(mechanism, form, [1] * len(knots), knots, either=True)
 
 
 def _drift(builder, site):
@@ -128,8 +132,10 @@ def _drift(builder, site):
             fading.append((mean - one.motion['temperature']) / span)
         return np.column_stack(fading)
 
+    form = Form('time', 's', 'N m', lambda one: one.motion.time, lambda x: np.column_stack(
+        [*(np.exp(-x / settling) for settling in times), *[np.zeros(len(x))] * (span > 0.0)]))
     return builder.hypothesis(mechanism, builder.resisting(site, budget),
-                              [1] * (len(times) + (span > 0.0)), times, either=True)
+                              [1] * (len(times) + (span > 0.0)), times, either=True, form=form)
 
 
 def _presliding(builder, site):
@@ -155,8 +161,11 @@ def _presliding(builder, site):
         decays = way * np.exp(-ratio * one.motion.travel[:, None] / stops)
         return np.hstack((way - elements, decays))
 
+    form = Form('travel since reversal', 'rad', 'N m', lambda one: one.motion.travel,
+                lambda x: np.hstack((np.maximum(2.0 - ratio * x[:, None] / stops, 0.0),
+                                     np.exp(-ratio * x[:, None] / stops))))
     return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque),
-                              [1] * 2 * STOPS, (*stops, *stops))
+                              [1] * 2 * STOPS, (*stops, *stops), form=form)
 
 
 def _by_angle(builder: Builder, site: str, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -165,12 +174,13 @@ def _by_angle(builder: Builder, site: str, residual: np.ndarray) -> Iterator[Hyp
                           ('angle', 'direction'), 'odd')
     angle = f'{site}_angle'
     yield from periodic(builder, mechanism, residual, shaft_equation(builder, site), angle,
-                        f'{site}_torque', 'direction', lambda one: -one.motion.direction,
+                        f'{site}_torque', 'direction', lambda one: -one.motion.direction, 'N m',
                         mean=True)
     low, high = builder.scales.travel(angle)
     if 0.0 < high - low <= 2.0 * np.pi:
         edges = np.linspace(low, high, PLACES)
-        columns = builder.resisting(site, lambda one: hats(one.motion[angle], edges))
-        one = builder.hypothesis(mechanism, columns, [0] * PLACES, edges)
+        form = Form('angle', 'rad', 'N m', lambda one: one.motion[angle],
+                    lambda x: hats(x, edges))
+        one = builder.resistance(mechanism, form, [0] * PLACES, edges)
         if one:
             yield one

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,6 +71,28 @@ class Columns:
 
 
 @dataclass(frozen=True)
+class Form:
+    """
+    A mechanism as a curve over one variable, for one unit of each amplitude.
+
+    ``of(errors)`` returns the variable at the inner samples of a recording, in ``unit``;
+    ``shape(x)`` the curve, (len(x), n), in ``y_unit``: what friction resists with, the torque, the
+    angle or command that is lost.
+    """
+
+    variable: str
+    unit: str
+    y_unit: str
+    of: Series
+    shape: Callable[[np.ndarray], np.ndarray]
+
+    def only(self, kept: np.ndarray) -> Form:
+        """Return some of the columns; ``kept`` are their numbers."""
+        shape = self.shape
+        return replace(self, shape=lambda x: shape(x)[:, kept])
+
+
+@dataclass(frozen=True)
 class Hypothesis:
     """
     A mechanism with the columns of its flexible form.
@@ -79,7 +101,7 @@ class Hypothesis:
     that sign may be plus or minus; otherwise it is plus. ``knots`` say for which values of the
     variable the columns stand. ``path`` is the value of the servo file that would be off, within
     ``room`` of what it is. ``tried`` counts the alternatives (orders, delays) that this one was
-    chosen from; ``detail`` holds what else was searched.
+    chosen from; ``detail`` holds what else was searched; ``form`` its curve, where it is one.
     """
 
     mechanism: Mechanism
@@ -91,6 +113,7 @@ class Hypothesis:
     room: tuple[float, float] = (-np.inf, np.inf)
     tried: int = 1
     detail: Mapping[str, object] = field(default_factory=dict)
+    form: Form | None = None
 
     def bounds(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return (low, high) of the amplitudes: one pair, or one for each sign."""

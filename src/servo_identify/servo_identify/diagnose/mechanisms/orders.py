@@ -9,7 +9,7 @@ import numpy as np
 from servo_twin.balances.terms import EQUATIONS
 
 from .builder import Builder
-from .hypothesis import Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism
 
 LARGEST_ORDER = 200
 MOST = 3  # orders that one hypothesis takes in
@@ -28,14 +28,15 @@ def hats(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equation: str,
-             angle: str, signal: str, times: str, factor, least: float = 1.0,
+             angle: str, signal: str, times: str, factor, y_unit: str, least: float = 1.0,
              mean: bool = False) -> Iterator[Hypothesis]:
     """
     Yield hypotheses of waves over an angle: the strongest order, it with its multiples, the three
     strongest.
 
     ``times`` names what the waves are multiplied by in the search, ``factor(errors, number)``
-    returns it; ``signal`` is what they are in the equations. ``mean``: what varies has a mean too.
+    returns it; ``signal`` is what they are in the equations, ``y_unit`` their unit. ``mean``: what
+    varies has a mean too.
     """
     found, tried = orders_of(builder, equation, angle, residual, times, least)
     if not found:
@@ -49,7 +50,10 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
         columns = builder.place(signal, lambda one, orders=orders: (
             factor(one)[:, None] * waves(one.motion[angle], orders)))
         knots = tuple(order for order in orders for _ in range(2))
-        one = builder.hypothesis(mechanism, columns, [0] * len(knots), knots, tried=tried)
+        form = Form('angle', 'rad', y_unit, lambda one: one.motion[angle],
+                    lambda x, orders=orders: waves(x, orders))
+        one = builder.hypothesis(mechanism, columns, [0] * len(knots), knots, tried=tried,
+                                 form=form)
         if one:
             yield one
 

@@ -13,8 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from servo_twin.balances.terms import UNITS
+
 from .builder import Builder
-from .hypothesis import Columns, Hypothesis, Mechanism, UNKNOWN
+from .hypothesis import Form, Hypothesis, Mechanism, UNKNOWN
 from .orders import hats
 from .variables import Variable, variables_of
 
@@ -76,7 +78,10 @@ def _pattern(builder: Builder, equation: str, variable: Variable, edges: np.ndar
     if known == UNKNOWN:  # a pattern without a name claims nothing of other equations
         rows = builder.samples.rows(equation)[:, None]
         columns = replace(columns, table=np.where(rows, columns.table, 0.0))
-    return builder.hypothesis(mechanism, columns, [0] * len(edges), edges,
+    sign = -1.0 if place == 'shaft' and symmetry == 'odd' else 1.0  # friction resists
+    form = Form(variable.name, variable.unit, UNITS[equation], variable.sized,
+                lambda x: sign * hats(x, edges))
+    return builder.hypothesis(mechanism, columns, [0] * len(edges), edges, form=form,
                               detail={'form': 'curve', 'equation': equation})
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from .builder import Builder
 from .friction import shaft_equation
-from .hypothesis import Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import resonator
 from .orders import periodic, waves
 
@@ -24,19 +24,21 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     equation = shaft_equation(builder, 'motor')
     yield from periodic(builder, Mechanism('cogging', 'torque', 'motor', ('angle',), 'even'),
                         residual, equation, 'motor_angle', 'motor_torque', '',
-                        lambda one: np.ones(len(one.motion.rows)))
+                        lambda one: np.ones(len(one.motion.rows)), 'N m')
     yield from periodic(
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',
-        lambda one: one.predicted_current)
+        lambda one: one.predicted_current, 'N m/A')
     yield from filter(None, (_gravity(builder), _spring(builder), _saturation(builder)))
     yield from _payload(builder, residual)
 
 
 def _gravity(builder):
     mechanism = Mechanism('gravity', 'torque', 'load', ('angle',), 'even')
-    columns = builder.place('load_torque', lambda one: waves(one.motion['load_angle'], (1.0,)))
-    return builder.hypothesis(mechanism, columns, [0, 0], (1.0, 1.0))
+    form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'],
+                lambda x: waves(x, (1.0,)))
+    return builder.hypothesis(mechanism, builder.of_form('load_torque', form), [0, 0],
+                              (1.0, 1.0), form=form)
 
 
 def _spring(builder):
@@ -46,14 +48,15 @@ def _spring(builder):
     mechanism = Mechanism('spring_load', 'torque', 'load', ('angle',), 'even')
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
-    def torque(one):
-        place = (one.motion['load_angle'] - middle) / half
+    def torque(angle):
+        place = (angle - middle) / half
         ends = [np.maximum(way * place - (1.0 - 2.0 * share), 0.0) * -way
                 for share in STOPS for way in (1.0, -1.0)]
         return np.column_stack((np.ones(len(place)), -place, -place**3, *ends))
 
-    return builder.hypothesis(mechanism, builder.place('load_torque', torque),
-                              [0, 1, 1, *[1] * 2 * len(STOPS)])
+    form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'], torque)
+    return builder.hypothesis(mechanism, builder.of_form('load_torque', form),
+                              [0, 1, 1, *[1] * 2 * len(STOPS)], form=form)
 
 
 def _saturation(builder):
@@ -62,14 +65,14 @@ def _saturation(builder):
         return None
     mechanism = Mechanism('torque_saturation', 'torque', 'motor', ('current',), 'odd')
 
-    def torque(one):
-        current = one.predicted_current / top
-        size = np.abs(current)
+    def torque(current):
+        size = np.abs(current) / top
         lost = [size**3, *(np.maximum(size - knee, 0.0) for knee in KNEES)]
         return -np.sign(current)[:, None] * np.column_stack(lost)
 
-    return builder.hypothesis(mechanism, builder.place('motor_torque', torque),
-                              [1] * (1 + len(KNEES)), (0.0, *KNEES), either=True)
+    form = Form('current', 'A', 'N m', lambda one: one.predicted_current, torque)
+    return builder.hypothesis(mechanism, builder.of_form('motor_torque', form),
+                              [1] * (1 + len(KNEES)), (0.0, *KNEES), either=True, form=form)
 
 
 def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:

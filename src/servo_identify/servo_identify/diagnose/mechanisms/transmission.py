@@ -12,11 +12,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from .builder import Builder
-from .hypothesis import Columns, Hypothesis, Mechanism
+from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import stop_operator
 from .orders import LARGEST_ORDER, periodic
 
-BENDS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares of the largest torque at which the elasticity may bend
+BENDS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares of the largest torque at which it may bend
 LOOPS = (0.05, 0.12, 0.3, 0.7, 1.5)  # shares over which a hysteresis loop may close
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
 
@@ -34,14 +34,15 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
                           ('angle', 'load'), 'odd')
         yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',
-                            'flank', lambda one: 0.5 * one.flank(one.motion), mean=True)
+                            'flank', lambda one: 0.5 * one.flank(one.motion), 'rad',
+                            mean=True)
     error = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
     yield from periodic(builder, error, residual, 'transmission', 'load_angle', 'torsion', '',
-                        lambda one: np.ones(len(one.motion.rows)), PART)
+                        lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
     ratio = builder.samples.servo.values['mechanism.ratio']
     if 1.0 < ratio < LARGEST_ORDER and ratio != round(ratio) or ratio > LARGEST_ORDER:
         yield from periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
-                            '', lambda one: np.ones(len(one.motion.rows)), PART)
+                            '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
 
 
 def _torsion(builder, of) -> Columns:
@@ -62,7 +63,9 @@ def _compliance(builder):
 def _backlash(builder):
     mechanism = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd')
     columns = _torsion(builder, lambda one: 0.5 * one.flank(one.motion)[:, None])
-    return builder.hypothesis(mechanism, columns, [1])
+    form = Form('load', 'N m', 'rad', lambda one: np.abs(one.transmitted()),
+                lambda x: np.ones((len(x), 1)))
+    return builder.hypothesis(mechanism, columns, [1], form=form)
 
 
 def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
@@ -73,12 +76,12 @@ def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
 def _bent(builder, top):
     mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'odd')
 
-    def torsion(one):
-        torque = one.transmitted()
+    def torsion(torque):
         return np.sign(torque)[:, None] * np.column_stack(_bends(np.abs(torque), top))
 
-    return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(BENDS),
-                              tuple(s * top for s in BENDS), either=True)
+    form = Form('load', 'N m', 'rad', lambda one: one.transmitted(), torsion)
+    return builder.hypothesis(mechanism, builder.of_form('torsion', form), [1] * len(BENDS),
+                              tuple(s * top for s in BENDS), either=True, form=form)
 
 
 def _by_load(builder, top):
@@ -87,17 +90,18 @@ def _by_load(builder, top):
     known = builder.known('clearance')
     edges = (0.0, *BENDS, 1.0)
 
-    def torsion(one):
-        share = np.abs(one.transmitted()) / top
+    def width(torque):
+        share = np.abs(torque) / top
         grown = [np.clip((share - low) / (high - low), 0.0, 1.0)
                  for low, high in zip(edges[:-1], edges[1:], strict=True)]
-        grown = grown if known else [np.ones(len(share)), *grown]
-        return 0.5 * one.flank(one.motion)[:, None] * np.column_stack(grown)
+        return np.column_stack(grown if known else [np.ones(len(share)), *grown])
 
+    form = Form('load', 'N m', 'rad', lambda one: np.abs(one.transmitted()), width)
+    columns = _torsion(builder, lambda one: (
+        0.5 * one.flank(one.motion)[:, None] * width(one.transmitted())))
     knots = tuple(high * top for high in edges[1:])
-    return builder.hypothesis(mechanism, _torsion(builder, torsion),
-                              [1] * (len(knots) + (not known)),
-                              knots if known else (0.0, *knots))
+    return builder.hypothesis(mechanism, columns, [1] * (len(knots) + (not known)),
+                              knots if known else (0.0, *knots), form=form)
 
 
 def _hysteresis(builder, top):
@@ -107,5 +111,6 @@ def _hysteresis(builder, top):
         torque = one.transmitted()
         return -np.column_stack([stop_operator(torque, share * top) for share in LOOPS])
 
+    stiffness = builder.samples.servo.values.get('mechanism.stiffness', 1.0)
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(LOOPS),
-                              tuple(s * top for s in LOOPS))
+                              tuple(s * top for s in LOOPS), detail={'stiffness': stiffness})

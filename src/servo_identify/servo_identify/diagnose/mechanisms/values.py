@@ -8,7 +8,7 @@ import numpy as np
 
 from ..residuals.nuisance import slope
 from .builder import Builder
-from .hypothesis import Columns, Hypothesis, Mechanism
+from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
 FAR = 4.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
@@ -44,11 +44,26 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         if section != 'effects' and value != 0.0:
             ends = sorted((value / FAR, value * FAR))
             least, most = max(least, ends[0]), min(most, ends[1])
-        one = builder.hypothesis(_of_value(path, sites), Columns(column[:, None]), [0], path=path,
-                                 room=(least - value, most - value))
+        mechanism = _of_value(path, sites)
+        one = builder.hypothesis(mechanism, Columns(column[:, None]), [0], path=path,
+                                 room=(least - value, most - value), form=_line(path, mechanism))
         if one:
             yield one
     yield from _controller(builder)
+
+
+def _line(path: str, mechanism: Mechanism) -> Form | None:
+    """Return the torque that an inertia or a torque constant is off by, as a straight line."""
+    if path == 'drive.torque_constant':
+        return Form('current', 'A', 'N m', lambda one: one.predicted_current, lambda x: x[:, None])
+    if mechanism.port == 'inertia':
+        shaft = 'load' if 'load' in path else 'motor'
+        lever = (lambda one: 1.0) if shaft == 'load' else (
+            lambda one: one.servo.values['mechanism.ratio'])
+        return Form('acceleration', 'rad/s2', 'N m',
+                    lambda one: lever(one) * one.motion['load_acceleration'],
+                    lambda x: -x[:, None])
+    return None
 
 
 def _default(parameter) -> float:

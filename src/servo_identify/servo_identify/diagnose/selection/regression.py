@@ -8,6 +8,7 @@ Every fit, held-out error and bootstrap draws on these sums alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -84,6 +85,15 @@ class Regression:
             self.inside.append(used)
             self.products.append(products)
             self.where.append(where)
+
+    def of_blocks(self, kept: np.ndarray) -> Regression:
+        """Return the regression of some of the blocks, by their numbers."""
+        part = copy(self)
+        part.products = [products[kept] for products in self.products]
+        part.family, part.recording = self.family[kept], self.recording[kept]
+        part.counts, part.blocks = self.counts[:, kept], len(kept)
+        part.fold = np.arange(part.blocks) % FOLDS
+        return part
 
     def nuisances(self, chosen: Sequence[int]) -> np.ndarray:
         """Return the nuisance columns beside some hypotheses: a value that is freed is none."""

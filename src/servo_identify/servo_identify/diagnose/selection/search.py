@@ -127,11 +127,11 @@ class Search:
         columns, kept = self.columns_of(choice)
         low, high = self.bounds_of(choice, kept)
         weight, doubt = self._weight_near(choice)
-        room = self._room(kept, len(columns) - 1)
+        room = self.room(kept, len(columns) - 1)
         for turn in range(REWEIGHTED):
-            sums = self._sums(weight)
+            sums = self.sums(weight)
             folds = [regression.assembled([s[k] for s in sums], columns) for k in range(FOLDS)]
-            total, doubts = sum(folds), self._doubts(doubt, sums, columns)
+            total, doubts = sum(folds), self.doubts(doubt, sums, columns)
             prior = SURE**2 * doubts / room**2
             values = np.concatenate(([1.0], self._solved(total, prior, low, high)))
             left = self.groups(regression.errors_of(columns, values))
@@ -163,7 +163,7 @@ class Search:
         return Fitted(choice, columns, values, held_out, self.score(held_out, floor), weight,
                       doubt, count, float(cost))
 
-    def _doubts(self, doubt: np.ndarray, sums, columns: np.ndarray) -> np.ndarray:
+    def doubts(self, doubt: np.ndarray, sums, columns: np.ndarray) -> np.ndarray:
         """Return for each unknown how many samples count as one, by the equations it shows in."""
         share = np.zeros((len(doubt), len(columns) - 1))
         for i, table in enumerate(sums):
@@ -178,7 +178,7 @@ class Search:
         gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
         return solve(gram, low, high)
 
-    def _room(self, kept: np.ndarray, size: int) -> np.ndarray:
+    def room(self, kept: np.ndarray, size: int) -> np.ndarray:
         """Return the tolerance of each unknown, infinite where the servo file gives none."""
         regression, room = self.regression, np.full(size, np.inf)
         labels, values = regression.nuisance.labels, regression.samples.servo.values
@@ -200,7 +200,7 @@ class Search:
         share = (self._sizes * np.maximum(0.0, 1.0 - floor / np.maximum(left, 1e-12))).sum(axis=1)
         return 1.0 + share / whole * np.where(above.any(axis=1), whole / blocks, 0.0)
 
-    def _sums(self, weight: np.ndarray):
+    def sums(self, weight: np.ndarray):
         key = weight.tobytes()
         cache = self.__dict__.setdefault('_cache', {})
         if key not in cache:
@@ -235,7 +235,7 @@ class Search:
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (approximate gain, number, side) of each hypothesis beside a set, best first."""
         regression = self.regression
-        sums = [s.sum(axis=0) for s in self._sums(near.weight)]
+        sums = [s.sum(axis=0) for s in self.sums(near.weight)]
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
@@ -247,14 +247,14 @@ class Search:
                 columns, kept = self.columns_of(choice)
                 gram = regression.assembled(sums, columns)
                 low, high = self.bounds_of(choice, kept)
-                doubts = self._doubts(near.doubt, self._sums(near.weight), columns)
-                prior = SURE**2 * doubts / self._room(kept, len(columns) - 1) ** 2
+                doubts = self.doubts(near.doubt, self.sums(near.weight), columns)
+                prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
                 left = float(values @ gram @ values + prior @ values[1:] ** 2)
                 found.append((left, number, side))
         start = float(near.values @ regression.assembled(sums, near.columns) @ near.values)
-        doubts = self._doubts(near.doubt, self._sums(near.weight), near.columns)
-        room = self._room(self.columns_of(near.choice)[1], len(near.columns) - 1)
+        doubts = self.doubts(near.doubt, self.sums(near.weight), near.columns)
+        room = self.room(self.columns_of(near.choice)[1], len(near.columns) - 1)
         start += float(SURE**2 * doubts @ (near.values[1:] / room) ** 2)
         return sorted(((start - left, number, side) for left, number, side in found),
                       reverse=True)
@@ -275,14 +275,14 @@ class Search:
         """Return the sets with one more mechanism than those of the beam, best first."""
         found: dict[Choice, Fitted] = {}
         for near in beam:
-            for choice in self._short_list(near):
+            for choice in self.short_list(near):
                 found[choice] = self.fitted(choice)
         unique = {}
         for one in sorted(found.values(), key=lambda f: f.total):
             unique.setdefault(frozenset(one.choice.members), one)
         return list(unique.values())
 
-    def _short_list(self, near: Fitted) -> list[Choice]:
+    def short_list(self, near: Fitted) -> list[Choice]:
         listed, counted = [], {}
         for _, number, side in self.candidates(near):
             key = self.regression.hypotheses[number].mechanism.key
@@ -301,7 +301,7 @@ class Search:
                 if len(fit.choice.numbers) < 2:
                     break
                 rest = self.fitted(fit.choice.minus(number))
-                for choice in self._short_list(rest):
+                for choice in self.short_list(rest):
                     other = self.fitted(choice)
                     better = min(better, other, key=lambda f: f.total)
             if better is fit:
@@ -427,7 +427,7 @@ class Search:
         """
         regression = self.regression
         weight = np.where(self.groups(before.held_out) > self.floor(), after.weight, 0.0)
-        sums = [s.sum(axis=0) for s in self._sums(weight)]
+        sums = [s.sum(axis=0) for s in self.sums(weight)]
         known = before.columns[1:]
         known = known[np.diag(regression.assembled(sums, known)) > 0.0]
         several = [np.setdiff1d(members, known) for members in regression.members]

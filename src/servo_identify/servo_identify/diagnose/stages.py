@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 import time
 
-STAGES = ('reading', 'noise', 'signatures', 'screening', 'acceptance', 'completeness', 'shrink')
+STAGES = ('reading', 'residuals', 'selection', 'confidence', 'stability', 'refit', 'comparison',
+          'next experiment')
 
 
 @dataclass

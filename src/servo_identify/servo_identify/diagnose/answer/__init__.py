@@ -1,0 +1,1 @@
+"""What a diagnosis says: report, sentence, next experiment."""

@@ -1,0 +1,53 @@
+"""Everything that an answer is read off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from servo_twin.physics.servo import Servo
+
+from ..handover.added import Added
+from ..handover.chosen_fit import Handover
+from ..handover.curves import Part
+from ..handover.output_error import Simulated
+from ..mechanisms.hypothesis import UNKNOWN
+from ..selection.confidence import Rival
+from ..selection.explain import Explained
+from ..splitting import Split
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A missing effect of the answer: its part, its confidence and rivals, what is added."""
+
+    part: Part
+    confidence: float
+    rivals: tuple[Rival, ...]
+    added: Added
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that the answer is read off."""
+
+    servo: Servo
+    split: Split
+    found: Explained
+    findings: tuple[Finding, ...]
+    halves: list[set[tuple[str, ...]]]
+    handover: Handover
+    reported: Mapping[str, Simulated]
+    dropped: tuple[Simulated, ...]
+    accepted: tuple[float, ...]
+
+    @property
+    def named(self) -> list[Finding]:
+        """The missing effects that have a name and stand the comparison."""
+        taken = {id(one.part) for one in self.handover.added}
+        return [one for one in self.findings if id(one.part) in taken]
+
+    @property
+    def unnamed(self) -> list[Finding]:
+        """Patterns that no mechanism of the list has."""
+        return [one for one in self.findings if one.part.mechanism.name == UNKNOWN]

@@ -1,0 +1,105 @@
+"""What a diagnosis answers: objects with names, printable, saved as report.json (servo_gap/2)."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+import json
+from pathlib import Path
+
+SCHEMA = 'servo_gap/2'
+RUNGS = ('place', 'mechanism', 'curve', 'law')
+
+
+@dataclass(frozen=True)
+class Located:
+    """How far one equation is off: ``share`` of the whole gap, residual over noise and margin."""
+
+    balance: str
+    share: float
+    gap_to_noise: float
+    interval: tuple[float, float]
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another explanation: its confidence, and what would tell it from the named one."""
+
+    effect: str
+    site: str
+    confidence: float
+    tell: str
+
+
+@dataclass(frozen=True)
+class MissingEffect:
+    """
+    A missing effect, as far down the ladder as the evidence goes.
+
+    ``rung`` is the lowest that holds; ``confidence`` that of each rung, 0 to 1; ``law`` whether
+    the formula of the catalogue lies within the band of the curve; ``curve`` x, y and band with
+    their units, or None; shrinks are shares of the gap of the file as given that come back when
+    this effect alone is taken out again, on the accept and on the report recordings.
+    """
+
+    effect: str
+    site: str
+    parameters: dict[str, dict]
+    shrink_predicted: float
+    shrink_realised: float
+    interval: tuple[float, float]
+    ambiguous_with: tuple[str, ...]
+    rung: str
+    confidence: dict[str, float]
+    mechanism: dict
+    law: bool
+    curve: dict | None
+    alternatives: tuple[Alternative, ...]
+    change: str
+
+
+@dataclass(frozen=True)
+class GapReport:
+    """The answer of a diagnosis, in the form that DESIGN.md fixes for report.json."""
+
+    servo: str
+    recordings: dict[str, list[str]]
+    channels: dict[str, dict]
+    where: tuple[Located, ...]
+    which: tuple[MissingEffect, ...]
+    verdict: dict
+    gap: dict
+    unknown: dict
+    next_experiment: dict
+    warnings: tuple[str, ...]
+    moved: tuple[dict, ...] = ()
+    defaults: tuple[dict, ...] = ()
+    stability: dict = field(default_factory=dict)
+    equations: dict = field(default_factory=dict)
+    findings: tuple[dict, ...] = ()
+    confirm: tuple[str, ...] = ()
+    timing: dict = field(default_factory=dict)
+
+    def as_dict(self) -> dict:
+        """Return the report as plain numbers, lists and dictionaries."""
+        return _plain({'schema': SCHEMA, **asdict(self)})
+
+    def save(self, path: str | Path) -> None:
+        """Write report.json."""
+        Path(path).write_text(json.dumps(self.as_dict(), indent=1, allow_nan=False) + '\n')
+
+    def __str__(self) -> str:
+        return self.verdict['sentence']
+
+
+def _plain(thing):
+    if isinstance(thing, dict):
+        return {str(k): _plain(v) for k, v in thing.items()}
+    if isinstance(thing, list | tuple):
+        return [_plain(v) for v in thing]
+    if hasattr(thing, 'tolist'):
+        return _plain(thing.tolist())
+    if isinstance(thing, bool | str | int) or thing is None:
+        return thing
+    number = float(thing)
+    return number if number == number and abs(number) != float('inf') else None

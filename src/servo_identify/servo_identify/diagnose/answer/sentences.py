@@ -1,0 +1,82 @@
+"""The verdict as a person is told it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .report import MissingEffect
+
+PLACES = {
+    'drive': 'drive', 'motor': 'motor-side torque balance', 'transmission': 'transmission',
+    'load': 'load-side torque balance', 'torque': 'torque balance of motor and load',
+    'controller': 'controller'}
+SITES = {'motor': 'motor shaft', 'load': 'load shaft', 'mesh': 'transmission',
+         'command': 'command', 'drive': 'drive', 'controller': 'controller'}
+
+
+def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict,
+             unknown: dict) -> str:
+    """Return the verdict in a few sentences: place, effect, size, confidence, what remains."""
+    place = PLACES.get(balance, balance)
+    if status == 'no_gap':
+        return ('No gap: within its tolerances the twin matches the rig, down to the noise floor '
+                'and the practical margin.')
+    if not which:
+        text = f'The {place} does not match the rig, and no effect of the list explains it.'
+        if unknown.get('depends_on'):
+            over = ' and '.join(unknown['depends_on'])
+            text += (f' What is missing depends on the {over} and is {unknown["parity"]} in the '
+                     'direction of motion.')
+            if unknown.get('size'):
+                text += f' Its size is {unknown["size"]}.'
+        return text
+    several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
+    text = f'The {place} is missing {_listed(several)}.'
+    gone = round(100.0 * gap['shrink'])
+    it = 'it' if len(which) == 1 else 'them'
+    if gone > 0:
+        text += f' Adding {it} removes {gone} % of the error on unseen recordings.'
+    else:
+        text += f' Adding {it} does not reduce the error of the simulation on unseen recordings.'
+    first = which[0]
+    text += f' Confidence: {round(100.0 * first.confidence["mechanism"])} %.'
+    if first.alternatives:
+        text += (' These recordings do not exclude '
+                 + _listed([spoken(one.effect) for one in first.alternatives], 'or') + '.')
+    if status == 'partly_explained':
+        text += f' {round(100.0 * (1.0 - gap["solved"]))} % of the error remains.'
+        if gap.get('refitted_solved', 0.0) - gap['solved'] > 0.1:
+            text += (f' Moving other values within their tolerances as well would remove '
+                     f'{round(100.0 * gap["refitted_solved"])} % (--refit).')
+    return text
+
+
+def spoken(effect: str) -> str:
+    """Return the name of an effect in words."""
+    if effect.startswith('parameter:'):
+        return 'another value of ' + effect.removeprefix('parameter:').replace('_', ' ').replace(
+            '.', ', ')
+    return effect.replace('_', ' ')
+
+
+def _named(one: MissingEffect) -> str:
+    if one.effect.startswith('parameter:'):
+        return spoken(one.effect)
+    return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
+
+
+def _listed(words: Sequence[str], last: str = 'and') -> str:
+    return words[0] if len(words) == 1 else f'{", ".join(words[:-1])} {last} {words[-1]}'
+
+
+def size_of(parameters: dict[str, dict], curve: dict | None) -> str:
+    """Return the size of an effect with its unit: its first value, or the span of its curve."""
+    first = [(name, p) for name, p in parameters.items() if '[' not in name and p['std']]
+    if first:
+        name, p = first[0]
+        value = f'{p["value"]:.3g} +- {p["std"]:.1g} {p["unit"]}'.strip()
+        return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
+    if curve:
+        return (f'{curve["y"][0]:.3g} to {curve["y"][-1]:.3g} {curve["y_unit"]} from '
+                f'{curve["x"][0]:.3g} to {curve["x"][-1]:.3g} {curve["unit"]}')
+    return ''

@@ -1,0 +1,135 @@
+"""From recordings of one machine and its servo file to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
+
+from .answer.evidence import Evidence, Finding
+from .answer.experiments import next_experiment
+from .answer.report import GapReport
+from .answer.verdict import report_of
+from .checks import CannotDiagnose, check, unsaturated
+from .handover.added import Added, added_of
+from .handover.chosen_fit import handed_over, Handover
+from .handover.curves import parts_of
+from .handover.output_error import Diverged, Simulated, simulated
+from .residuals.samples import residual_samples
+from .selection.confidence import redrawn, rivals_of
+from .selection.explain import explained, Explained
+from .selection.stability import halves
+from .splitting import Split, split
+from .stages import Stages
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The report, the servo file to hand over (with values moved, ``refit``), the evidence."""
+
+    report: GapReport
+    augmented: Servo
+    refit: Servo
+    evidence: Evidence
+
+
+def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[Recording] = (),
+             reporting: Sequence[Recording] = (), without: Sequence[str] = (),
+             tick: Callable[[str, float], None] = lambda stage, share: None,
+             reach: Mapping[str, float] | None = None) -> Diagnosis:
+    """
+    Say where a twin departs from its rig, which effect is missing and how far the gap shrinks.
+
+    ``without`` names mechanisms that are left out of the hypotheses; ``tick(stage, share)``
+    reports progress; ``reach`` widens what the next experiment may do (travel rad, speed rad/s,
+    torque N m, amplitude V). Raises checks.CannotDiagnose with a sentence for recordings that
+    cannot be judged.
+    """
+    stages = Stages(tick)
+    stages.begin('residuals')
+    parts, warnings = _parted(recordings, accepting, reporting, servo)
+    held = {id(one) for one in (*parts.report, *(parts.accept if accepting else ()))}
+    pool = [one for one in (*parts.screen, *parts.accept) if id(one) not in held]
+    selecting = list({id(one): one for one in pool}.values()) or list(parts.screen)
+    samples = residual_samples(selecting, servo)
+    if not len(samples.base):
+        raise CannotDiagnose(f'{servo.name}: no equation can be evaluated on these recordings; '
+                             'nothing moves for long enough, or channels are missing')
+    stages.begin('selection')
+    found = explained(samples, without, stages.share)
+    stages.begin('confidence')
+    named = _named(found, without)
+    stages.begin('stability')
+    several = halves(found)
+    stages.begin('refit')
+    acting = [replace(one, added=added) for one, added in zip(
+        named, added_of(found, [one.part for one in named]), strict=True)]
+    accept = list(parts.accept) or selecting
+    try:
+        handover = handed_over(servo, [one.added for one in acting], selecting, accept,
+                               stages.share)
+        stages.begin('comparison')
+        evidence = _compared(servo, parts, found, acting, several, handover, accept)
+    except Diverged as problem:
+        raise CannotDiagnose(str(problem)) from None
+    stages.begin('next experiment')
+    following = next_experiment(evidence, reach or {})
+    stages.end()
+    report = report_of(evidence, following, [*warnings, *handover.warnings], stages.seconds)
+    return Diagnosis(report, handover.patch, handover.refit, evidence)
+
+
+def _parted(recordings, accepting, reporting, servo: Servo) -> tuple[Split, list[str]]:
+    """Return the recordings by purpose and what is to be said of them. Raises CannotDiagnose."""
+    warnings, given = [], []
+    for some in (recordings, accepting, reporting):
+        kept, left_out = unsaturated(list(some), servo)
+        given.append(kept)
+        warnings += left_out
+    parts = split(*given)
+    return parts, [*warnings, *check([one for some in given for one in some], servo),
+                   *parts.warnings]
+
+
+def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
+    """Return the missing effects of the chosen set, in the order in which they were found."""
+    fit, several = found.explanation.smallest, []
+    draws = redrawn(found, fit)
+    for number in fit.choice.numbers:
+        at = np.isin(fit.columns[1:], found.search.regression.members[number])
+        confidence, rivals = rivals_of(found, number)
+        several += [Finding(part, confidence, tuple(rivals), Added(part))
+                    for part in parts_of(found, number, draws[:, at], without)]
+    return several
+
+
+def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding], several,
+              handover: Handover, accept) -> Evidence:
+    """Run the twins over the report recordings, each missing effect taken out once."""
+    report = list(parts.report)
+    reported = {'given': simulated(servo, report), 'within': _or(handover.within, servo, report)}
+    reported['patch'] = simulated(handover.patch, report) if handover.added else reported['given']
+    reported['refit'] = _or(handover.refit, handover.patch, report)
+    dropped, accepted = [], []
+    for one in handover.added:
+        rest = handover.without(one)
+        dropped.append(simulated(rest, report) if len(handover.added) > 1 else reported['given'])
+        before = simulated(rest, accept).gap if len(handover.added) > 1 else (
+            handover.gaps['given'])
+        first = handover.gaps['given'].total() or 1.0
+        accepted.append((before.total() - handover.gaps['patch'].total()) / first)
+    by_part = {id(one.part): one for one in handover.added}
+    findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in findings]
+    return Evidence(servo, parts, found, tuple(findings), several, handover, reported,
+                    tuple(dropped), tuple(accepted))
+
+
+def _or(first: Servo, second: Servo, recordings) -> Simulated:
+    try:
+        return simulated(first, recordings)
+    except Diverged:
+        return simulated(second, recordings)

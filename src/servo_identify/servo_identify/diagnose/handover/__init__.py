@@ -1,0 +1,1 @@
+"""From accepted mechanisms to a servo file: curves, laws, refit by simulation, comparison."""

@@ -1,0 +1,255 @@
+"""The servo with the missing effects in it: what is added, what is changed, what a fit may move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.mechanisms.rigid import Rigid
+from servo_twin.physics.mechanisms.two_inertia import TwoInertia
+from servo_twin.physics.servo import Placed, Servo
+
+from ..mechanisms.hypothesis import UNKNOWN
+from ..selection.explain import Explained
+from .curves import Part
+from .laws import Formed, formed, of_orders
+
+FINE_STEP = 0.2  # of the time in which a spring swings by one radian
+SHORTEST_STEP = 1e-6  # s
+SITES = {'transmission': 'mesh', 'drive': 'command'}
+
+
+@dataclass(frozen=True)
+class Added:
+    """
+    One missing effect in the servo file.
+
+    ``placed`` are its effects, ``values`` those of their parameters and of what it changes, by
+    path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue. An
+    empty one stands for a mechanism that no effect of the twin can show.
+    """
+
+    part: Part
+    placed: tuple[Placed, ...] = ()
+    values: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
+    free: tuple[str, ...] = ()
+    law: bool = False
+    mechanism: type | None = None
+    step: float | None = None
+
+    @property
+    def acts(self) -> bool:
+        """Whether the twin can show it."""
+        return bool(self.values)
+
+
+def servo_with(servo: Servo, several: Sequence[Added]) -> Servo:
+    """Return the servo with missing effects in it; raises ServoError."""
+    effects, values = list(servo.effects), dict(servo.values)
+    for one in several:
+        effects += one.placed
+        values |= one.values
+        if one.mechanism is not None:
+            servo = replace(servo, mechanism=one.mechanism, step=one.step or servo.step)
+    freed = {path for one in several for path in one.values}
+    tolerance = {path: span for path, span in servo.tolerance.items() if path not in freed}
+    return replace(servo, effects=tuple(effects), values=values, tolerance=tolerance)
+
+
+def added_of(found: Explained, parts: Sequence[Part]) -> list[Added]:
+    """Return the parts of an answer as effects of the servo."""
+    servo, taken, several = found.samples.servo, set(), []
+    taken.update(placed.name for placed in servo.effects)
+    for part in parts:
+        several.append(_added(found, part, taken))
+    return several
+
+
+def _added(found: Explained, part: Part, taken: set[str]) -> Added:
+    servo, one = found.samples.servo, found.hypotheses[part.number]
+    name, site = part.mechanism.name, part.mechanism.site
+    amplitudes = part.amplitudes
+    if one.path:
+        return _changed(servo, part, {one.path: float(amplitudes[0])})
+    if name == 'controller_mismatch':
+        return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
+    if name == 'stiffness_error':
+        return _sprung(servo, part, amplitudes)
+    if name == 'presliding_friction':
+        return _presliding(servo, part, taken)
+    waves = _by_orders(part, one)
+    if waves:
+        mean = amplitudes[np.asarray(one.knots) == 0.0][:1] if len(one.knots) else []
+        level = {'position_dependent_friction': 'coulomb_friction',
+                 'position_dependent_backlash': 'backlash'}.get(name)
+        if level and len(mean) and mean[0] > 0.0 and name != 'position_dependent_friction':
+            effect = find(level)
+            waves.append(Formed(effect, {effect.amplitudes()[0]: float(mean[0])},
+                                effect.amplitudes()[:1], True))
+        return _placed(part, waves, site, taken)
+    direct = _direct(part, one)
+    if direct:
+        return _placed(part, [direct], site, taken)
+    if name == UNKNOWN and part.mechanism.port == 'sensor':
+        return Added(part)
+    stiffness = servo.values.get('mechanism.stiffness', np.inf)
+    known = formed(_with_port(part), servo, stiffness)
+    if known is None:
+        return Added(part)
+    return _placed(part, [known], site, taken)
+
+
+def _with_port(part: Part) -> Part:
+    """Return a part with the port of the twin at which its curve acts."""
+    mechanism = part.mechanism
+    port = mechanism.port
+    if port == 'shaft':
+        port = 'friction' if mechanism.symmetry == 'odd' and part.curve is not None and (
+            part.curve.variable not in ('current', 'acceleration')) else 'torque'
+    elif port == 'transmission':
+        port = 'mesh_error' if mechanism.symmetry == 'even' else 'mesh'
+    return replace(part, mechanism=replace(mechanism, port=port))
+
+
+def _named(effect: str, site: str, taken: set[str]) -> str:
+    for name in (effect, f'{effect}_{site}', *(f'{effect}_{site}_{n}' for n in range(2, 99))):
+        if name not in taken:
+            taken.add(name)
+            return name
+    raise AssertionError('a hundred effects of one kind')
+
+
+def _placed(part: Part, several: Sequence[Formed], site: str, taken: set[str]) -> Added:
+    placed, values, free = [], {}, []
+    for one in several:
+        at = site if site in one.effect.sites else SITES.get(site, one.effect.sites[0])
+        instance = Placed(_named(one.effect.name, at, taken), one.effect, at)
+        placed.append(instance)
+        values |= instance.paths({name: _inside(one.effect, name, value)
+                                  for name, value in one.values.items()})
+        free += [f'effects.{instance.name}.{name}' for name in one.free]
+    return Added(part, tuple(placed), values, tuple(free), all(one.law for one in several))
+
+
+def _inside(effect, name: str, value):
+    low, high = effect.parameters[name].bounds
+    if isinstance(value, tuple):
+        return tuple(float(np.clip(v, low, high)) for v in value)
+    return float(np.clip(value, low, high))
+
+
+def _changed(servo: Servo, part: Part, by: dict[str, float]) -> Added:
+    declared, values = dict(servo.declarations()), {}
+    for path, change in by.items():
+        low, high = declared[path].bounds
+        values[path] = float(np.clip(float(servo.values[path]) + change, low, high))
+    return Added(part, (), values, tuple(values), True)
+
+
+def _by_orders(part: Part, one) -> list[Formed]:
+    """Return the waves of a periodic mechanism as effects; empty for any other."""
+    knots = np.asarray(one.knots, dtype=float) if one.form is not None and one.knots and all(
+        isinstance(k, int | float) for k in one.knots) else np.zeros(0)
+    names = ('cogging', 'torque_ripple', 'transmission_error', 'position_dependent_backlash',
+             'position_dependent_friction')
+    if part.mechanism.name not in names or one.detail.get('form') == 'curve' or (
+            len(knots) != len(part.amplitudes)) or one.tried < 2:
+        return []
+    order = np.argsort(knots, kind='stable')
+    at = [k for k in order if knots[k] > 0.0]
+    if len(at) % 2:
+        return []
+    return of_orders(find(part.mechanism.name), tuple(knots[at]), part.amplitudes[at])
+
+
+def _direct(part: Part, one) -> Formed | None:
+    """Return a mechanism whose amplitudes are the values of its effect."""
+    name, a = part.mechanism.name, part.amplitudes
+    if name in ('gravity', 'load_encoder_eccentricity') and len(a) == 2:
+        values = {'cosine': float(a[0]), 'sine': float(a[1])}
+    elif name in ('current_sensor_offset', 'torque_sensor_offset'):
+        values = {'offset': float(a[0])}
+    elif name in ('current_sensor_gain', 'torque_sensor_gain'):
+        values = {'excess': float(a[0])}
+    elif name == 'sensor_delay':
+        values = {'delay': float(a[0])}
+    elif name == 'command_delay':
+        values = {'delay': float(one.knots[0] * a[0])}
+    elif name == 'current_lag':
+        values = {'lag': float(one.knots[0] * a[0])}
+    elif name == 'payload_resonance':
+        values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
+                  'damping': float(one.detail['damping'])}
+    elif name == 'hysteresis' and one.detail.get('form') != 'curve':
+        return _loops(part, one)
+    elif name == 'backlash':
+        values = {'width': float(a[0])}
+    else:
+        return None
+    effect = find(name)
+    whole = {n: p.default for n, p in effect.parameters.items()} | values
+    return Formed(effect, whole, tuple(values), True)
+
+
+def _loops(part: Part, one) -> Formed:
+    """
+    Return hysteresis in torque over torsion, from its angle lost over torque.
+
+    Elements that lose the angle ``a`` over the torque ``w`` are, seen from the torsion, elements
+    of the torque K a that slip over about w / K.
+    """
+    effect = find('hysteresis')
+    stiffness = float(one.detail.get('stiffness', 1.0))
+    a, widths = np.abs(part.amplitudes), np.asarray(one.knots)
+    lost = float(a.sum())
+    travel = 2.0 * float(a @ widths) / max(lost, 1e-300) / stiffness
+    return Formed(effect, {'level': stiffness * lost, 'travel': max(travel, 1e-9)},
+                  ('level', 'travel'), True)
+
+
+def _presliding(servo: Servo, part: Part, taken: set[str]) -> Added:
+    """
+    Return friction that builds up over the travel, LuGre, from what it lacks after a reversal.
+
+    What builds up is friction that the servo has: it is taken from the Coulomb friction there.
+    """
+    curve, effect = part.curve, find('presliding_friction')
+    lacks = np.maximum(curve.y, 0.0)
+    level = 0.5 * float(lacks[0])
+    travel = float(np.trapezoid(lacks, curve.x)) / max(2.0 * level, 1e-300)
+    name = _named(effect.name, part.mechanism.site, taken)
+    instance = Placed(name, effect, part.mechanism.site)
+    values = instance.paths({n: p.default for n, p in effect.parameters.items()})
+    values |= instance.paths({'level': level, 'breakaway': max(travel, 1e-8)})
+    for placed in servo.effects:
+        path = f'effects.{placed.name}.level'
+        if placed.effect.name == 'coulomb_friction' and placed.site == part.mechanism.site:
+            values[path] = max(0.0, float(servo.values[path]) - level)
+    return Added(part, (instance,), values, tuple(instance.paths(
+        {'level': 0.0, 'breakaway': 0.0})), True)
+
+
+def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
+    r"""
+    Return a rigid servo as two inertias with the compliance that it lacks.
+
+    .. math:: w + \tau\,\dot w = c\,T, \quad K = 1/c, \quad D = \tau/c
+    """
+    if servo.mechanism is not Rigid:
+        return Added(part)
+    bounds = {n: TwoInertia.parameters[n].bounds for n in ('stiffness', 'damping')}
+    stiffness = float(np.clip(1.0 / max(amplitudes[0], 1e-12), *bounds['stiffness']))
+    relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (
+        amplitudes[0] > 0.0) else 0.0
+    damping = float(np.clip(relaxation * stiffness, *bounds['damping']))
+    rotor, load = (max(float(servo.values[f'mechanism.{n}_inertia']), 1e-9)
+                   for n in ('rotor', 'load'))
+    ratio = float(servo.values['mechanism.ratio'])
+    rate = np.sqrt(stiffness * (1.0 / (rotor * ratio**2) + 1.0 / load))  # rad/s
+    step = FINE_STEP / max(rate, relaxation * rate**2)
+    step = min(servo.step, max(SHORTEST_STEP, float(f'{step:.1g}')))
+    values = {'mechanism.stiffness': stiffness, 'mechanism.damping': damping}
+    return Added(part, (), values, tuple(values), True, TwoInertia, step)

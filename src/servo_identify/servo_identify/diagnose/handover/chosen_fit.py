@@ -1,0 +1,155 @@
+"""The values that are handed over, by simulation, and never a file that does worse than given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from servo_twin.physics.servo import Provenance, Servo, ServoError
+from servo_twin.recording.recording import Recording
+
+from ...fit.estimate import Estimate
+from .added import Added, servo_with
+from .output_error import Diverged, Gap, refitted, simulated
+
+SECONDS = 40.0  # of recordings that a refit runs over: more moves its values by little
+SOURCE = 'gap diagnosis'
+
+
+@dataclass(frozen=True)
+class Handover:
+    """
+    What a diagnosis hands over.
+
+    ``added`` the missing effects that stand the comparison; ``patch`` the servo as given with
+    them; ``refit`` with values within tolerance moved as well; ``within`` the servo as given with
+    those moved alone. ``joint`` is the estimate behind ``refit``, ``gaps`` the errors on the
+    accept recordings by name; ``warnings`` what is to be said.
+    """
+
+    servo: Servo
+    added: tuple[Added, ...]
+    patch: Servo
+    refit: Servo
+    within: Servo
+    joint: Estimate | None
+    gaps: dict[str, Gap]
+    warnings: tuple[str, ...]
+
+    def without(self, one: Added) -> Servo:
+        """Return the patch without one of its effects."""
+        rest = tuple(other for other in self.added if other is not one)
+        return servo_with(self.servo, rest)
+
+
+def handed_over(servo: Servo, several: Sequence[Added], selecting: Sequence[Recording],
+                accepting: Sequence[Recording], tick=lambda share: None) -> Handover:
+    """
+    Return the missing effects with values fitted by simulation.
+
+    They are fitted together with the values within tolerance, so that neither hides in the other.
+    On the accept recordings the better of these values and those of the equations are kept. An
+    effect whose removal does not hurt there is dropped.
+    """
+    short, warnings = shortened(selecting), []
+    several = [one for one in several if one.acts]
+    tolerated = [path for path in servo.tolerance
+                 if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
+    within = refitted(servo, short, tolerated)
+    tick(0.3)
+    given = _gap(servo, accepting)
+    if given is None:
+        raise Diverged(f'{servo.name}: the simulation leaves the finite numbers on the '
+                       'recordings; its step may be too long')
+    joint, added = None, tuple(several)
+    while added:
+        base = servo_with(servo, added)
+        free = [path for one in added for path in one.free]
+        joint = refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
+        tick(0.6)
+        best, gap = _best(servo, added, joint, short, free, accepting)
+        if best is None or gap.total() >= given.total():
+            names = ', '.join(one.part.mechanism.label for one in added)
+            warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
+                            'recordings; the file stays as given')
+            added, joint = (), None
+            break
+        needless = _needless(servo, best, gap, accepting) if len(best) > 1 else None
+        if needless is None:
+            added = best
+            break
+        warnings.append(f'{needless.part.mechanism.label} is not taken: without it the '
+                        'simulation is as near to the rig on the accept recordings')
+        added = tuple(one for one in best if one is not needless)
+    patch = _signed(servo_with(servo, added), joint)
+    refit = joint.servo if joint is not None else (within.servo if within else servo)
+    gaps = {'given': given, 'patch': _gap(patch, accepting) or given}
+    return Handover(servo, added, patch, refit, within.servo if within else servo, joint, gaps,
+                    tuple(warnings))
+
+
+def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short, free,
+          accepting) -> tuple[tuple[Added, ...] | None, Gap | None]:
+    """Return the effects at the values that do best on the accept recordings, and their gap."""
+    tried = [added]
+    if joint is not None:
+        tried.insert(0, _at_values(added, joint.servo))
+    ranked = [(one, _gap(servo_with(servo, one), accepting)) for one in tried]
+    alone = refitted(servo_with(servo, added), short, free)
+    if alone is not None:
+        own = _at_values(added, alone.servo)
+        ranked.append((own, _gap(servo_with(servo, own), accepting)))
+    ranked = [(one, gap) for one, gap in ranked if gap is not None]
+    return min(ranked, key=lambda pair: pair[1].total()) if ranked else (None, None)
+
+
+def _needless(servo: Servo, added: tuple[Added, ...], gap: Gap, accepting) -> Added | None:
+    """Return the effect whose removal hurts least, if it does not hurt at all."""
+    rests = []
+    for one in added:
+        rest = _gap(servo_with(servo, [o for o in added if o is not one]), accepting)
+        if rest is not None and rest.total() <= gap.total():
+            rests.append((rest.total(), one))
+    return min(rests, key=lambda pair: pair[0])[1] if rests else None
+
+
+def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
+    return tuple(replace(one, values={path: servo.values[path] for path in one.values})
+                 for one in added)
+
+
+def _signed(servo: Servo, joint: Estimate | None) -> Servo:
+    """Return a servo whose new values say where they come from, and how sure they are."""
+    if joint is None:
+        return servo
+    said = dict(servo.provenance)
+    for name, std in joint.std.items():
+        path = name.partition('[')[0]
+        if path in servo.values and path not in servo.tolerance:
+            known = said.get(path)
+            worst = max((s for s in (known.std if known and known.source == SOURCE else None, std)
+                         if s is not None and np.isfinite(s)), default=None)
+            said[path] = Provenance(SOURCE, worst, joint.bags)
+    return replace(servo, provenance=said)
+
+
+def _gap(servo: Servo, recordings: Sequence[Recording]) -> Gap | None:
+    try:
+        return simulated(servo, recordings).gap
+    except (Diverged, ServoError, np.linalg.LinAlgError):
+        return None
+
+
+def shortened(recordings: Sequence[Recording], seconds: float = SECONDS) -> list[Recording]:
+    """Return the recordings, each cut to its first part, so that all together are no longer."""
+    together = sum(one.duration for one in recordings)
+    if together <= seconds:
+        return list(recordings)
+    kept = []
+    for one in recordings:
+        size = max(int(3.0 / one.period), int(len(one) * seconds / together))
+        kept.append(replace(one, columns={n: np.ascontiguousarray(c[:size])
+                                          for n, c in one.columns.items()}))
+    return kept

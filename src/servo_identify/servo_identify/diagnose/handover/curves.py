@@ -1,0 +1,148 @@
+"""The measured curve of an accepted mechanism, with its band, and the effects that it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ..decisions import WORTH
+from ..mechanisms.hypothesis import Mechanism, UNKNOWN
+from ..mechanisms.patterns import SPEED_FRICTION
+from ..selection.explain import Explained
+
+POINTS = 41  # of a curve
+ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
+BAND = (5.0, 95.0)  # percentiles of the redrawn curves
+BELLS = 8  # speeds within which friction may fall
+
+
+@dataclass(frozen=True)
+class Curve:
+    """
+    A mechanism over one variable, with a band of 90 %, shape (points,) each.
+
+    ``x`` in ``unit``; ``y``, ``low`` and ``high`` in ``y_unit``. ``density`` (points,) is how
+    often the recordings were there.
+    """
+
+    variable: str
+    unit: str
+    y_unit: str
+    x: np.ndarray
+    y: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    density: np.ndarray
+
+    def size(self, y: np.ndarray | None = None) -> float:
+        """Root mean square of the curve (or another one) where the recordings were."""
+        y = self.y if y is None else y
+        return float(np.sqrt(np.average(y**2, weights=self.density)))
+
+    def share(self, y: np.ndarray) -> Curve:
+        """Return a part of the curve, with a band of the same width in proportion."""
+        part = min(1.0, self.size(y) / max(self.size(), 1e-300))
+        return replace(self, y=y, low=y + part * (self.low - self.y),
+                       high=y + part * (self.high - self.y))
+
+
+@dataclass(frozen=True)
+class Part:
+    """One missing effect of a hypothesis (by its ``number``): its mechanism and its curve."""
+
+    number: int
+    mechanism: Mechanism
+    curve: Curve | None
+    amplitudes: np.ndarray
+
+
+def curve_of(found: Explained, number: int, draws: np.ndarray) -> Curve | None:
+    """Return the curve of a chosen hypothesis; ``draws`` are its amplitudes, redrawn."""
+    one = found.hypotheses[number]
+    if one.form is None:
+        return None
+    seen = np.concatenate([np.asarray(one.form.of(errors)) for errors in found.samples.errors])
+    seen = seen[np.isfinite(seen)]
+    if one.form.variable == 'angle' and np.ptp(seen) > 2.0 * np.pi:
+        seen = np.mod(seen, 2.0 * np.pi)
+        ends = (0.0, 2.0 * np.pi)
+    else:
+        ends = np.percentile(seen, ENDS)
+    x = np.linspace(*ends, POINTS)
+    table = one.form.shape(x)
+    several = table @ draws.T
+    low, high = np.percentile(several, BAND, axis=1)
+    y = table @ found.amplitudes(number)
+    half = 0.5 * (x[1] - x[0])
+    density = np.histogram(seen, np.append(x - half, x[-1] + half))[0].astype(float)
+    return Curve(one.form.variable, one.form.unit, one.form.y_unit, x, y, np.minimum(low, y),
+                 np.maximum(high, y), density + 0.01 * density.mean())
+
+
+def parts_of(found: Explained, number: int, draws: np.ndarray,
+             without: Collection[str]) -> list[Part]:
+    """
+    Return the effects that a chosen hypothesis is made of, the largest first.
+
+    A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
+    as much as each takes. What resists alike everywhere is Coulomb friction, the rest is what
+    varies. A part that does less than WORTH of the whole is not worth naming.
+    """
+    one = found.hypotheses[number]
+    curve = curve_of(found, number, draws)
+    amplitudes = found.amplitudes(number)
+    whole = Part(number, one.mechanism, curve, amplitudes)
+    if curve is None or one.mechanism.port != 'friction':
+        return [whole]
+    if one.mechanism.name == SPEED_FRICTION:
+        named = _over_speed(curve)
+    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3:
+        named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
+                 'asymmetric_friction': curve.y}
+    elif one.mechanism.name in ('position_dependent_friction', 'load_dependent_friction'):
+        common = _common(curve.y)
+        named = {'coulomb_friction': np.full(len(curve.x), common),
+                 one.mechanism.name: curve.y - common}
+    else:
+        return [whole]
+    sizes = {name: curve.size(y) for name, y in named.items()}
+    total = max(sum(sizes.values()), 1e-300)
+    parts = [Part(number, replace(one.mechanism, name=name, variables=(
+        ('direction',) if name == 'coulomb_friction' else one.mechanism.variables)),
+        curve.share(y), amplitudes) for name, y in named.items() if sizes[name] > WORTH * total]
+    if any(part.mechanism.name in without for part in parts):
+        return [replace(whole, mechanism=replace(one.mechanism, name=UNKNOWN))]
+    return sorted(parts, key=lambda part: -part.curve.size()) or [whole]
+
+
+def _common(y: np.ndarray) -> float:
+    """Return what a curve has in common everywhere: 0 where its sign changes."""
+    least = float(y[np.argmin(np.abs(y))])
+    return least if np.all(np.sign(y) == np.sign(least)) else 0.0
+
+
+def _over_speed(curve: Curve) -> dict[str, np.ndarray]:
+    """Return what each friction law over speed takes of a curve: amounts of one sign."""
+    speed, top = curve.x, float(np.max(curve.x)) or 1.0
+    falls = np.geomspace(0.02, 0.5, BELLS) * top
+    tables = {
+        'coulomb_friction': np.ones((len(speed), 1)),
+        'viscous_friction': speed[:, None] / top,
+        'quadratic_drag': (speed[:, None] / top) ** 2,
+        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}
+    table = np.hstack(list(tables.values()))
+    sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
+    best = None
+    for sign in (1.0, -1.0):
+        amounts, left = nnls(table * sure[:, None], sign * curve.y * sure)
+        if best is None or left < best[0]:
+            best = left, sign * amounts
+    found, at = {}, 0
+    for name, some in tables.items():
+        mine = slice(at, at + some.shape[1])
+        at = mine.stop
+        found[name] = some @ best[1][mine]
+    return found

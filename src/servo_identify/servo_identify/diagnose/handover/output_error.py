@@ -1,0 +1,184 @@
+"""
+Refit and comparison by simulation: what is handed over is judged as a user would use it.
+
+The twin runs over stretches of the recordings. Their starts are estimated, so that a twin that
+matches the rig comes down to the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
+
+from ...fit.estimate import Estimate
+from ...fit.freedom import Freedom
+from ...fit.output_error import fit
+from ...fit.problem import Problem
+from ...fit.segments import CHANNELS, courses_of
+from ...fit.shooting import Shooting
+from ...fit.solve import SHARES
+from ...fit.starts import best_starts
+from ..decisions import CALIBRATED
+
+TURNS = 3  # of estimating the starts
+BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
+DRAWS = 400
+STEPS = 8  # of a refit from values that the equations found already
+
+
+class Diverged(ValueError):
+    """A twin whose simulation leaves the finite numbers."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """
+    Errors of a twin over recordings: sums of squares by channel and block.
+
+    ``squares`` maps a channel to (blocks, 2): sum of squared errors and number of samples;
+    ``floor`` to its noise and ``signal`` to how much it moves, in its unit; ``recording``
+    (blocks,) is the recording of each block.
+    """
+
+    squares: dict[str, np.ndarray]
+    floor: dict[str, float]
+    signal: dict[str, float]
+    recording: np.ndarray
+
+    def rms(self, channel: str, blocks: np.ndarray | None = None) -> float:
+        """Root mean square error of a channel, over some blocks, in its unit."""
+        part = self.squares[channel] if blocks is None else self.squares[channel][blocks]
+        total = part.sum(axis=0)
+        return float(np.sqrt(total[0] / max(total[1], 1.0)))
+
+    def excess(self, channel: str, blocks: np.ndarray | None = None) -> float:
+        """What of it is above the calibrated floor, in the unit of the channel."""
+        square = self.rms(channel, blocks)**2 - CALIBRATED * self.floor[channel]**2
+        return float(np.sqrt(max(0.0, square)))
+
+    def total(self, blocks: np.ndarray | None = None, excess: bool = True) -> float:
+        """Root mean square over the channels of the error, each as a share of its own signal."""
+        sizes = [(self.excess if excess else self.rms)(c, blocks) / self.signal[c]
+                 for c in self.squares]
+        return float(np.sqrt(np.mean(np.square(sizes)))) if sizes else 0.0
+
+    def noise(self) -> float:
+        """Return the noise floor in the same measure as :meth:`total`."""
+        sizes = [self.floor[c] / self.signal[c] for c in self.squares]
+        return float(np.sqrt(np.mean(np.square(sizes)))) if sizes else 0.0
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A twin over recordings: its gap, and its outputs by recording and channel."""
+
+    gap: Gap
+    outputs: list[dict[str, np.ndarray]]
+
+
+def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
+    """Run a twin over recordings from estimated starts; raises Diverged."""
+    shooting = Shooting(servo, courses_of(servo, recordings, 'measured_input', None, None),
+                        'measured_input')
+    try:
+        nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
+        problem = Problem(shooting, nothing, False, False)
+        problem.be_modest()
+        unknowns = shooting.beginning(servo.theta)
+        with np.errstate(over='ignore', invalid='ignore'):
+            for _ in range(TURNS):
+                normal = problem.linearised(unknowns)
+                if not np.isfinite(normal.cost):
+                    raise Diverged(f'{servo.name}: the simulation leaves the finite numbers; its '
+                                   f'step of {servo.step:g} s may be too long')
+                still = np.zeros(problem.size)
+                unknowns, _ = best_starts(problem, [
+                    problem.stepped(unknowns, normal, still, share) for share in SHARES])
+            y = shooting.simulate([unknowns])[0]
+        return _collected(problem, y)
+    finally:
+        shooting.close()
+
+
+def _collected(problem: Problem, y: list[np.ndarray]) -> Simulated:
+    shooting = problem.shooting
+    raw = problem.raw(y) * problem.noise
+    seen = np.isfinite(problem.measured) & np.isfinite(raw)
+    squares, floor, signal = {}, {}, {}
+    block, of = _blocks(problem)
+    count = int(block.max()) + 1
+    for c, name in enumerate(CHANNELS):
+        rows = seen[:, c]
+        if not rows.any():
+            continue
+        squares[name] = np.column_stack((
+            np.bincount(block[rows], raw[rows, c]**2, count),
+            np.bincount(block[rows], minlength=count)))
+        floor[name] = float(np.sqrt(np.mean(problem.noise[rows, c]**2)))
+        signal[name] = _moved(problem, c, rows)
+    outputs, at = [], 0
+    stacked = shooting.stacked(y)
+    for course in shooting.courses:
+        lengths = course.stops - course.starts
+        own = {name: np.full(len(course.recording), np.nan) for name in CHANNELS}
+        for start, length in zip(course.starts, lengths, strict=True):
+            for c, name in enumerate(CHANNELS):
+                own[name][start:start + length] = stacked[at:at + length, c]
+            at += length
+        outputs.append(own)
+    return Simulated(Gap(squares, floor, signal, of), outputs)
+
+
+def _blocks(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Return (block of each row, recording of each block)."""
+    inside = np.concatenate([np.arange(n) for n in problem.lengths]) * problem.period
+    horizon = np.repeat(np.arange(len(problem.lengths)), problem.lengths)
+    key = horizon * 10**6 + (inside / BLOCK).astype(int)
+    known, block = np.unique(key, return_inverse=True)
+    return block, problem.owner[known // 10**6]
+
+
+def _moved(problem: Problem, c: int, rows: np.ndarray) -> float:
+    """How much a channel moves within a horizon: what its error is measured against."""
+    x = np.where(rows, problem.measured[:, c], 0.0)
+    if CHANNELS[c] in ('torque', 'current'):
+        return float(np.sqrt(np.mean(x[rows]**2))) or 1.0
+    count = np.maximum(1, np.add.reduceat(rows, problem.firsts, dtype=int))
+    mean = np.add.reduceat(x, problem.firsts) / count
+    around = x - np.repeat(mean, problem.lengths)
+    return float(np.sqrt(np.mean(around[rows]**2))) or 1.0
+
+
+def shrink(before: Gap, after: Gap, blocks: np.ndarray | None = None) -> float:
+    """Return 1 - after / before of the gap above the noise floor."""
+    first = before.total(blocks)
+    return 1.0 - after.total(blocks) / first if first > 0.0 else 0.0
+
+
+def shrink_interval(before: Gap, after: Gap) -> tuple[float, float]:
+    """Return the 90 % interval of the shrink: recordings drawn anew, and blocks within each."""
+    chance, values = np.random.default_rng(0), []
+    several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
+    for _ in range(DRAWS):
+        drawn = chance.integers(0, len(several), len(several))
+        blocks = np.concatenate([chance.choice(several[n], len(several[n])) for n in drawn])
+        values.append(shrink(before, after, blocks))
+    low, high = np.percentile(np.array(values) - np.median(values), (5, 95))
+    whole = shrink(before, after)
+    return float(whole + low), float(min(1.0, whole + high))
+
+
+def refitted(servo: Servo, recordings: Sequence[Recording], free: Sequence[str]) -> Estimate | None:
+    """Return the values of a servo fitted to recordings by simulation; None where it cannot."""
+    if not free:
+        return None
+    try:
+        return fit(servo, list(recordings), free, iterations=STEPS,
+                   tolerance=True)
+    except (ValueError, np.linalg.LinAlgError):
+        return None

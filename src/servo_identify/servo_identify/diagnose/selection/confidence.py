@@ -1,0 +1,112 @@
+"""
+How sure the choice is: amplitudes drawn anew, and which sets predict as well as the chosen one.
+
+Both come from the sums of products of the regression. Blocks are drawn anew within each family of
+excitation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..decisions import ALTERNATIVE
+from ..mechanisms.hypothesis import Mechanism, UNKNOWN
+from .explain import Explained
+from .regression import solve
+from .search import Choice, Fitted, SURE
+
+REDRAWN = 60  # fits behind the bands of curves and amplitudes
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another explanation in the place of a member: its hypothesis, side and confidence."""
+
+    number: int
+    side: int
+    mechanism: Mechanism
+    confidence: float
+
+
+def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
+    """
+    Return the unknowns of a fit on blocks drawn anew, shape (REDRAWN, unknowns).
+
+    The order is that of ``fit.columns[1:]``.
+    """
+    search, fit = found.search, fit or found.explanation.smallest
+    regression = search.regression
+    kept = search.columns_of(fit.choice)[1]
+    low, high = search.bounds_of(fit.choice, kept)
+    room = search.room(kept, len(fit.columns) - 1)
+    sums = search.sums(fit.weight)
+    prior = SURE**2 * search.doubts(fit.doubt, sums, fit.columns) / room**2
+    chance, values = np.random.default_rng(0), []
+    members = [np.flatnonzero(regression.family == f) for f in range(len(regression.families))]
+    for _ in range(REDRAWN):
+        times = np.zeros(regression.blocks)
+        for mine in members:
+            if len(mine):
+                times[mine] = chance.multinomial(len(mine), np.full(len(mine), 1 / len(mine)))
+        gram = np.zeros((len(fit.columns), len(fit.columns)))
+        for i, products in enumerate(regression.products):
+            at = regression.where[i][fit.columns]
+            good = np.flatnonzero(at >= 0)
+            inner = at[good]
+            part = np.tensordot(times * fit.weight[i, regression.family],
+                                products[:, inner[:, None], inner], axes=1)
+            gram[np.ix_(good, good)] += part
+        gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
+        values.append(solve(gram, low, high))
+    return np.array(values)
+
+
+def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
+    """
+    Return (confidence of a member of the chosen set, what else could stand in its place).
+
+    The confidence set of models: of all sets that differ from the chosen one in this member alone,
+    how often each predicts best when the blocks are drawn anew (Hansen, Lunde, Nason 2011). Two
+    that the form of a mechanism may be off by share what they win together.
+    """
+    search, chosen = found.search, found.explanation.smallest
+    rest = chosen.choice.minus(number)
+    own = found.hypotheses[number].mechanism
+    contest: dict[tuple[str, ...], tuple[Fitted, int, int]] = {}
+    for choice in _swaps(found, rest, number):
+        fit = search.fitted(choice)
+        index, side = next(m for m in choice.members if m[0] not in rest.numbers)
+        key = found.hypotheses[index].mechanism.key
+        if key not in contest or fit.total < contest[key][0].total:
+            contest[key] = fit, index, side
+    keys = list(contest)
+    fits = [contest[key][0] for key in keys]
+    lost = np.array([search.lost(fit, chosen) + fit.cost - chosen.cost for fit in fits])
+    wins = np.bincount(np.argmin(lost[:, 1:], axis=0), minlength=len(keys)) / lost[:, 1:].shape[1]
+    alike = np.array([search.alike(fit, chosen) for fit in fits])
+    if alike.any():  # what is told apart by less than a form may be off is not told apart
+        wins[alike] = wins[alike].sum() * _shares(lost[alike, 0])
+    several = [Rival(contest[key][1], contest[key][2], found.hypotheses[contest[key][1]].mechanism,
+                     float(share)) for key, share in zip(keys, wins, strict=True)]
+    mine = sum(one.confidence for one in several if one.mechanism.key == own.key)
+    others = [one for one in several if one.mechanism.key != own.key
+              and one.mechanism.name != UNKNOWN and one.confidence >= ALTERNATIVE]
+    return mine, sorted(others, key=lambda one: -one.confidence)
+
+
+def _shares(lost: np.ndarray) -> np.ndarray:
+    """Return shares of sets that predict alike: the better by nats, none below a tenth."""
+    share = 1.0 / (1.0 + np.maximum(0.0, lost - lost.min()) / max(float(np.ptp(lost)), 1.0))
+    return share / share.sum()
+
+
+def _swaps(found: Explained, rest: Choice, number: int) -> list[Choice]:
+    """Return the sets with another member (or the same) in the place of one."""
+    search = found.search
+    near = search.fitted(rest)
+    swaps = {choice: None for choice in search.short_list(near)}
+    mine = next(m for m in found.explanation.smallest.choice.members if m[0] == number)
+    swaps[rest.plus(*mine)] = None
+    return list(swaps)
