@@ -65,7 +65,9 @@ def led(tmp_path_factory):
 def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     rig, ears, hands = led
     assert hands.state() == 'unconfigured'
+    ears.hears('bus', 'the bus is not open: the driver is not configured', 2)
     assert hands.change(CONFIGURE)
+    ears.hears('bus', 'ok', 0)
     assert rig.count == 0
     assert hands.change(ACTIVATE)
     wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
@@ -82,6 +84,7 @@ def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     assert hands.change(DEACTIVATE)
     assert hands.change(CLEANUP)
     assert hands.state() == 'unconfigured'
+    ears.hears('bus', 'the bus is not open', 2)
 
 
 def test_it_gives_a_broken_drive_up_until_it_is_activated_again(led):
