@@ -316,8 +316,8 @@ def test_it_says_on_diagnostics_that_it_cannot_be_configured(graph):
 
 def test_a_level_rises_at_once_and_falls_when_it_stayed_better_for_a_while():
     health = TwinHealth()
-    told = [health._steady(*each)[0] for each in ((0, 'well'), (1, 'lost'), (0, 'well'), (1, 'lost'),
-                                                  (0, 'well'), (0, 'well'), (0, 'well'))]
+    well, lost = (0, 'well'), (1, 'lost')
+    told = [health._steady(*each)[0] for each in (well, lost, well, lost, well, well, well)]
     assert told == [0, 1, 1, 1, 1, 1, 0]
 
 

@@ -149,6 +149,8 @@ class CanHub:
             packet = client.socket.recv(LARGEST)
         except BlockingIOError:
             return
+        except ConnectionResetError:
+            return  # it left packets unread; what it sent before is still to be read
         except OSError:
             packet = b''
         if not packet:

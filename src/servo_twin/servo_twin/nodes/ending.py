@@ -16,6 +16,8 @@ from time import sleep
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOKS = 0.1  # s between two looks at the parent
+PARENT = os.getppid()
+"""The process that started this one, as of the first import: it may end while others follow."""
 
 
 class Ending:
@@ -23,8 +25,8 @@ class Ending:
     Takes the signals of this process from now on, in its main thread.
 
     ``asked`` turns true at the first of them, and shortly after the parent has ended; ``then`` is
-    called once at that time, within a signal handler. A process without a parent but init, as
-    under a service manager, has only its signals.
+    called once at that time, within a signal handler. A process that init started, as under a
+    service manager, has only its signals.
     """
 
     def __init__(self, then: Callable[[], None] = lambda: None) -> None:
@@ -33,9 +35,8 @@ class Ending:
         for number in SIGNALS:
             signal.signal(number, self._hear)
         atexit.register(_deaf)
-        if os.getppid() != 1:
-            Thread(target=self._watch, args=(os.getppid(),), name='parent watch',
-                   daemon=True).start()
+        if PARENT != 1:
+            Thread(target=self._watch, name='parent watch', daemon=True).start()
 
     def _hear(self, *_: object) -> None:
         if not self.asked:
@@ -43,8 +44,8 @@ class Ending:
             self.then()
 
     @staticmethod
-    def _watch(parent: int) -> None:
-        while os.getppid() == parent:
+    def _watch() -> None:
+        while os.getppid() == PARENT:
             sleep(LOOKS)
         os.kill(os.getpid(), signal.SIGTERM)
 

@@ -28,6 +28,7 @@ from ..lockstep.lockstep import Answer, Lockstep, warm_up
 from ..lockstep.twin import changed
 from ..physics.servo import Servo, ServoError
 from ..recording.sample_joining import Joiner
+from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .servo_loading import ServoLoading
@@ -50,6 +51,8 @@ class TwinNode(LifecycleNode):
         self._servo: Servo | None = None
         self._lockstep: Lockstep | None = None
         self._joiner: Joiner = Joiner(tuple(conversion.TOPICS))
+        self._waiting = WaitingBlocks()
+        self._coming = False
         self._health = TwinHealth()
         self._active = False
         self._declaring = False
@@ -95,12 +98,14 @@ class TwinNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Step from the next sample on."""
         self._joiner = Joiner(tuple(conversion.TOPICS))
+        self._waiting = WaitingBlocks()
         self._health = TwinHealth()
         self._active = True
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Publish the residuals still owed, and let the samples pass by."""
+        self._step_all()
         self._close()
         self._active = False
         return super().on_deactivate(state)
@@ -134,15 +139,39 @@ class TwinNode(LifecycleNode):
         parts = self._joiner.put(topic, message.sequence, message)
         if parts is None:
             return
+        first = parts['encoder']
         try:
             samples = conversion.to_samples(parts)
-            self._keep_pace(parts['encoder'].period)
         except ValueError as problem:
             self._health.malformed += 1
             self._health.why = str(problem)
             return
-        prediction, due = self._lockstep.step(
-            message.sequence, conversion.to_instant(parts['encoder'].header.stamp), samples)
+        self._waiting.put(Block(message.sequence, conversion.to_instant(first.header.stamp),
+                                first.period, samples))
+        if not self._coming:  # behind all messages that have come: they are seen to wait
+            self._coming = True
+            self.executor.create_task(self._step_all)
+
+    def rest(self) -> None:
+        """Let the samples pass by, from a signal handler: who ends soon need not catch up."""
+        self._active = False
+
+    def _step_all(self) -> None:
+        """Answer what waits."""
+        self._coming = False
+        for block in self._waiting.take(self.get_parameter('overload').value):
+            if not self._active:
+                return
+            try:
+                self._step(block)
+            except ServoError as problem:
+                self._health.malformed += 1
+                self._health.why = str(problem)
+
+    def _step(self, block: Block) -> None:
+        self._keep_pace(block.period)
+        samples = block.samples
+        prediction, due = self._lockstep.step(block.sequence, block.stamp, samples)
         now = self._now()
         twin = self._lockstep.twin
         self._outputs[0].publish(self._prediction.filled(
@@ -242,7 +271,7 @@ class TwinNode(LifecycleNode):
         label = self._state_machine.current_state[1]
         if self._active:
             level, said, facts = self._health.report(
-                self._lockstep, self._joiner.given_up, self._joiner.silent())
+                self._lockstep, self._joiner.given_up, self._joiner.silent(), self._waiting)
         elif self._failure:
             level, said, facts = ERROR, self._failure, {}
         else:
@@ -269,6 +298,7 @@ def main(arguments: list[str] | None = None) -> None:
         with interruptible(ending):
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
                 node.trigger_activate()
+        ending.then = node.rest
         spin(executor, ending)
     finally:
         loading.close()
