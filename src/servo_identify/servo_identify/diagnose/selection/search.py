@@ -269,7 +269,8 @@ class Search:
             best = self._improved(grown[0])
             beam = [best, *(one for one in grown if one is not best)][:BEAM]
         best = self._pruned(best)
-        return Explanation(best, self._smaller(best))
+        smallest = self._smaller(best)
+        return Explanation(best, self._smaller(self._improved(smallest)))
 
     def _grown(self, beam: list[Fitted]) -> list[Fitted]:
         """Return the sets with one more mechanism than those of the beam, best first."""
