@@ -152,8 +152,8 @@ def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
     """Return (case, what its diagnosis comes to, what it said)."""
     import yaml
 
-    from servo_identify.gap.checks import CannotDiagnose
-    from servo_identify.gap.diagnose import diagnose
+    from servo_identify.diagnose.checks import CannotDiagnose
+    from servo_identify.diagnose.diagnose import diagnose
     from servo_studies.blind_check.outcome import judged
     from servo_twin.description import servo_file
     from servo_twin.recording.recording import Recording

@@ -1,5 +1,5 @@
 """
-Say where a twin departs from its rig, which effect causes it, and how far the gap shrinks.
+Say where a twin departs from its rig, which effect is missing, and how far the gap shrinks.
 
 Give it recordings (bags) of one machine and its servo file; it writes report.json, report.html
 and augmented.yaml. Without --accept and --report it parts the recordings itself.
@@ -8,47 +8,107 @@ and augmented.yaml. Without --accept and --report it parts the recordings itself
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
+import shlex
+import sys
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..gap.sentence import next_step
+REACH = {'travel': 'rad', 'speed': 'rad/s', 'torque': 'N m', 'amplitude': 'V'}
+FAIL_ON = {'gap': ('explained', 'partly_explained', 'unknown'), 'unknown': ('unknown',)}
+GAP_THERE = 3  # exit status where --fail-on finds what it names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `servo-identify diagnose`."""
-    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings that select')
-    parser.add_argument('--servo', required=True, metavar='SERVO.yaml', help='servo file')
+    parser.add_argument('bags', nargs='*', metavar='BAG', help='recordings of one machine')
+    parser.add_argument('--servo', metavar='SERVO.yaml', help='servo file, or a shipped name')
     parser.add_argument('--accept', nargs='+', default=[], metavar='BAG',
                         help='recordings on which an effect must prove itself')
     parser.add_argument('--report', nargs='+', default=[], metavar='BAG',
                         help='recordings on which the shrink is measured')
     parser.add_argument('-o', '--output', required=True, metavar='DIR')
-    parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
-    parser.add_argument('--without', nargs='+', default=[], metavar='CAUSE',
-                        help='causes, as a report names them, that shall not be considered')
+    parser.add_argument('--effects', metavar='FOLDER',
+                        help='folder of effect files of your own; their code is run')
+    parser.add_argument('--without', nargs='+', default=[], metavar='EFFECT',
+                        help='effects, as a report names them, that are not considered')
+    parser.add_argument('--refit', action='store_true',
+                        help='augmented.yaml has the values moved within tolerance as well')
+    parser.add_argument('--reach', type=reach_of, default={}, metavar='travel=2,torque=1.5',
+                        help='what the next experiment may reach: ' + ', '.join(
+                            f'{name} {unit}' for name, unit in REACH.items()))
+    parser.add_argument('--fail-on', choices=tuple(FAIL_ON),
+                        help=f'exit status {GAP_THERE} where there is a gap, or an unknown one')
+    parser.add_argument('--json', metavar='FILE', help='write the report there too; - for stdout')
+    parser.add_argument('--quiet', action='store_true', help='the sentence alone')
     parser.add_argument('--no-page', action='store_true', help='leave report.html out')
+    parser.add_argument('--jobs', type=Path, metavar='RIGS.yaml',
+                        help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each')
+    parser.add_argument('--cluster', default='', metavar='ADDRESS',
+                        help='Dask scheduler for --jobs; left out, processes of this machine')
+
+
+def reach_of(text: str) -> dict[str, float]:
+    """Return limits by name; raises ArgumentTypeError that names what is wrong."""
+    found = {}
+    for part in text.split(','):
+        name, _, value = part.partition('=')
+        if name not in REACH:
+            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; there are {list(REACH)}')
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f'{name} = {value!r} is no number') from None
+    return found
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Diagnose; returns 0 when there is a verdict. Raises ValueError with a sentence otherwise."""
-    from servo_twin.bag import read_recording
+    """Diagnose; returns 0 when there is an answer. Raises ValueError with a sentence otherwise."""
+    if arguments.jobs:
+        from ..jobs.many_diagnoses import run_all
+        return run_all(arguments.jobs, Path(arguments.output), arguments.cluster)
+    if not arguments.bags or not arguments.servo:
+        raise ValueError('diagnose needs recordings and --servo SERVO.yaml (or --jobs RIGS.yaml)')
     from servo_twin.description import servo_file
+    from servo_twin.description.shipped import servo_at
     from servo_twin.physics import catalogue
 
-    from ..gap.diagnose import diagnose
-    from ..gap.stages import STAGES
-
     if arguments.effects:
+        print(f'running the code of the effects in {arguments.effects}', file=sys.stderr)
         catalogue.register(arguments.effects)
-    servo = servo_file.load(arguments.servo)
+    path = servo_at(arguments.servo)
+    servo, text = servo_file.load(path), Path(path).read_text()
     output = Path(arguments.output)
     output.mkdir(parents=True, exist_ok=True)
-    console = Console()
-    with Progress(TextColumn('{task.description:<14}'), BarColumn(), TimeElapsedColumn(),
-                  console=console) as progress:
+    to_stdout = arguments.json == '-'
+    console = Console(stderr=to_stdout, quiet=False, width=None if sys.stdout.isatty() else 140)
+    found = _diagnosed(arguments, servo, console)
+    write(found, text, servo, output, arguments.refit, not arguments.no_page,
+          shlex.join(['servo-identify', *sys.argv[1:]]))
+    if arguments.json:
+        told = json.dumps(found.report.as_dict(), indent=1, allow_nan=False)
+        sys.stdout.write(told + '\n') if to_stdout else Path(arguments.json).write_text(told)
+    if not arguments.quiet:
+        _show(found.report, console)
+    console.print(found.report.verdict['sentence'], style='bold', highlight=False)
+    if not arguments.quiet:
+        _show_next(found.report, console)
+        console.print(f'{output / "report.json"}, report.html, augmented.yaml', style='dim')
+    status = found.report.verdict['status']
+    return GAP_THERE if status in FAIL_ON.get(arguments.fail_on, ()) else 0
+
+
+def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
+    from servo_twin.bag import read_recording
+
+    from ..diagnose.diagnose import diagnose
+    from ..diagnose.stages import STAGES
+
+    with Progress(TextColumn('{task.description:<16}'), BarColumn(), TimeElapsedColumn(),
+                  console=console, disable=arguments.quiet) as progress:
         tasks = {stage: progress.add_task(stage, total=1.0, visible=False) for stage in STAGES}
 
         def tick(stage, share):
@@ -61,35 +121,57 @@ def main(arguments: argparse.Namespace) -> int:
                 (('bags', arguments.bags), ('accept', arguments.accept),
                  ('report', arguments.report))}
         found = diagnose(bags['bags'], servo, bags['accept'], bags['report'],
-                         tuple(arguments.without), tick)
-        tick('shrink', 1.0)
+                         tuple(arguments.without), tick, arguments.reach)
+        tick(STAGES[-1], 1.0)
+    return found
+
+
+def write(found, text: str, servo, output: Path, refit: bool = False, page: bool = True,
+          command: str = '') -> None:
+    """Write report.json, augmented.yaml and report.html of a diagnosis into a folder."""
+    from ..diagnose.answer.patch import difference, patched
+
     found.report.save(output / 'report.json')
-    servo_file.save(found.augmented, output / 'augmented.yaml')
-    if not arguments.no_page:
-        from ..gap.page import write_page
-        write_page(found, output / 'report.html')
-    _show(found.report, found.evidence.servo.linear, console)
-    console.print(f'[dim]{output / "report.json"}, report.html, augmented.yaml[/dim]')
-    return 0
+    new = patched(text, servo, found.refit if refit else found.augmented)
+    (output / 'augmented.yaml').write_text(new)
+    if page:
+        from ..diagnose.answer.document import document_of
+        from ..diagnose.page.page import write_page
+        write_page(document_of(found, difference(text, new), command), output / 'report.html')
 
 
-def _show(report, linear: bool, console: Console) -> None:
-    where = Table('balance', 'gap / noise', 'share', 'verdict', title='Where')
+def _show(report, console: Console) -> None:
+    where = Table('equation', 'residual / noise', 'share', 'verdict', title='Where')
     for one in report.where:
         seen = one.verdict != 'not observable'
         where.add_row(one.balance, f'{one.gap_to_noise:.1f}' if seen else '-',
                       f'{100 * one.share:.0f} %' if seen else '-', one.verdict)
     console.print(where)
     if report.which:
-        which = Table('effect', 'at', 'values', 'shrink', 'or', title='Which')
-        for cause in report.which:
+        which = Table('effect', 'at', 'as far as', 'values', 'shrink', 'or', title='Which')
+        for one in report.which:
             values = ', '.join(f'{n} {v["value"]:.4g} {v["unit"]}'
-                               for n, v in cause.parameters.items())
-            which.add_row(cause.effect, cause.site, values,
-                          f'{100 * cause.shrink_realised:.0f} %', ', '.join(cause.ambiguous_with))
+                               for n, v in one.parameters.items() if '[' not in n)
+            which.add_row(one.effect, one.site,
+                          f'{one.rung} ({100 * one.confidence["mechanism"]:.0f} %)', values,
+                          f'{100 * one.shrink_realised:.0f} %', ', '.join(one.ambiguous_with))
         console.print(which)
     for warning in report.warnings:
-        console.print(f'[yellow]{warning}[/yellow]')
-    console.print(f'[bold]{report.verdict["sentence"]}[/bold]')
-    if report.next_experiment:
-        console.print(next_step(report.next_experiment, linear))
+        console.print(warning, style='yellow', highlight=False)
+
+
+def _show_next(report, console: Console) -> None:
+    for line in report.confirm:
+        console.print(line, highlight=False)
+    following = report.next_experiment
+    if following.get('command'):
+        console.print(f'To tell {" from ".join(following["separates"])}, record next:\n'
+                      f'  {following["command"]}', highlight=False)
+        for effect, said in following['expected'].items():
+            console.print(f'  {effect} would give a {said}', highlight=False)
+    elif following.get('measure'):
+        value = following['measure']
+        told = ', '.join(f'{v:.4g} {value["unit"]} would mean {name}'
+                         for name, v in value['values'].items())
+        console.print(f'To tell {" from ".join(following["separates"])}, measure '
+                      f'{value["parameter"]}: {told}.', highlight=False)

@@ -27,13 +27,18 @@ from servo_twin.physics.standing import standing
 from servo_twin.recording.recording import Recording
 
 from ..fit import fit
-from ..gap.balance import Balance
-from ..gap.observation import observe
-from ..gap.resimulation import bootstrap, Diverged, Gap, gap_of, HORIZON, resimulate, shrink
+from ..diagnose.handover.output_error import (
+    Diverged,
+    Gap,
+    shrink,
+    shrink_interval,
+    simulated,
+)
 from .fit import write
 
 LINEAR = 'linear'
 ITERATIONS = 10
+HORIZON = 0.4  # s of free run between two starts
 WORKERS = 2  # processes that fit side by side
 FIXED = ('order', 'lag', 'exponent')
 """
@@ -126,19 +131,18 @@ def judged(fitted: Mapping[str, tuple[Servo, int, float]], held_out: Sequence[Re
     one is what the others are measured against. Raises ValueError where that one cannot be run.
     """
     linear = fitted[LINEAR][0]
-    seen = observe(list(held_out), linear)
-    reference = _gap(linear, seen)
+    reference = _gap(linear, held_out)
     if reference is None:
         raise ValueError(f'{linear.name}: the linear model leaves the finite numbers on the held '
                          'out recordings; there is nothing to compare with')
     answers = []
     for name, (found, free, seconds) in fitted.items():
-        gap = reference if name == LINEAR else _gap(found, seen)
+        gap = reference if name == LINEAR else _gap(found, held_out)
         if gap is None:
             left, gone, interval, errors = np.inf, -np.inf, (-np.inf, -np.inf), {}
         else:
-            left, gone = gap.total(reference, excess=False), shrink(reference, gap)
-            interval = bootstrap(reference, gap)
+            left, gone = gap.total(excess=False), shrink(reference, gap)
+            interval = shrink_interval(reference, gap)
             errors = {channel: gap.rms(channel) for channel in gap.squares}
         answers.append(Ranked(name, models()[name], found, left, gone, interval, errors, free,
                               seconds))
@@ -153,14 +157,12 @@ def _fitted(start: Servo, training: Sequence[Recording]) -> tuple[Servo, int, fl
     return found, len(free), time.perf_counter() - begun
 
 
-def _gap(servo: Servo, seen: Sequence) -> Gap | None:
+def _gap(servo: Servo, recordings: Sequence[Recording]) -> Gap | None:
     """Return the gaps of a servo as it is; None where it leaves the finite numbers."""
-    balances = [Balance(servo, one, len(servo.effects)) for one in seen]
     try:
-        runs = [resimulate(one, servo.theta, servo.switches) for one in balances]
+        return simulated(servo, recordings).gap
     except Diverged:
         return None
-    return gap_of(runs, balances)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,1 +1,1 @@
-"""The diagnosis of the sim-to-real gap."""
+"""Where a twin departs from its rig, what is missing, how far the gap shrinks once it is added."""

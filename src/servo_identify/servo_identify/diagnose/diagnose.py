@@ -114,18 +114,19 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
     reported = {'given': simulated(servo, report), 'within': _or(handover.within, servo, report)}
     reported['patch'] = simulated(handover.patch, report) if handover.added else reported['given']
     reported['refit'] = _or(handover.refit, handover.patch, report)
-    dropped, accepted = [], []
+    dropped, accepted = {}, {}
     for one in handover.added:
         rest = handover.without(one)
-        dropped.append(simulated(rest, report) if len(handover.added) > 1 else reported['given'])
+        dropped[id(one.part)] = simulated(rest, report) if len(handover.added) > 1 else (
+            reported['given'])
         before = simulated(rest, accept).gap if len(handover.added) > 1 else (
             handover.gaps['given'])
         first = handover.gaps['given'].total() or 1.0
-        accepted.append((before.total() - handover.gaps['patch'].total()) / first)
+        accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
     by_part = {id(one.part): one for one in handover.added}
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in findings]
     return Evidence(servo, parts, found, tuple(findings), several, handover, reported,
-                    tuple(dropped), tuple(accepted))
+                    dropped, accepted)
 
 
 def _or(first: Servo, second: Servo, recordings) -> Simulated:

@@ -67,6 +67,11 @@ def register(folder: str | Path) -> list[str]:
     return taken
 
 
+def registered() -> list[type[Effect]]:
+    """Return the effects of users that were taken in, by name."""
+    return [_FOREIGN[name] for name in sorted(_FOREIGN)]
+
+
 def _only_effect(module, name: str) -> type[Effect]:
     for thing in vars(module).values():
         if isinstance(thing, type) and issubclass(thing, Effect) and thing.name == name:

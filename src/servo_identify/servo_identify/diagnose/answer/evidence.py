@@ -29,7 +29,13 @@ class Finding:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Everything that the answer is read off."""
+    """
+    Everything that the answer is read off.
+
+    ``reported`` are the twins over the report recordings: given, within tolerances, patch, refit.
+    ``dropped`` is the patch without the effect of one part (by its id), ``accepted`` what that
+    costs on the accept recordings, as a share of the gap as given.
+    """
 
     servo: Servo
     split: Split
@@ -38,14 +44,15 @@ class Evidence:
     halves: list[set[tuple[str, ...]]]
     handover: Handover
     reported: Mapping[str, Simulated]
-    dropped: tuple[Simulated, ...]
-    accepted: tuple[float, ...]
+    dropped: Mapping[int, Simulated]
+    accepted: Mapping[int, float]
 
     @property
     def named(self) -> list[Finding]:
         """The missing effects that have a name and stand the comparison."""
         taken = {id(one.part) for one in self.handover.added}
-        return [one for one in self.findings if id(one.part) in taken]
+        return [one for one in self.findings
+                if id(one.part) in taken and one.part.mechanism.name != UNKNOWN]
 
     @property
     def unnamed(self) -> list[Finding]:

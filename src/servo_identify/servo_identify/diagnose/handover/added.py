@@ -76,6 +76,11 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
         return _changed(servo, part, {one.path: float(amplitudes[0])})
     if name == 'controller_mismatch':
         return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
+    if 'effect' in one.detail:
+        values = dict(zip(one.detail['amplitudes'], map(float, amplitudes), strict=True))
+        values |= one.detail['shapes']
+        return _placed(part, [Formed(one.detail['effect'], values, tuple(values), True)], site,
+                       taken)
     if name == 'stiffness_error':
         return _sprung(servo, part, amplitudes)
     if name == 'presliding_friction':

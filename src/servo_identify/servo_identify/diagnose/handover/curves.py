@@ -59,8 +59,14 @@ class Part:
     amplitudes: np.ndarray
 
 
-def curve_of(found: Explained, number: int, draws: np.ndarray) -> Curve | None:
-    """Return the curve of a chosen hypothesis; ``draws`` are its amplitudes, redrawn."""
+def curve_of(found: Explained, number: int, draws: np.ndarray,
+             amplitudes: np.ndarray | None = None) -> Curve | None:
+    """
+    Return the curve of a hypothesis; ``draws`` are its amplitudes, redrawn.
+
+    ``amplitudes`` are those of the chosen set where they are not given.
+    """
+    amplitudes = found.amplitudes(number) if amplitudes is None else amplitudes
     one = found.hypotheses[number]
     if one.form is None:
         return None
@@ -75,7 +81,7 @@ def curve_of(found: Explained, number: int, draws: np.ndarray) -> Curve | None:
     table = one.form.shape(x)
     several = table @ draws.T
     low, high = np.percentile(several, BAND, axis=1)
-    y = table @ found.amplitudes(number)
+    y = table @ amplitudes
     half = 0.5 * (x[1] - x[0])
     density = np.histogram(seen, np.append(x - half, x[-1] + half))[0].astype(float)
     return Curve(one.form.variable, one.form.unit, one.form.y_unit, x, y, np.minimum(low, y),

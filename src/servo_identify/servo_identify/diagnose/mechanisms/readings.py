@@ -41,13 +41,15 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
 
 def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
     """
-    A reading in proportion to its truth: what the motion asks for, or what the drive makes.
+    A reading in proportion to its truth.
 
-    The reading itself is no regressor: less of it would explain its own noise.
+    A current is what the motion asks for, or what the drive makes: its reading would explain its
+    own noise. The reading of the torque is smoothed over the test function, and what the motion
+    asks for hangs on the friction of the load.
     """
     mechanism = Mechanism(name, 'sensor', channel, (channel,), 'odd')
     if channel == 'torque':
-        columns = builder.place('torque', lambda one: one.predicted_load[:, None], -1.0)
+        columns = builder.place('torque', lambda one: one.motion.calm_torque[:, None], -1.0)
         return builder.hypothesis(mechanism, columns, [0])
     columns = builder.place('current', lambda one: one.predicted_current[:, None], -1.0)
     made = builder.place('current', lambda one: one.drive_current(one.servo.theta)[:, None],

@@ -11,7 +11,7 @@ from servo_twin.physics.following import FOLLOWED
 
 from ..mechanisms.builder import Builder
 from ..mechanisms.hypothesis import Hypothesis
-from ..mechanisms.menu import hypotheses_of
+from ..mechanisms.every_hypothesis import hypotheses_of
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance, nuisance_of
 from ..residuals.samples import ResidualSamples

@@ -83,18 +83,18 @@ class Search:
         one = np.zeros((regression.blocks, len(regression.families)))
         one[np.arange(regression.blocks), regression.family] = 1.0
         self._family = one
-        self._sizes = regression.counts @ one
+        self.sizes = regression.counts @ one
         self._blocks_of = (regression.counts > 0) @ one
 
     def groups(self, errors: np.ndarray) -> np.ndarray:
         """Return mean squares by equation and family from errors by equation and block."""
         with np.errstate(invalid='ignore', divide='ignore'):
-            return np.where(self._sizes > 0, (errors @ self._family) / self._sizes, 0.0)
+            return np.where(self.sizes > 0, (errors @ self._family) / self.sizes, 0.0)
 
     def score(self, errors: np.ndarray, floor: np.ndarray) -> float:
         """Return what is left above a floor: the sum over groups of n/2 log of mean squares."""
         left = np.maximum(self.groups(errors), floor)
-        return float(0.5 * (self._sizes * np.log(np.maximum(left, 1e-12))).sum())
+        return float(0.5 * (self.sizes * np.log(np.maximum(left, 1e-12))).sum())
 
     @cached_property
     def nothing(self) -> Fitted:
@@ -195,9 +195,9 @@ class Search:
         is one observation, and thousands of its samples must not outvote a data sheet.
         """
         above = left > floor
-        whole = np.maximum((self._sizes * above).sum(axis=1), 1.0)
+        whole = np.maximum((self.sizes * above).sum(axis=1), 1.0)
         blocks = np.maximum((self._blocks_of * above).sum(axis=1), 1.0)
-        share = (self._sizes * np.maximum(0.0, 1.0 - floor / np.maximum(left, 1e-12))).sum(axis=1)
+        share = (self.sizes * np.maximum(0.0, 1.0 - floor / np.maximum(left, 1e-12))).sum(axis=1)
         return 1.0 + share / whole * np.where(above.any(axis=1), whole / blocks, 0.0)
 
     def sums(self, weight: np.ndarray):
@@ -211,7 +211,7 @@ class Search:
 
     def _weight_near(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
         if not choice.members:
-            return np.ones(self._sizes.shape), np.ones(len(self._sizes))
+            return np.ones(self.sizes.shape), np.ones(len(self.sizes))
         near = self.fitted(Choice(choice.members[:-1]))
         return near.weight, near.doubt
 
@@ -227,10 +227,10 @@ class Search:
         of its equation.
         """
         gap = self.groups(self.nothing.held_out) if gap is None else gap
-        size = self._sizes.sum(axis=1, keepdims=True)
-        whole = (gap * self._sizes).sum(axis=1, keepdims=True) / np.maximum(size, 1.0)
+        size = self.sizes.sum(axis=1, keepdims=True)
+        whole = (gap * self.sizes).sum(axis=1, keepdims=True) / np.maximum(size, 1.0)
         return np.broadcast_to(CALIBRATED + FORM**2 * np.maximum(0.0, whole - 1.0),
-                               self._sizes.shape)
+                               self.sizes.shape)
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (approximate gain, number, side) of each hypothesis beside a set, best first."""
@@ -269,7 +269,8 @@ class Search:
             best = self._improved(grown[0])
             beam = [best, *(one for one in grown if one is not best)][:BEAM]
         best = self._pruned(best)
-        return Explanation(best, self._smaller(best))
+        smallest = self._smaller(best)
+        return Explanation(best, self._smaller(self._improved(smallest)))
 
     def _grown(self, beam: list[Fitted]) -> list[Fitted]:
         """Return the sets with one more mechanism than those of the beam, best first."""
@@ -344,8 +345,8 @@ class Search:
 
     def _power(self, fit: Fitted) -> np.ndarray:
         """Mean square that a set leaves in each equation."""
-        size = np.maximum(self._sizes.sum(axis=1), 1.0)
-        return (self.groups(fit.held_out) * self._sizes).sum(axis=1) / size
+        size = np.maximum(self.sizes.sum(axis=1), 1.0)
+        return (self.groups(fit.held_out) * self.sizes).sum(axis=1) / size
 
     def _nameless(self, fit: Fitted) -> int:
         """How many members of a set have no name."""
@@ -400,8 +401,8 @@ class Search:
     def excess(self, fit: Fitted) -> np.ndarray:
         """Root mean square above the calibrated floor that a set leaves in each equation."""
         left = np.maximum(0.0, self.groups(fit.held_out) - CALIBRATED)
-        size = np.maximum(self._sizes.sum(axis=1), 1.0)
-        return np.sqrt((left * self._sizes).sum(axis=1) / size)
+        size = np.maximum(self.sizes.sum(axis=1), 1.0)
+        return np.sqrt((left * self.sizes).sum(axis=1) / size)
 
     def _acts(self, before: Fitted, after: Fitted) -> np.ndarray:
         """Tell in which equations new members have columns."""
@@ -415,7 +416,7 @@ class Search:
         floor, acts = self.floor(), self._acts(before, after)
         ratio = np.log(np.maximum(self.groups(before.held_out), floor)
                        / np.maximum(self.groups(after.held_out), floor))
-        return float(0.5 * (self._sizes * ratio)[acts].sum())
+        return float(0.5 * (self.sizes * ratio)[acts].sum())
 
     def chance(self, before: Fitted, after: Fitted) -> float:
         """

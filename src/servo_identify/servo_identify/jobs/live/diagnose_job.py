@@ -12,9 +12,9 @@ import sys
 from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
 
-from ...gap.diagnose import diagnose
-from ...gap.page import write_page
-from ...gap.stages import STAGES
+from ...commands.diagnose import write
+from ...diagnose.diagnose import diagnose
+from ...diagnose.stages import STAGES
 from .job_process import report
 
 
@@ -27,9 +27,7 @@ def main(arguments: list[str]) -> int:
         output.mkdir(parents=True, exist_ok=True)
         _told('reading', 0.0)
         found = diagnose([read_recording(bag) for bag in bags], servo, tick=_told)
-        found.report.save(output / 'report.json')
-        servo_file.save(found.augmented, output / 'augmented.yaml')
-        write_page(found, output / 'report.html')
+        write(found, Path(path).read_text(), servo, output)
     except (ValueError, OSError) as problem:
         print(problem, flush=True)
         return 2

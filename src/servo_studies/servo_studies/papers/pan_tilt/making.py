@@ -10,7 +10,7 @@ import numpy as np
 
 from servo_identify.commands.fit import write
 from servo_identify.commands.harmonic_drives import LINEAR, Ranked, ranked
-from servo_identify.gap.diagnose import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.learn.free_run import EDGE, free_runs, speed_of
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at

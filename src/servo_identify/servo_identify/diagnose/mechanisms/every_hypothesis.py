@@ -6,14 +6,17 @@ from collections.abc import Collection
 
 import numpy as np
 
+from servo_twin.physics.catalogue import names
+
 from .builder import Builder
 from .drive import drive_of
 from .friction import friction_of
-from .hypothesis import Hypothesis
+from .hypothesis import Hypothesis, UNKNOWN
 from .patterns import patterns_of
 from .readings import readings_of
 from .torque import torque_of
 from .transmission import transmission_of
+from .user_effects import user_effects_of
 from .values import values_of
 
 
@@ -41,5 +44,25 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += drive_of(builder)
     found += readings_of(builder)
     found += values_of(builder)
+    found += user_effects_of(builder)
     found += patterns_of(builder, without)
-    return [one for one in found if one.mechanism.name not in without]
+    _check(without, found, builder)
+    gone = {*without, *(ALIASES[name] for name in without if name in ALIASES)}
+    return [one for one in found if one.mechanism.name not in gone]
+
+
+ALIASES = {'parameter:torque_constant': 'torque_constant_error',
+           'parameter:stiffness': 'stiffness_error'}
+"""Values whose error has a name of its own, under either name."""
+
+
+def _check(without: Collection[str], found: list[Hypothesis], builder: Builder) -> None:
+    """Raise ValueError for a name that no hypothesis could have."""
+    values = {f'parameter:{path.rpartition(".")[2]}' for path in builder.samples.servo.values
+              if path.split('.')[0] in ('drive', 'mechanism')}
+    known = {one.mechanism.name for one in found} | set(names()) | values | set(ALIASES) | {
+        *ALIASES.values(), 'controller_mismatch'} - {UNKNOWN}
+    for name in without:
+        if name not in known and not name.startswith('parameter:'):
+            raise ValueError(f'there is no effect {name!r} to leave out; there are '
+                             f'{sorted(known)}')

@@ -1,0 +1,77 @@
+"""What would tell two effects apart, and how to confirm one by hand: from the table of signatures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from servo_twin.physics.servo import Servo
+
+from .report import MissingEffect
+
+SHOWN_BY = {
+    'coulomb_friction': 'slow triangles both ways: a step with the sign of speed',
+    'viscous_friction': 'a ladder of speeds both ways',
+    'stribeck_friction': 'a ladder of slow speeds both ways',
+    'presliding_friction': 'slow reversals of small travel',
+    'asymmetric_friction': 'the same speed in both directions',
+    'load_dependent_friction': 'steps of load at constant speed, driving and back-driven',
+    'position_dependent_friction': 'slow full turns in both directions',
+    'quadratic_drag': 'the highest speeds of the ladder',
+    'friction_drift': 'the same motion repeated as the machine warms up',
+    'cogging': 'slow turns without current: it does not change with the load',
+    'torque_ripple': 'slow turns under two loads: it grows with the current',
+    'torque_constant_error': 'a known load on the output',
+    'torque_saturation': 'large currents in both directions: it has no loop',
+    'current_sensor_offset': 'standstill without current',
+    'current_sensor_gain': 'a second ammeter',
+    'gravity': 'the load held at several angles',
+    'spring_load': 'the load held at several angles',
+    'current_lag': 'a chirp: its gain falls with frequency',
+    'command_delay': 'a chirp: its phase falls in proportion to frequency, its gain does not',
+    'drive_dead_band': 'small commands: the current does not answer',
+    'drive_saturation': 'the largest commands',
+    'stiffness_error': 'a ladder of loads at standstill',
+    'nonlinear_stiffness': 'a ladder of loads through zero: the torsion bends and does not jump',
+    'backlash': 'reversals of the load: the torsion jumps',
+    'load_dependent_backlash': 'reversals under several loads',
+    'position_dependent_backlash': 'reversals at several angles',
+    'hysteresis': 'loads up and down: the loop stays at rest',
+    'transmission_error': 'slow turns under two loads: it stays the same',
+    'load_encoder_eccentricity': 'a turn of the load: the torque stays clean',
+    'sensor_delay': 'two speeds: the error grows with speed',
+    'torque_sensor_gain': 'a known load on the output',
+    'torque_sensor_offset': 'the load taken off',
+    'payload_resonance': 'a chirp: the load shaft alone shows the resonance',
+    'controller_mismatch': 'the same reference in open loop',
+}
+"""The excitation that shows an effect (GAP_METHOD.md, signatures)."""
+
+
+def tell(one: str, other: str) -> str:
+    """Return what would tell two effects apart, in a sentence."""
+    said = []
+    for name in (one, other):
+        if name in SHOWN_BY:
+            said.append(f'{name.replace("_", " ")} shows in {SHOWN_BY[name]}')
+        elif name.startswith('parameter:'):
+            said.append(f'{name.removeprefix("parameter:")} can be measured by itself')
+    return '; '.join(said) + '.' if said else ''
+
+
+def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]:
+    """Yield how to confirm an effect by hand, where a spring balance or a look will do."""
+    torque, angle = ('N', 'm') if servo.linear else ('N m', 'rad')
+    for one in which:
+        values = {name: p['value'] for name, p in one.parameters.items()}
+        if one.effect == 'coulomb_friction' and 'level' in values:
+            yield (f'Drive off, turn the {one.site} shaft slowly by hand: it resists with '
+                   f'{values["level"]:.3g} {torque} either way.')
+        elif one.effect == 'gravity' and {'cosine', 'sine'} <= set(values):
+            yield (f'Hold the load at 0: {values["cosine"]:.3g} {torque}; a quarter turn on: '
+                   f'{values["sine"]:.3g} {torque}.')
+        elif one.effect == 'spring_load' and 'stiffness' in values:
+            yield (f'Hold the load 0.1 {angle} away from its rest: '
+                   f'{0.1 * values["stiffness"]:.3g} {torque}.')
+        elif one.effect == 'backlash' and 'width' in values:
+            yield (f'Hold the motor, move the load to and fro by hand: it moves freely by '
+                   f'{values["width"]:.3g} {angle}.')

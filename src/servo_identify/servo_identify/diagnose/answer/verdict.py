@@ -1,0 +1,255 @@
+"""From the evidence to a report: where, which, how far, and what follows from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servo_twin.balances.terms import EQUATIONS, UNITS
+
+from ..decisions import CALIBRATED, SOLVED
+from ..handover.added import Added
+from ..handover.output_error import Gap, shrink, shrink_interval
+from ..selection.search import Fitted
+from ..selection.stability import shares
+from .evidence import Evidence, Finding
+from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
+from .sentences import sentence, size_of
+from .telling import confirmations, tell
+
+CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torque': 'N m', 'current': 'A'}
+OPEN = 2.0  # noise floors: a residual that follows no pattern and is below is no gap
+EVEN = 0.5  # confidence from which a mechanism is named rather than its place alone
+SURE = 1.645  # standard deviations of a 90 % interval
+
+
+def report_of(evidence: Evidence, following: dict, warnings: list[str],
+              timing: dict[str, float]) -> GapReport:
+    """Put the evidence into a report."""
+    located, squares = _where(evidence)
+    named = {one.mechanism.key: share for one in (f.part for f in evidence.findings)
+             for share in [shares(evidence.found, evidence.halves).get(one.mechanism.key)]
+             if share is not None}
+    which = tuple(_effect(evidence, one) for one in evidence.named)
+    gap = _gap(evidence)
+    balance = _place(evidence, located)
+    unknown = _unknown(evidence, located)
+    status = _status(evidence, which, gap, squares)
+    verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
+               'sentence': sentence(status, which, balance, gap, unknown),
+               'remains': _remains(evidence, gap)}
+    split = evidence.split
+    channels = _channels(evidence)
+    return GapReport(
+        servo=evidence.servo.name,
+        recordings={p: [r.name for r in getattr(split, p)] for p in ('screen', 'accept',
+                                                                       'report')},
+        channels=channels, where=located, which=which, verdict=verdict, gap=gap,
+        unknown=unknown if status in ('unknown', 'partly_explained') else {},
+        next_experiment=following, warnings=tuple(dict.fromkeys([*warnings, *_worse(channels)])),
+        moved=tuple(_moved(evidence)),
+        stability={'splits': len(evidence.halves), 'named_in': {
+            key[0]: round(share, 3) for key, share in named.items()}},
+        equations=_equations(evidence), confirm=tuple(confirmations(which, evidence.servo)),
+        timing=timing)
+
+
+def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
+    """Return the equations with how far they are off, and their mean squares at the start."""
+    search = evidence.found.search
+    regression = search.regression
+    errors, counts = search.nothing.held_out, regression.counts
+    squares = {EQUATIONS[e]: float(errors[i].sum() / max(1, counts[i].sum()))
+               for i, e in enumerate(regression.equations)}
+    excess = {name: max(0.0, square - CALIBRATED) for name, square in squares.items()}
+    total = sum(excess.values()) or 1.0
+    acting = _acting(evidence)
+    chance, located = np.random.default_rng(0), []
+    for name in EQUATIONS:
+        if name not in squares:
+            located.append(Located(name, 0.0, 0.0, (0.0, 0.0), 'not observable'))
+            continue
+        i = regression.equations.index(EQUATIONS.index(name))
+        drawn = chance.integers(0, regression.blocks, (200, regression.blocks))
+        ratios = np.sqrt(errors[i][drawn].sum(axis=1)
+                         / np.maximum(1, counts[i][drawn].sum(axis=1)))
+        low, high = np.percentile(ratios, (5, 95))
+        gap = name in acting or squares[name] > OPEN**2
+        located.append(Located(name, excess[name] / total if gap else 0.0,
+                               float(np.sqrt(squares[name])), (float(low), float(high)),
+                               'gap' if gap else 'at the noise floor'))
+    return tuple(located), squares
+
+
+def _acting(evidence: Evidence) -> set[str]:
+    """Return the equations in which what was found takes a worthwhile part."""
+    search = evidence.found.search
+    best = evidence.found.explanation.smallest
+    if not best.choice.members:
+        return set()
+    before, after = search.excess(search.nothing), search.excess(best)
+    return {EQUATIONS[e] for i, e in enumerate(search.regression.equations)
+            if before[i] - after[i] > 0.1 * before[i] and before[i] > 0.0}
+
+
+def _place(evidence: Evidence, located: tuple[Located, ...]) -> str:
+    """
+    Return the equation that is at fault: where the first effect (or pattern) takes most.
+
+    Where nothing was found it is the one that is off most.
+    """
+    search, fit = evidence.found.search, evidence.found.explanation.smallest
+    first = [f for f in (*evidence.named, *evidence.unnamed, *evidence.findings)]
+    gaps = [one for one in located if one.verdict == 'gap']
+    if first:
+        detail = evidence.found.hypotheses[first[0].part.number].detail.get('equation')
+        if detail and not evidence.named:
+            return str(detail)
+        rest = search.fitted(fit.choice.minus(first[0].part.number))
+        gained = (search.groups(rest.held_out) - search.groups(fit.held_out)) * search.sizes
+        gained = gained.sum(axis=1)
+        if np.max(gained, initial=0.0) > 0.0:
+            return EQUATIONS[search.regression.equations[int(np.argmax(gained))]]
+    return max(gaps, key=lambda one: one.gap_to_noise).balance if gaps else ''
+
+
+def _status(evidence: Evidence, which, gap: dict, squares: dict[str, float]) -> str:
+    if which:
+        if gap['solved'] >= SOLVED and not evidence.unnamed:
+            return 'explained'
+        return 'partly_explained'
+    if evidence.findings or any(square > OPEN**2 for square in squares.values()):
+        return 'unknown'
+    return 'no_gap'
+
+
+def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
+    mechanism, curve, added = one.part.mechanism, one.part.curve, one.added
+    stable = shares(evidence.found, evidence.halves).get(mechanism.key, 1.0)
+    sure = min(one.confidence, max(stable, 0.5 * one.confidence))
+    place = min(1.0, sure + sum(r.confidence for r in one.rivals
+                                if r.mechanism.site == mechanism.site))
+    confidence = {'place': max(place, sure), 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
+    if curve is not None:
+        away = np.average((curve.low * curve.high > 0.0) | (curve.size() == 0.0),
+                          weights=curve.density)
+        confidence['curve'] = sure * float(away)
+    if added.law:
+        confidence['law'] = confidence['curve'] if curve is not None else sure
+    rung = 'place' if sure < EVEN else 'law' if added.law else (
+        'curve' if curve is not None else 'mechanism')
+    reported, dropped = evidence.reported, evidence.dropped[id(one.part)].gap
+    full = reported['given'].gap.total() or 1.0
+    realised = (dropped.total() - reported['patch'].gap.total()) / full
+    interval = shrink_interval(dropped, reported['patch'].gap)
+    parameters = _parameters(evidence, added)
+    drawn = None if curve is None else {
+        'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
+        'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}
+    alternatives = tuple(Alternative(r.mechanism.name, r.mechanism.site, round(r.confidence, 3),
+                                     tell(mechanism.name, r.mechanism.name))
+                         for r in one.rivals)
+    return MissingEffect(
+        mechanism.name, mechanism.site, parameters, evidence.accepted[id(one.part)], realised, interval,
+        tuple(a.effect for a in alternatives), rung,
+        {name: round(confidence[name], 3) for name in RUNGS},
+        {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
+         'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
+        added.law, drawn, alternatives, size_of(parameters, drawn))
+
+
+def _parameters(evidence: Evidence, added: Added) -> dict[str, dict]:
+    """Return the values of a missing effect: value, standard deviation and unit."""
+    patch, joint, found = evidence.handover.patch, evidence.handover.joint, {}
+    for path in added.free:
+        value, unit = patch.values[path], patch.unit(path)
+        several = [(f'[{i}]', v) for i, v in enumerate(value)] if isinstance(value, tuple) else [
+            ('', value)]
+        for index, v in several:
+            std = joint.std.get(path + index) if joint is not None else None
+            std = None if std is None or not np.isfinite(std) else float(std)
+            name = path if path in evidence.servo.values else path.rpartition('.')[2]
+            found[name + index] = {'value': float(v), 'std': std, 'unit': unit}
+    return found
+
+
+def _gap(evidence: Evidence) -> dict:
+    gaps = {name: one.gap for name, one in evidence.reported.items()}
+    given, after = gaps['given'], gaps['patch']
+    solved = float(np.clip(shrink(given, after), -1.0, 1.0))
+    return {'before': given.total(excess=False), 'after': after.total(excess=False),
+            'floor': given.noise(), 'shrink': solved,
+            'interval': shrink_interval(given, after) if evidence.handover.added else (0.0, 0.0),
+            'as_given': given.total(excess=False),
+            'within_tolerance': gaps['within'].total(excess=False),
+            'refitted': gaps['refit'].total(excess=False), 'solved': solved,
+            'refitted_solved': float(shrink(given, gaps['refit']))}
+
+
+def _channels(evidence: Evidence) -> dict[str, dict]:
+    gaps: dict[str, Gap] = {name: one.gap for name, one in evidence.reported.items()}
+    return {channel: {
+        'unit': CHANNEL_UNITS[channel], 'rms_gap': gaps['given'].rms(channel),
+        'noise_floor': gaps['given'].floor[channel],
+        'fit': 1.0 - gaps['given'].rms(channel) / gaps['given'].signal[channel],
+        'as_given': gaps['given'].rms(channel), 'augmented': gaps['patch'].rms(channel),
+        'within_tolerance': gaps['within'].rms(channel)} for channel in gaps['given'].squares}
+
+
+def _worse(channels: dict[str, dict]) -> list[str]:
+    return [f'the {name.replace("_", " ")} gets worse with what is added: '
+            f'{one["as_given"]:.3g} to {one["augmented"]:.3g} {one["unit"]}'
+            for name, one in channels.items()
+            if one['augmented'] > 1.1 * one['as_given']
+            and one['augmented'] > 2.0 * one['noise_floor']]
+
+
+def _moved(evidence: Evidence) -> list[dict]:
+    """Return the values within tolerance that the fit would move."""
+    joint, servo, rows = evidence.handover.joint, evidence.servo, []
+    if joint is None:
+        return rows
+    for path, (low, high) in servo.tolerance.items():
+        if path in joint.values:
+            given, value = float(servo.values[path]), joint.values[path]
+            half = 0.5 * (high - low) or 1.0
+            rows.append({'path': path, 'given': given, 'found': value, 'low': low, 'high': high,
+                         'unit': servo.unit(path), 'sigma': 2.0 * (value - given) / half})
+    return rows
+
+
+def _equations(evidence: Evidence) -> dict[str, dict]:
+    search = evidence.found.search
+    best: Fitted = evidence.found.explanation.smallest
+    sizes = np.maximum(search.sizes.sum(axis=1), 1.0)
+    before, after = (np.sqrt(one.held_out.sum(axis=1) / sizes) for one in (search.nothing, best))
+    return {EQUATIONS[e]: {'before': float(before[i]), 'after': float(after[i]),
+                           'unit': UNITS[EQUATIONS[e]]}
+            for i, e in enumerate(search.regression.equations)}
+
+
+def _remains(evidence: Evidence, gap: dict) -> str:
+    left = [name for name, one in _equations(evidence).items() if one['after'] > OPEN]
+    text = f'{round(100.0 * max(0.0, 1.0 - gap["solved"]))} % of the error above the noise remains'
+    return text + (f'; the equations of {", ".join(left)} are still off' if left else '') + '.'
+
+
+def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
+    """Return what is known of a pattern without a name, or of a gap that follows none."""
+    nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False}
+    if not evidence.unnamed:
+        return nothing
+    one = evidence.unnamed[0].part
+    variables, curve = list(one.mechanism.variables), one.curve
+    detail = evidence.found.hypotheses[one.number].detail
+    known = nothing | {
+        'depends_on': variables, 'balance': str(detail.get('equation', '')),
+        'parity': 'odd' if one.mechanism.symmetry == 'odd' else 'even',
+        'memory': 'travel since reversal' in variables,
+        'drift': bool({'time', 'temperature'} & set(variables))}
+    if curve is not None:
+        known |= {'size': f'{curve.size():.2g} {curve.y_unit}', 'curve': {
+            'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
+            'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}}
+    return known
+
+

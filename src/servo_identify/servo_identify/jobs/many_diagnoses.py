@@ -1,0 +1,72 @@
+"""Diagnoses of many machines side by side: a folder and a line of one table for each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import sys
+
+from rich.console import Console
+from rich.table import Table
+import yaml
+
+from .cluster import scattered
+
+
+def run_all(jobs: Path, folder: Path, address: str = '', workers: int = 0) -> int:
+    """
+    Diagnose the machines that a YAML file names; write a folder for each as it ends.
+
+    The file maps a name to ``servo`` (a servo file) and ``bags`` (a list), both relative to it.
+    Returns 0, or 1 when one of them failed; a worker that dies costs its own machine only. Raises
+    ValueError that names what is wrong in the file.
+    """
+    rigs = read_rigs(jobs)
+    folder.mkdir(parents=True, exist_ok=True)
+    console, ended = Console(stderr=True), {}
+    tasks = {name: (str(servo), [str(bag) for bag in bags], str((folder / name).resolve()))
+             for name, (servo, bags) in rigs.items()}
+    for done in scattered(diagnosed, tasks, address=address, workers=workers):
+        ended[done.name] = done
+        console.print(f'{done.name}: {done.problem or done.answer}', markup=False,
+                      highlight=False, style='red' if done.problem else '')
+    table = Table('machine', 's', 'answer', title=f'{len(ended)} diagnoses', title_justify='left')
+    for name in rigs:
+        done = ended[name]
+        table.add_row(name, f'{done.seconds:.1f}', done.problem or done.answer)
+    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    return int(any(done.problem for done in ended.values()))
+
+
+def read_rigs(path: Path) -> dict[str, tuple[Path, list[Path]]]:
+    """Return servo file and bags by name of a machine; raises ValueError."""
+    try:
+        tree = yaml.safe_load(path.read_text('utf8'))
+    except (OSError, yaml.YAMLError) as problem:
+        raise ValueError(f'{path}: cannot be read: {problem}') from None
+    if not isinstance(tree, dict) or not tree:
+        raise ValueError(f'{path}: must map names of machines to servo and bags')
+    rigs = {}
+    for name, entry in tree.items():
+        if not isinstance(entry, dict) or set(entry) != {'servo', 'bags'} or not isinstance(
+                entry['bags'], list):
+            raise ValueError(f"{path}: {name} must have 'servo' and a list of 'bags', "
+                             f'not {entry!r}')
+        rigs[str(name)] = (path.parent / str(entry['servo']),
+                           [path.parent / str(bag) for bag in entry['bags']])
+    return rigs
+
+
+def diagnosed(servo: str, bags: list[str], folder: str) -> str:
+    """Diagnose one machine into a folder and return the sentence."""
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+
+    from ..commands.diagnose import write
+    from ..diagnose.diagnose import diagnose
+
+    given, text = servo_file.load(servo), Path(servo).read_text()
+    found = diagnose([read_recording(bag) for bag in bags], given)
+    output = Path(folder)
+    output.mkdir(parents=True, exist_ok=True)
+    write(found, text, given, output)
+    return str(found.report)
