@@ -1,4 +1,4 @@
-"""Tells the health of the rig: on /diagnostics, and what is new in it in the node's log."""
+"""Tells the health of the rig on /diagnostics, and what is new in it in the log and as events."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from collections.abc import Callable
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from .message_conversion import to_diagnostics
+from servo_twin_msgs.msg import Event
+
+from .message_conversion import to_diagnostics, to_time
 from .rig_health import Level, RigHealth
 
 
@@ -25,6 +28,8 @@ class Diagnoser:
         self.health = health
         self.facts = facts
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._events = node.create_publisher(Event, 'events', QoSProfile(
+            depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self._changes = -1
         self._told_at = 0
         self._troubles: dict[str, str] = {}
@@ -44,15 +49,23 @@ class Diagnoser:
         for key, trouble in lasting.items():
             if self._troubles.get(key) == trouble.text:
                 continue
+            self._happened('trouble', key, trouble.text, now)
             if trouble.level is Level.ERROR:  # rclpy wants one line for each severity
                 log.error(trouble.text)
             else:
                 log.warning(trouble.text)
         for key in self._troubles.keys() - lasting.keys():
             log.info(f'over: {self._troubles[key]}')
+            self._happened('over', key, self._troubles[key], now)
         self._troubles = {key: trouble.text for key, trouble in lasting.items()}
         self._publisher.publish(to_diagnostics(self.node.get_fully_qualified_name(), self.health,
                                                self.facts(), now))
+
+    def _happened(self, kind: str, key: str, text: str, now: int) -> None:
+        event = Event(source=self.node.get_fully_qualified_name(), kind=kind, text=text,
+                      content=key)
+        event.header.stamp = to_time(now)
+        self._events.publish(event)
 
     def say_goodbye(self, now: int) -> None:
         """Tell once more and wait until that has arrived."""

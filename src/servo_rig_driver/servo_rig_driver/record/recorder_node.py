@@ -33,6 +33,7 @@ from .sequence_loss import block_of, SEQUENCED, SequenceWatch
 from .servo_name import servo_file
 
 INFO = 'recording'
+EVENT = 'servo_twin_msgs/msg/Event'
 DEFAULT_TOPICS = {
     'encoder': 'servo_twin_msgs/msg/Encoder',
     'torque': 'servo_twin_msgs/msg/Torque',
@@ -41,7 +42,9 @@ DEFAULT_TOPICS = {
     'joint_states': 'sensor_msgs/msg/JointState',
     'twin/prediction': 'servo_twin_msgs/msg/Prediction',
     'twin/residual': 'servo_twin_msgs/msg/Residual',
+    'events': EVENT,
     '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
+    '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
 }
 """What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
 
@@ -82,9 +85,11 @@ class Recorder(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         reliable = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
                               reliability=ReliabilityPolicy.RELIABLE)
+        # what changed before the recording is needed to replay it
+        kept = QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for topic, kind in topics.items():
-            self.create_subscription(_message_class(kind), topic, self._taker(topic), reliable,
-                                     raw=True)
+            self.create_subscription(_message_class(kind), topic, self._taker(topic),
+                                     kept if kind == EVENT else reliable, raw=True)
         self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush)
         self.create_timer(_REPORT, self._report)
         self._began = monotonic()

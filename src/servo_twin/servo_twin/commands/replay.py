@@ -16,7 +16,7 @@ from time import perf_counter
 
 from rich.console import Console
 
-from ..bag import read_predictions, read_recording, write_predictions
+from ..bag import read_changes, read_predictions, read_recording, write_predictions
 from ..balances.goodness_of_fit import fit_of
 from ..description.servo_file import load, loads
 from ..description.shipped import servo_at
@@ -73,7 +73,9 @@ def main(arguments: argparse.Namespace) -> int:
         recording = part_of(recording, live.sequence, live.sequence + len(live))
     warm_up(servo)
     ready = perf_counter()
-    result = answer(recording, servo, Settings(mode=arguments.mode))
+    # another servo file than the one that ran has no such changes
+    changes = [] if arguments.servo else read_changes(arguments.bag, arguments.namespace)
+    result = answer(recording, servo, Settings(mode=arguments.mode), changes)
     answered = perf_counter()
     if arguments.output:
         write_predictions(arguments.output, result, recording, namespace=arguments.namespace or '')

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
+from ..description import servo_file
 from ..physics.servo import Servo, ServoError
+from ..recording.events import Change, SERVO_FILE
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from ..recording.samples import samples_of
 from .lockstep import Answer, Lockstep, Settings
@@ -19,12 +24,14 @@ _MUST_ARRIVE = (('motor_position', 'load_position'),
 """Columns that travel together; a sample that lacks all of a group was lost on its way."""
 
 
-def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED) -> Predictions:
+def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED,
+           changes: Sequence[Change] = ()) -> Predictions:
     """
     Return what a twin answers to a recording.
 
     Samples that were lost are stepped over as the live twin steps over them, and answered with
-    NaN. Raises ServoError when the recording holds nothing that the twin could run on.
+    NaN. ``changes`` act before the samples of their running numbers. Raises ServoError when the
+    recording holds nothing that the twin could run on.
     """
     line = Lockstep(servo, recording.period, settings)
     present = _present(recording, settings.mode)
@@ -36,7 +43,11 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
         for part in parts:
             gap[:, part.sequence:part.sequence + len(part.values)] = part.values.T
 
-    for begin, end in _stretches(present):
+    waiting = deque(changes)
+    cuts = [change.sequence - recording.sequence for change in changes]
+    for begin, end in _stretches(present, cuts):
+        while waiting and waiting[0].sequence - recording.sequence <= begin:
+            _change(line, waiting.popleft())
         block = {name: column[begin:end] for name, column in recording.columns.items()}
         prediction, due = line.step(begin, 0, samples_of(block))
         y[:, begin:end] = prediction.values.T
@@ -55,6 +66,13 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
         channel_noise=line.balances.channel_noise, balance_noise=line.balances.noise,
         start=recording.start, sequence=recording.sequence, restarts=line.twin.restarts,
         warnings=tuple(warnings))
+
+
+def _change(line: Lockstep, change: Change) -> None:
+    if change.kind == SERVO_FILE:
+        line.load(servo_file.loads(change.content, 'a servo file loaded while it was recorded'))
+    else:
+        line.set(change.values)
 
 
 def _present(recording: Recording, mode: str) -> np.ndarray:
@@ -77,11 +95,15 @@ def _present(recording: Recording, mode: str) -> np.ndarray:
     return present
 
 
-def _stretches(present: np.ndarray) -> list[tuple[int, int]]:
+def _stretches(present: np.ndarray, cuts: Sequence[int]) -> list[tuple[int, int]]:
+    """Return (begin, end) of what is stepped at once: nothing missing and no cut within."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], present.astype(np.int8), [0]))))
-    return [(at, min(int(end), at + _BLOCK))
-            for begin, end in zip(edges[::2], edges[1::2], strict=True)
-            for at in range(int(begin), int(end), _BLOCK)]
+    found = []
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        marks = [int(begin), *sorted({cut for cut in cuts if begin < cut < end}), int(end)]
+        found += [(at, min(last, at + _BLOCK)) for first, last in pairwise(marks)
+                  for at in range(first, last, _BLOCK)]
+    return found
 
 
 def part_of(recording: Recording, first: int, end: int) -> Recording:

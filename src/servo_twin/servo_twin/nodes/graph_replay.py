@@ -29,8 +29,8 @@ class GraphReplay(Node):
     Blocks leave at absolute deadlines of the wall clock, each when its last sample was taken.
     """
 
-    def __init__(self, recording: Recording, rate: float, namespace: str, ending: Ending
-                 ) -> None:
+    def __init__(self, recording: Recording, rate: float, namespace: str,
+                 ending: Ending | None = None) -> None:
         super().__init__('replay', namespace=namespace)
         self._recording, self._rate, self._ending = recording, rate, ending
         reliable = QoSProfile(depth=max(1000, round(2.0 / recording.period)),
@@ -55,7 +55,7 @@ class GraphReplay(Node):
             rest = begin + end * recording.period / self._rate - time.monotonic()
             if rest > 0.0:
                 time.sleep(rest)
-            if self._ending.asked:
+            if self._over():
                 break
             self._clock.publish(Clock(clock=to_time(
                 start + round(end * recording.period * SECOND))))
@@ -74,10 +74,13 @@ class GraphReplay(Node):
             publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=2.0))
         return sent
 
+    def _over(self) -> bool:
+        return not rclpy.ok() or (self._ending is not None and self._ending.asked)
+
     def _wait_for_listener(self) -> None:
         until = time.monotonic() + _MATCH
         publishers = [publisher for _, publisher in self._topics.values()]
-        while time.monotonic() < until and not self._ending.asked:
+        while time.monotonic() < until and not self._over():
             if all(publisher.get_subscription_count() for publisher in publishers):
                 return
             time.sleep(0.02)

@@ -19,14 +19,15 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from servo_twin_msgs.msg import Prediction, Residual
+from servo_twin_msgs.msg import Event, Prediction, Residual
 
 from ..description import servo_file
 from ..lockstep.lockstep import Answer, Lockstep, warm_up
 from ..lockstep.twin import changed
 from ..physics.servo import Servo, ServoError
+from ..recording import events
 from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
@@ -38,6 +39,7 @@ from .twin_health import ERROR, OK, TwinHealth
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
                      reliability=ReliabilityPolicy.RELIABLE)
+EVENTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REPORT_EVERY = 1.0  # s
 
 
@@ -63,6 +65,8 @@ class TwinNode(LifecycleNode):
         self._outputs: list = []
         self._inputs: list = []
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._events = self.create_publisher(Event, 'events', EVENTS)
+        self._next = 0  # number of the sample that a change acts on first
         self.add_on_set_parameters_callback(self._judge)
         self.add_post_set_parameters_callback(self._apply)
         self.create_timer(REPORT_EVERY, self._report)
@@ -171,6 +175,7 @@ class TwinNode(LifecycleNode):
     def _step(self, block: Block) -> None:
         self._keep_pace(block.period)
         samples = block.samples
+        self._next = block.sequence + len(samples)
         prediction, due = self._lockstep.step(block.sequence, block.stamp, samples)
         now = self._now()
         twin = self._lockstep.twin
@@ -236,6 +241,7 @@ class TwinNode(LifecycleNode):
         if changes and self._lockstep is not None:
             self._lockstep.set(changes, servo_parameters.SOURCE)
         if changes:
+            self._happened(events.PARAMETERS, f'{", ".join(changes)} set', events.written(changes))
             self._servo = changed(self._servo, changes, servo_parameters.SOURCE)
 
     def exchange(self, servo: Servo) -> tuple[str, Servo]:
@@ -263,7 +269,15 @@ class TwinNode(LifecycleNode):
         how = 'its state was kept' if kept else 'it begins anew'
         said = f'{servo.name} runs in place of {before.name}; {how}'
         self.get_logger().info(said)
+        self._happened(events.SERVO_FILE, said, servo_file.dumps(servo))
         return said, before
+
+    def _happened(self, kind: str, text: str, content: str) -> None:
+        """Publish what changed, and from which sample on, so that a replay can do the same."""
+        event = Event(source=self.get_fully_qualified_name(), kind=kind, sequence=self._next,
+                      text=text, content=content)
+        event.header.stamp = conversion.to_time(self._now())
+        self._events.publish(event)
 
     # Health.
 

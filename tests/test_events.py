@@ -1,0 +1,45 @@
+"""Changes of a running twin travel as events, stand in the bag, and a replay obeys them."""
+
+import signal
+import subprocess
+import sys
+
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+import pytest
+from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
+
+from servo_twin.bag import read_changes
+from servo_twin.cli import main
+
+pytestmark = pytest.mark.ros
+
+
+def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
+        graph, servo_files, tmp_path, capsys):  # noqa: F811
+    bag = tmp_path / 'bag'
+    recorder = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args', '-r',
+         '__ns:=/rig', '-p', f'output:={bag}', '-p', f'servo_file:={servo_files}/bench.yaml'],
+        stdout=subprocess.DEVNULL)
+    try:
+        rig = graph('rig', 'catch:=0.1')
+        rig.wait(lambda: all(t.get_subscription_count() == 2 for t in rig.topics.values())
+                 and rig.told)
+        rig.wait(lambda: rig.node.count_subscribers('/rig/twin/prediction') == 2)
+        for k in range(0, 300, 10):
+            rig.say(k, samples(10, 1.0))
+        rig.wait(lambda: len(rig.predictions) == 30)
+        assert rig.set('drive.gain', 0.2).successful
+        for k in range(300, 600, 10):
+            rig.say(k, samples(10, 1.0))
+        rig.wait(lambda: len(rig.predictions) == 60)
+        down = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))
+        assert rig.ask(ChangeState, 'twin/change_state', down).success
+        rig.wait(lambda: len(rig.residuals) == 60)
+    finally:
+        recorder.send_signal(signal.SIGINT)
+        recorder.wait(20.0)
+    assert [(c.sequence, c.values) for c in read_changes(bag)] == [(300, {'drive.gain': 0.2})]
+    main(['replay', str(bag), '--compare'])
+    assert 'identical to the last bit' in capsys.readouterr().out
