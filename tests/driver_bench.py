@@ -43,6 +43,7 @@ class DriverProcess:
     """The driver with the shipped parameters, and others on top of them, in a namespace."""
 
     def __init__(self, namespace: str, **values: Any) -> None:
+        values = {'autostart': 'true', **values}
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_rig_driver.driver.driver_node', '--ros-args',

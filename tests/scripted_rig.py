@@ -16,7 +16,7 @@ from can import CanError
 from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import HEARTBEAT_ID, load_frames, NMT_ID, SYNC_ID
 
-DISABLED, READY, ON, ENABLED, FAULT = 0x0250, 0x0231, 0x0233, 0x0237, 0x0218
+DISABLED, READY, ON, ENABLED, FAULT, QUICK_STOP = 0x0250, 0x0231, 0x0233, 0x0237, 0x0218, 0x0217
 NODES = {1: 'drive', 2: 'load_encoder', 3: 'torque_sensor'}
 
 
@@ -113,7 +113,8 @@ class ScriptedRig:
         elif control & 0x02 == 0:
             self.status = DISABLED
         else:
-            self.status = {(DISABLED, 0x06): READY, (READY, 0x07): ON, (ON, 0x0F): ENABLED}.get(
+            self.status = {(DISABLED, 0x06): READY, (READY, 0x07): ON, (ON, 0x0F): ENABLED,
+                           (ENABLED, 0x02): QUICK_STOP}.get(
                 (self.status, control & 0x0F), self.status)
         self._control = control
 
@@ -135,6 +136,8 @@ class ScriptedRig:
         silent = {NODES[n] for n in self.silent}
         frames = [(self.table[key].cob_id, self.table[key].pack(values))
                   for key, values in answers.items() if key.split('.')[0] not in silent]
+        if self.status == QUICK_STOP:  # nothing moves: it stops at once
+            self.status = DISABLED
         if self.count % 10 == 1:
             frames.append((self.table['torque_sensor.tpdo2'].cob_id,
                            self.table['torque_sensor.tpdo2'].pack([25.0])))

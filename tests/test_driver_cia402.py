@@ -27,6 +27,7 @@ class Drive:
         self.word = 0x0250
         self.broken = False
         self.before = 0
+        self.braked, self.brakes_for = 0, 20  # steps
 
     def take(self, control: int) -> int:
         if self.word == 0x0218:
@@ -34,6 +35,11 @@ class Drive:
                 self.word = 0x0250
         elif control & 0x02 == 0 or control & 0x0F == 0:
             self.word = 0x0250
+        elif control & 0x86 == 0x02:
+            self.word = {0x0237: 0x0217, 0x0217: 0x0217}.get(self.word, 0x0250)
+            self.braked += self.word == 0x0217
+            if self.braked > self.brakes_for:
+                self.word = 0x0250
         elif self.word == 0x0250 and control & 0x87 == 0x06:
             self.word = 0x0231
         elif self.word == 0x0231 and control & 0x87 == 0x07:
@@ -74,9 +80,21 @@ def test_it_takes_the_drive_down_when_told_to():
     master.enable = True
     lead(master, drive, 5)
     master.enable = False
-    lead(master, drive, 2)
+    sent = lead(master, drive, 25)
+    assert sent[:20] == [Controlword.QUICK_STOP] * 20
+    assert sent[-1] == Controlword.DISABLE_VOLTAGE
     assert drive_state(drive.word) is DriveState.SWITCH_ON_DISABLED
     assert not master.enabled
+
+
+def test_it_takes_the_torque_from_a_drive_that_brakes_too_long():
+    master, drive = DriveMaster(quick_stop=0.1), Drive()
+    master.enable = True
+    lead(master, drive, 5)
+    master.enable, drive.brakes_for = False, 10_000
+    sent = lead(master, drive, 110)
+    assert sent.index(Controlword.DISABLE_VOLTAGE) == pytest.approx(100, abs=1)
+    assert drive_state(drive.word) is DriveState.SWITCH_ON_DISABLED
 
 
 def test_it_resets_a_fault_by_an_edge_and_enables_again():

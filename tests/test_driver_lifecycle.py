@@ -6,6 +6,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.parameter import Parameter as RosParameter
 from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
 import yaml
 
@@ -39,8 +40,8 @@ class Hands:
     def state(self) -> str:
         return self.call(GetState, 'get_state').current_state.label
 
-    def set(self, name: str, value: float):
-        given = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
+    def set(self, name: str, value: float | bool | str):
+        given = RosParameter(name, value=value).to_parameter_msg().value
         return self.call(SetParameters, 'set_parameters',
                          parameters=[Parameter(name=name, value=given)]).results[0]
 
@@ -64,7 +65,9 @@ def led(tmp_path_factory):
 def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     rig, ears, hands = led
     assert hands.state() == 'unconfigured'
+    ears.hears('bus', 'the bus is not open: the driver is not configured', 2)
     assert hands.change(CONFIGURE)
+    ears.hears('bus', 'ok', 0)
     assert rig.count == 0
     assert hands.change(ACTIVATE)
     wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
@@ -81,6 +84,7 @@ def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     assert hands.change(DEACTIVATE)
     assert hands.change(CLEANUP)
     assert hands.state() == 'unconfigured'
+    ears.hears('bus', 'the bus is not open', 2)
 
 
 def test_it_gives_a_broken_drive_up_until_it_is_activated_again(led):
@@ -142,7 +146,7 @@ def test_it_ships_a_file_with_all_its_parameters():
         flat.update({f'{key}.{name}': value for name, value in entry.items()}
                     if isinstance(entry, dict) else {key: entry})
     expected = {declared.name: declared.default for declared in DECLARED}
-    assert flat == {**expected, 'autostart': True}
+    assert flat == expected
 
 
 def test_it_settles_which_of_two_drivers_stays_when_both_start_at_once(tmp_path):

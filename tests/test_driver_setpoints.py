@@ -123,3 +123,15 @@ def test_it_never_hands_out_anything_old_early_or_out_of_limits(steps, timeout):
             assert low <= playing.reference <= high
             assert playing.instant <= now
             assert now + lag * MS - playing.instant <= timeout * MS
+
+
+@pytest.mark.parametrize('mode, references, ended', [
+    (Mode.VOLTAGE, [1.0, 0.5, 0.0], 1), (Mode.VELOCITY, [1.0, 0.5], 0),
+    (Mode.POSITION, [0.1, 0.5, 0.5], 1), (Mode.POSITION, [0.1, 0.5], 0), (Mode.OFF, [], 1)])
+def test_it_tells_a_stream_that_ended_at_rest_from_one_that_broke_off(mode, references, ended):
+    play = player()
+    play.add(0, mode, 1e-3, references, [], now=0)
+    for k in range(len(references) + 1):
+        play.at(k * MS, k * MS)
+    assert play.at(SECOND, SECOND) is None
+    assert (play.ended, play.expired) == (ended, 1 - ended)

@@ -83,7 +83,7 @@ def test_real_processes_answer_every_sync_at_a_kilohertz_and_come_back_after_a_s
             data = until(wire, 0x182, 5.0)
             assert TABLE['load_encoder.tpdo1'].decode(data)['sample_counter'] == sync_counter(k)
         rig_file.write_text(rig_file.read_text().replace('torque: 1.0 ', 'torque: 0.0 '))
-        rig.send_signal(signal.SIGHUP)
+        rig.send_signal(signal.SIGUSR1)
         torque = 0.0
         while not np.isnan(torque):
             k += 1

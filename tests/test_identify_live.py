@@ -43,7 +43,7 @@ def test_it_names_diagnoses_and_closes_a_gap_that_opens_while_the_rig_runs(tmp_p
         text = file.read_text()
         file.write_text(f'{text}\nwithheld:\n  load_drag: 8.0\n')
         switched = rig.at
-        emulator.send_signal(signal.SIGHUP)
+        emulator.send_signal(signal.SIGUSR1)
         rig.wait(rig.says('identify: changes', 'changed: '))
         assert rig.said['identify: changes'][0].startswith('changed: load')
         seen = int(rig.fact('identify: changes', 'load').rpartition(' ')[2])

@@ -19,7 +19,8 @@ def test_it_starts_executables_that_are_installed(path):
     for node in entries(path, 'node'):
         assert f"'{node['exec']} = " in (ROOT / 'src' / node['pkg'] / 'setup.py').read_text()
     for program in entries(path, 'executable'):
-        _, _, package, name = program['cmd'].split()[:4]
+        package, name = re.match(r'\$\(find-pkg-prefix (\w+)\)/lib/\1/(\w+) ',
+                                 program['cmd']).groups()
         assert f"'{name} = " in (ROOT / 'src' / package / 'setup.py').read_text()
 
 

@@ -108,9 +108,27 @@ def test_it_says_what_was_lost_on_the_way(tmp_path):
         assert first[0].topic == '/recording'
         health = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(
             [c for c in reader.connections if c.topic == '/diagnostics'])]
-    assert health[-1].status[0].message == '9 samples lost'
+    assert health[-1].status[0].message == 'recording; 9 samples lost'
+    assert health[-1].status[0].name == '/recorder: recording'
     assert {'lost /encoder': '3 samples in 2 gaps'}.items() <= {
         item.key: item.value for item in health[-1].status[0].values}.items()
+
+
+@pytest.mark.ros
+def test_it_warns_that_no_sample_comes_and_finds_a_shipped_servo(tmp_path):
+    from rosbags.highlevel import AnyReader
+    with Recording(tmp_path, 'topics:=[encoder, /diagnostics]', 'chunk_seconds:=0.1',
+                   'servo_file:=rv_plain') as recording:
+        until = time.monotonic() + 30.0
+        while time.monotonic() < until and not _grown(recording.bag, 1):
+            time.sleep(0.05)
+        time.sleep(4.0)
+        recording.end()
+    with AnyReader([recording.bag]) as reader:
+        said = {c.topic: reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()}
+    assert said['/recording'].servo == 'rv_plain'
+    assert said['/diagnostics'].status[0].level == 1
+    assert 'no sample came since it began' in said['/diagnostics'].status[0].message
 
 
 @pytest.mark.ros

@@ -54,7 +54,7 @@ def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     assert children_of(folder) == []
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
 def test_it_leaves_no_process_behind_when_it_is_interrupted(tmp_path, number):
     folder = tmp_path / 'bench'
     process = subprocess.Popen(run_command(folder, '--duration', 60), stdout=subprocess.PIPE,

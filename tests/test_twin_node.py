@@ -23,6 +23,8 @@ from rclpy.task import Future
 from servo_twin.description import servo_file
 from servo_twin.lockstep.twin import Twin
 from servo_twin.nodes.message_conversion import to_time, TOPICS
+from servo_twin.nodes.servo_loading import ServoLoading
+from servo_twin.nodes.twin_health import TwinHealth
 from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.samples import CHANNELS, samples_of
 from servo_twin_msgs.msg import Current, Encoder, Prediction, Residual, Torque
@@ -302,3 +304,32 @@ def test_it_says_what_is_wrong_with_a_servo_file_and_waits_to_be_configured(serv
     rest = process.communicate(timeout=20)[1]
     assert process.returncode == 0, rest
     assert "bad.yaml: drive has no parameter 'gian'; it has ['gain', 'torque_constant']" in said
+
+
+def test_it_says_on_diagnostics_that_it_cannot_be_configured(graph):
+    rig = graph('rig', 'servo_file:=no_such_servo')
+    rig.wait(lambda: rig.told)
+    assert rig.told[-1].level == b'\x02'
+    assert "cannot be configured: 'no_such_servo' is neither a file nor shipped" in (
+        rig.told[-1].message)
+
+
+def test_a_level_rises_at_once_and_falls_when_it_stayed_better_for_a_while():
+    health = TwinHealth()
+    well, lost = (0, 'well'), (1, 'lost')
+    told = [health._steady(*each)[0] for each in (well, lost, well, lost, well, well, well)]
+    assert told == [0, 1, 1, 1, 1, 1, 0]
+
+
+def test_its_service_follows_the_remaps_of_the_process_under_a_name_of_its_own():
+    rclpy.init(args=['--ros-args', '-r', 'twin/load_servo:=exchange', '-r', '__node:=mine'])
+    node = rclpy.create_node('twin', namespace='/rig')
+    loading = ServoLoading(node)
+    try:
+        assert node.get_name() == 'mine'
+        names = dict(loading._node.get_service_names_and_types_by_node('mine_loader', '/rig'))
+        assert '/rig/exchange' in names
+    finally:
+        loading.close()
+        node.destroy_node()
+        rclpy.try_shutdown()

@@ -201,3 +201,17 @@ def test_a_virtual_bus_speaks_the_same_way():
     assert gather(wires[1], 2) == [(0x80, b'\x01'), (0x181, bytes(8))]
     for wire in wires:
         wire.bus.shutdown()
+
+
+def test_what_a_client_said_last_arrives_though_it_left_unread_packets(tmp_path):
+    path = str(tmp_path / 'can')
+    with CanHub(path):
+        leaving, other = (UnixBus(path) for _ in range(2))
+        for k in range(50):
+            other.send_frames([(0x80, bytes([k]))])
+        leaving.send_frames([(0x181, b'last')])
+        leaving.shutdown()
+        for _ in range(50):
+            other.send_frames([(0x80, b'\0')])
+        assert other.recv_frames(2.0) == [(0x181, b'last')]
+        other.shutdown()

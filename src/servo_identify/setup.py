@@ -23,7 +23,7 @@ setup(
     description='Identification of servo models, and diagnosis of the sim-to-real gap.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',
-    maintainer_email='maintainers@servo-twin.invalid',
+    maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
     package_data={'servo_identify': [
         '**/*.html', '**/*.css', '**/*.js', '**/*.yaml', 'diagnose/page/uplot/*']},

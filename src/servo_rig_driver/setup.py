@@ -17,19 +17,28 @@ def shared_files(folder):
     return sorted(by_target.items())
 
 
+def configuration():
+    """Return the files of config/ that the rig's side reads; servo_twin installs all of them."""
+    return [(target, kept) for target, files in shared_files('../../config') if (kept := [
+        file for file in files
+        if Path(file).parent.name in ('rigs', 'drivers') or Path(file).name in (
+            'driver.yaml', 'recorder.yaml')])]
+
+
 setup(
     name=NAME,
     version='0.1.0',
     description='The rig: its CAN bus, driver, recorder and the emulated servo bench.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',
-    maintainer_email='maintainers@servo-twin.invalid',
+    maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
     package_data={'servo_rig_driver': ['**/*.eds', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
         *shared_files('launch'),
+        *configuration(),
     ],
     install_requires=['setuptools'],
     zip_safe=False,

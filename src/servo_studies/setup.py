@@ -11,7 +11,7 @@ setup(
     description='The systems of the papers, real machines, and the blind check of the diagnosis.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',
-    maintainer_email='maintainers@servo-twin.invalid',
+    maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
     package_data={'servo_studies': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml']},
     data_files=[

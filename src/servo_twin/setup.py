@@ -23,7 +23,7 @@ setup(
     description='The servo twin: physics of effects, lockstep model, twin node and bags.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',
-    maintainer_email='maintainers@servo-twin.invalid',
+    maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
     package_data={'servo_twin': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml', '**/*.c']},
     data_files=[

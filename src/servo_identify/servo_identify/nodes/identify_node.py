@@ -27,7 +27,7 @@ from std_srvs.srv import Trigger
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
-from servo_twin.nodes.spinning import spin, until_stopped
+from servo_twin.nodes.spinning import spin, started
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.sample_joining import Joiner
@@ -237,7 +237,7 @@ def _joined(pieces: list) -> list:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the identify node until it is told to stop; 2: a bad servo file."""
-    rclpy.init(args=arguments)
+    ending = started(arguments)
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:
             node = IdentifyNode(Path(scratch))
@@ -248,8 +248,7 @@ def main(arguments: list[str] | None = None) -> int:
         executor = EventsExecutor()
         executor.add_node(node)
         try:
-            with until_stopped():
-                spin(executor)
+            spin(executor, ending)
         finally:
             node.close()
             executor.remove_node(node)

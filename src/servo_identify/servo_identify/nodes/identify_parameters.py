@@ -22,6 +22,9 @@ _REALS = {
                              'the rig says something about a quantity'),
     'online.period': (1.0, 's', 0.1, 60.0, 'From one estimate to the next; read at the start'),
 }
+_AT_START = 'read at the start'
+"""What is said so is read once, and refuses to be set on a running node."""
+
 _SWITCHES = {'watch.on': 'Watch the residuals of the twin for changes',
              'online.on': 'Track slowly varying quantities and publish twin/estimate'}
 
@@ -36,7 +39,7 @@ def declare(node: Node) -> None:
         read_only=True))
     for name, (default, unit, low, high, text) in _REALS.items():
         node.declare_parameter(name, default, ParameterDescriptor(
-            description=f'{text}. Unit: {unit or "none"}.',
+            description=f'{text}. Unit: {unit or "none"}.', read_only=_AT_START in text,
             floating_point_range=[FloatingPointRange(from_value=low, to_value=high)]))
     for name, text in _SWITCHES.items():
         node.declare_parameter(name, True, ParameterDescriptor(description=f'{text}.'))

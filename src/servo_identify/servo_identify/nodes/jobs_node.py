@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
+from servo_twin.nodes.spinning import named
 from servo_twin_msgs.action import Diagnose, Retrain
 from servo_twin_msgs.srv import LoadServo
 
@@ -41,8 +42,8 @@ class Jobs(Node):
 
     def __init__(self, rig: Node, ring: Ring, models: Models, folder: Path,
                  loaded: Callable[[], None]) -> None:
-        super().__init__('identify_jobs', namespace=rig.get_namespace(),
-                         use_global_arguments=False)
+        name, where = f'{rig.get_name()}_jobs', rig.get_namespace()
+        super().__init__(name, namespace=where, cli_args=named(name, where))
         self.models = models
         self._ring, self._folder, self._loaded = ring, folder, loaded
         # what somebody asked for waits while a trial is judged, and is refused beside another

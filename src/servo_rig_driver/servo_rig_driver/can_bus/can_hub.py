@@ -15,15 +15,19 @@ from collections import deque
 import logging
 from pathlib import Path
 import selectors
-import signal
 import socket
 from threading import Thread
+from time import monotonic
 
+from ..ending import Ending
 from . import unix_frames as can_frames
 from .unix_bus import check_path
 
 BACKLOG = 200_000
 LARGEST = can_frames.MOST_FRAMES * can_frames.LAYOUT.size + 1  # one more: too long is seen
+
+LINGERS = 3.0  # s
+STOP, LOOK = b'.', b'?'
 
 log = logging.getLogger('can_hub')
 
@@ -51,6 +55,7 @@ class CanHub:
         self.dropped = 0
         self._clients: dict[int, _Client] = {}
         self._joined = 0
+        self._ends_at: float | None = None
         self._selector = selectors.DefaultSelector()
         self._listener = self._listen()
         self._bell, self._rope = socket.socketpair()
@@ -77,10 +82,16 @@ class CanHub:
     def serve(self) -> None:
         """Pass frames on until stop() is called from another thread or a signal handler."""
         while True:
-            for key, events in self._selector.select():
+            left = None if self._ends_at is None else self._ends_at - monotonic()
+            if left is not None and (left <= 0.0 or not self._clients):
+                self._close()
+                return
+            for key, events in self._selector.select(left):
                 if key.fileobj is self._bell:
-                    self._close()
-                    return
+                    if STOP in self._bell.recv(64):
+                        self._close()
+                        return
+                    continue
                 if key.fileobj is self._listener:
                     self._join()
                     continue
@@ -92,7 +103,19 @@ class CanHub:
     def stop(self) -> None:
         """Make serve() return; safe to call from a signal handler, and twice."""
         try:
-            self._rope.send(b'.')
+            self._rope.send(STOP)
+        except OSError:
+            return
+
+    def end(self) -> None:
+        """
+        Make serve() return when the last client has left, at most LINGERS s from now.
+
+        A wire does not end before those on it: a driver still has to take its drive down.
+        """
+        self._ends_at = monotonic() + LINGERS
+        try:
+            self._rope.send(LOOK)
         except OSError:
             return
 
@@ -126,6 +149,8 @@ class CanHub:
             packet = client.socket.recv(LARGEST)
         except BlockingIOError:
             return
+        except ConnectionResetError:
+            return  # it left packets unread; what it sent before is still to be read
         except OSError:
             packet = b''
         if not packet:
@@ -153,8 +178,7 @@ class CanHub:
                 self._selector.modify(client.socket,
                                       selectors.EVENT_READ | selectors.EVENT_WRITE, client)
             except OSError:
-                self._leave(client)
-                return
+                return  # it has gone; what it said before is still to be read, and then its end
         client.waiting.append(packet)
         if len(client.waiting) > BACKLOG:
             self.dropped += 1
@@ -185,7 +209,7 @@ class CanHub:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Serve one bus until SIGTERM or SIGINT."""
+    """Serve one bus until a signal or the end of its parent."""
     parser = argparse.ArgumentParser(description='The hub of a CAN bus over a Unix socket.')
     parser.add_argument('path', help='path of the socket, as in the channel of the bus')
     path = parser.parse_args(arguments).path
@@ -195,8 +219,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (OSError, ValueError) as error:
         log.error('%s', error)
         return 1
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: hub.stop())
+    Ending(hub.end)
     log.info('serving %s', path)
     hub.serve()
     log.info('%d packets passed, %d refused, %d clients let go', hub.passed, hub.refused,

@@ -76,18 +76,24 @@ class DriveMaster:
     A fault is reset by a rising edge of controlword bit 7, held for ``pulse`` seconds; before each
     try the master waits ``pause`` seconds, and after ``resets`` tries it gives up. Tries are
     forgiven once the drive has been enabled for ``forgive`` seconds on end.
+
+    A drive that follows its reference is taken down in order: quick stop, by which it brakes under
+    its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
+    seconds after.
     """
 
     def __init__(self, resets: int = 5, pause: float = 0.5, pulse: float = 0.05,
-                 forgive: float = 10.0) -> None:
+                 forgive: float = 10.0, quick_stop: float = 0.5) -> None:
         self.resets = resets
         self.pause = pause
         self.pulse = pulse
         self.forgive = forgive
+        self.quick_stop = quick_stop
         self.enable = False
         self.state = DriveState.UNKNOWN
         self.tries = 0
         self._enabled_since: float | None = None
+        self._stopping_since: float | None = None
         self._no_fault()
 
     @property
@@ -111,8 +117,8 @@ class DriveMaster:
         """
         Return the controlword that answers a statusword.
 
-        ``now`` is any steady time, s. With ``enable`` false the drive is led to SWITCH ON DISABLED
-        and a fault is left as it is.
+        ``now`` is any steady time, s. With ``enable`` false the drive is led by a quick stop to
+        SWITCH ON DISABLED, and a fault is left as it is.
         """
         self.state = drive_state(statusword)
         if self.state is not DriveState.OPERATION_ENABLED:
@@ -122,11 +128,20 @@ class DriveMaster:
         elif now - self._enabled_since >= self.forgive:
             self.tries = 0
         if not self.enable:
-            return Controlword.DISABLE_VOLTAGE
+            return self._down(now)
+        self._stopping_since = None
         if self.state is DriveState.FAULT:
             return self._reset(now)
         self._no_fault()
         return _UPWARD[self.state]
+
+    def _down(self, now: float) -> int:
+        if self.state not in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
+            return Controlword.DISABLE_VOLTAGE
+        if self._stopping_since is None:
+            self._stopping_since = now
+        stopping = now - self._stopping_since < self.quick_stop
+        return Controlword.QUICK_STOP if stopping else Controlword.DISABLE_VOLTAGE
 
     def _reset(self, now: float) -> int:
         if now < self._pulse_until:

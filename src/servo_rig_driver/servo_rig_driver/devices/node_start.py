@@ -20,6 +20,9 @@ from .sdo import REQUEST_ID
 SECOND = 1_000_000_000
 QUIET = SECOND // 30
 HEARTBEAT_MAY_TAKE = 0.3
+ECHO = SECOND // 50
+"""Within which the second of two nodes with one id answers what the first has answered, ns."""
+PROOFS = 2
 NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
 CYCLE_PERIOD, HEARTBEAT_TIME = 0x1006, 0x1017  # in us and in ms, CiA 301
 
@@ -30,13 +33,15 @@ class Outcome(Enum):
     STARTED = 'started'
     CALLED_OFF = 'called off'
     FOREIGN = 'another driver speaks'
+    DOUBLED = 'two nodes have one id'
 
 
 class NodeStart:
     """
     Starts the nodes, trying again every ``retry`` seconds for as long as it is wanted.
 
-    ``period`` of SYNC in ns; ``now`` returns the time in ns.
+    ``period`` of SYNC in ns; ``now`` returns the time in ns. ``doubled`` names the nodes that have
+    another one of their id beside them: each request is then answered twice.
     """
 
     def __init__(self, port: BusPort, frames: RigFrames, watch: RigWatch, period: int,
@@ -48,10 +53,12 @@ class NodeStart:
         self.retry = retry
         self.now = now
         self.answered_at = 0
+        self.doubled: list[int] = []
 
     def run(self, wanted: Callable[[], bool]) -> Outcome:
         """Start all nodes, telling meanwhile which are silent; returns how that ended."""
         self.watch.beats.expect(self.now())
+        self.watch.twice.clear()
         heartbeat = round(self.watch.beats.timeout * 1e3 / 4)
         steps = (lambda: self._written(CYCLE_PERIOD, self.period // 1000),
                  lambda: self._written(HEARTBEAT_TIME, heartbeat),
@@ -64,6 +71,8 @@ class NodeStart:
                     return Outcome.CALLED_OFF
                 if self.watch.foreign:
                     return Outcome.FOREIGN
+            if self.watch.twice and self._proven():
+                return Outcome.DOUBLED
         return Outcome.STARTED
 
     def _written(self, index: int, value: int) -> bool:
@@ -72,7 +81,32 @@ class NodeStart:
         self.watch.stored.clear()
         self._command(NMT_PRE_OPERATIONAL)
         self.port.send(requests)
-        return self._comes_true(lambda: asked <= self.watch.stored, self.retry)
+        if not self._comes_true(lambda: asked <= self.watch.stored, self.retry):
+            return False
+        self._comes_true(lambda: False, ECHO * 1e-9)
+        return True
+
+    def _proven(self) -> bool:
+        """
+        Whether two nodes have one id, and not one node answered two requests late.
+
+        Each proof waits until no answer is under way, asks once and counts the answers.
+        """
+        watch = self.watch
+        suspects = set(watch.twice)
+        for _ in range(PROOFS):
+            quiet = self.now()
+            while self.now() - quiet < 5 * ECHO:
+                watch.stored.clear()
+                self.port.receive(0.01)
+                if watch.stored:
+                    quiet = self.now()
+            watch.twice.clear()
+            self._written(HEARTBEAT_TIME, round(watch.beats.timeout * 1e3 / 4))
+            suspects &= watch.twice
+        watch.twice.clear()
+        self.doubled = sorted(suspects)
+        return bool(suspects)
 
     def _told(self, command: int, state: int) -> bool:
         beats = self.watch.beats

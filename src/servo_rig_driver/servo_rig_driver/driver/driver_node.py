@@ -5,8 +5,10 @@ The driver: a lifecycle node between a rig's CAN bus and its topics.
 
 configure   opens the bus, reads the object dictionaries, listens for another driver
 activate    brings the drive to OPERATION ENABLED and publishes every sample
-deactivate  commands zero, disables the drive, ends SYNC
+deactivate  quick stop, then no torque, then no SYNC; cleanup and shutdown do the same
 cleanup     leaves the bus
+
+A signal, or the end of the process that started it, takes the drive down in the same order.
 """
 
 from __future__ import annotations
@@ -17,11 +19,11 @@ import sys
 import can
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
@@ -32,6 +34,7 @@ from ..devices.canopen_rig import RigFrames
 from ..devices.cia402 import DriveMaster
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import FrameError, load_frames
+from ..ending import Ending
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .health_report import Diagnoser
@@ -71,6 +74,9 @@ class Driver(LifecycleNode):
         self._messages: conversion.SampleMessages | None = None
         self._joint_states: conversion.JointStates | None = None
         self._tried_at = 0
+        self._led = False  # by hand, or by a start that was made: autostart does no more
+        self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
+                            self._ros_now())
         self.diagnoser = Diagnoser(self, self.health, self._facts)
         self.create_timer(LOOK_EVERY, self._look)
 
@@ -90,6 +96,8 @@ class Driver(LifecycleNode):
                 self.finished.set_result(str(error))
             return FAILURE
         self.health.over('bus.configure', self._ros_now())
+        self.health.over('bus.closed', self._ros_now())
+        self._led = True
         frame = self.get_namespace().strip('/')
         self._messages = conversion.SampleMessages(frame)
         self._joint_states = conversion.JointStates(of['joint_names'], of['joint_states_rate'],
@@ -121,6 +129,7 @@ class Driver(LifecycleNode):
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Leave the bus, whatever the state was."""
+        self._led = True
         self._leave()
         return super().on_shutdown(state)
 
@@ -144,7 +153,8 @@ class Driver(LifecycleNode):
         self._modes = frames.modes()
         self._player = SetpointPlayer(of['command_timeout'], parameters.limits(of))
         watch = RigWatch(frames, self.health, of['heartbeat_timeout'])
-        master = DriveMaster(of['fault_resets'], of['fault_reset_pause'])
+        master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
+                             quick_stop=of['quick_stop_time'])
         sampler = Sampler(frames, self._player, master, watch, self.health)
         settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
@@ -158,6 +168,9 @@ class Driver(LifecycleNode):
         if link is None:
             return
         link.close()
+        self.health.over_all('', self._ros_now())  # it cannot know any more
+        self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
+                            self._ros_now())
         for topic in self._topics:
             self.destroy_lifecycle_publisher(topic)
         self.destroy_subscription(self._subscription)
@@ -222,7 +235,7 @@ class Driver(LifecycleNode):
 
     def _look(self) -> None:
         now = self._ros_now()
-        if self._values['autostart'] and not self.finished.done():
+        if self._values['autostart'] and not self._led and not self.finished.done():
             self._start_by_itself(now)
         self.diagnoser.look(now, self._values['diagnostics_period'])
 
@@ -250,9 +263,14 @@ class Driver(LifecycleNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the driver until told to stop; 1: another driver has the bus, 2: a bad parameter."""
+    """
+    Run the driver until told to stop; 1: another driver has the bus, 2: a bad parameter.
+
+    ROS stays up until the drive is down, whatever signals come meanwhile.
+    """
     sys.setswitchinterval(5e-4)
-    rclpy.init(args=arguments)
+    ending = Ending()
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Driver()
     except (InvalidParameterValueException, InvalidParameterTypeException) as error:
@@ -262,14 +280,8 @@ def main(arguments: list[str] | None = None) -> int:
     executor = EventsExecutor()
     executor.add_node(node)
     try:
-        while rclpy.ok() and not node.finished.done():
-            # looked at again and again: a signal may come between two of these lines
-            executor.spin_until_future_complete(Future(), 1.0)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except Exception:  # rclpy raises an RCLError of its own where a signal came while it published
-        if rclpy.ok():
-            raise
+        while not ending.asked and not node.finished.done():
+            executor.spin_until_future_complete(Future(), LOOK_EVERY)
     finally:
         refused = node.finished.done()
         if refused:

@@ -98,11 +98,15 @@ DECLARED = (
     Declared('fault_resets', 5, '', 'Fault resets before the drive is given up; forgiven after '
              '10 s enabled', 0, 1000),
     Declared('fault_reset_pause', 0.5, 's', 'Time before each fault reset', 0.02, 60.0),
+    Declared('quick_stop_time', 0.5, 's', 'How long the drive may brake by a quick stop before '
+             'its torque is taken away, when it is deactivated or the driver ends', 0.0, 5.0),
     Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '
              'once', 0.05, 60.0),
     Declared('history', 2.0, 's', 'How much the sample topics keep for a slow reader; at least '
              '1000 messages', 1.0, 60.0),
-    Declared('autostart', False, '', 'Configure and activate without a lifecycle manager'),
+    Declared('autostart', False, '', 'Configure and activate once at the start, without a '
+             'lifecycle manager; after the first transition the driver is led by hand only',
+             live=True),
 )
 _BY_NAME = {declared.name: declared for declared in DECLARED}
 

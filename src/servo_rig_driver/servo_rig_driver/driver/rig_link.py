@@ -7,8 +7,9 @@ The thread between the driver and the bus: brings the rig up, paces SYNC, takes 
        +---- the bus is gone ---+----------+
 
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the nodes
-are stopped and started, see node_start.py. SYNC k goes out at ``origin + k * period``, an absolute
-deadline on the steady clock, in one packet with what the drive shall hold from then on.
+are stopped and started, see node_start.py; where two have one id, ``refuse`` until stop(). SYNC k
+goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one packet with
+what the drive shall hold from then on.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
 HEARTBEAT_EVERY = SECOND // 10
 FOREIGN_SILENCE = SECOND
-WINDING_DOWN_MAY_TAKE = SECOND // 2
+DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
+WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
 UNANSWERED_AT_MOST = 2 * SECOND
 
 
@@ -106,10 +108,18 @@ class RigLink:
         self._idle.clear()
         self._active = True
 
-    def stop(self, wait: float = 2.0) -> bool:
-        """Zero the command, disable the drive, end SYNC; return whether that was done in time."""
+    def stop(self) -> bool:
+        """
+        Quick stop, then no torque, then no SYNC; return whether that was done in time.
+
+        That takes ``quick_stop`` of the drive's master and DISABLING_MAY_TAKE at the most.
+        """
         self._active = False
-        return self._idle.wait(wait)
+        return self._idle.wait(self._down_within + WAKING_MAY_TAKE)
+
+    @property
+    def _down_within(self) -> float:
+        return self.sampler.master.quick_stop + DISABLING_MAY_TAKE
 
     def close(self) -> None:
         """Stop, and leave the bus."""
@@ -201,9 +211,24 @@ class RigLink:
             return self._idling
         if outcome is Outcome.FOREIGN:
             return self._yielding
+        if outcome is Outcome.DOUBLED:
+            return self._refusing
         self.sampler.restart()
         self.watch.welcome(self.now())
         return self._streaming
+
+    def _refusing(self) -> Callable:
+        """Leave a bus with two nodes of one id alone until somebody has looked at it."""
+        self.state = 'refusing a bus with two nodes of one id'
+        who = ', '.join(self.watch.name(node) for node in self._starting.doubled)
+        self.health.trouble('nodes.doubled', f'two nodes of one id, or two rigs, are on this bus: '
+                            f'{who} answers twice. Take one away or give it another id, then '
+                            'deactivate and activate the driver; until then the drive stays off',
+                            self.now())
+        while self._active and not self._closing:
+            self._port.receive(0.05)
+        self.health.over('nodes.doubled', self.now())
+        return self._idling
 
     def _streaming(self) -> Callable:
         period = self.settings.period
@@ -275,7 +300,7 @@ class RigLink:
     def _wind_down(self) -> None:
         master = self.sampler.master
         master.enable = False
-        until = self.now() + WINDING_DOWN_MAY_TAKE
+        until = self.now() + round(self._down_within * SECOND)
         while self.now() < until:
             due = self._origin + self._next * self.settings.period
             now = self.now()

@@ -22,7 +22,8 @@ class RigWatch:
 
     ``foreign`` says in words which frame of another driver came last, '' when none did since
     it was set to ''; ``restarted`` names a node that booted since welcome(); ``stored`` holds
-    (node, index) of objects that a node has taken, or refused, to store.
+    (node, index) of objects that a node has taken, or refused, to store, and ``twice`` the nodes
+    that answered one such request twice since it was emptied.
     """
 
     def __init__(self, frames: RigFrames, health: RigHealth, timeout: float) -> None:
@@ -32,6 +33,7 @@ class RigWatch:
         self.foreign_at = 0
         self.restarted = ''
         self.stored: set[tuple[int, int]] = set()
+        self.twice: set[int] = set()
         self._masters = frames.masters
         self._nodes = frames.nodes
         self._drive_was: DriveState | None = None
@@ -66,6 +68,8 @@ class RigWatch:
         if response is None:
             return
         index, abort = response
+        if (node, index) in self.stored:
+            self.twice.add(node)
         self.stored.add((node, index))
         if abort is not None:
             self.health.event('nodes.refusal', f'{self.name(node)} refuses object {index:04X}h, '

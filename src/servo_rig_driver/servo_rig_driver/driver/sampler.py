@@ -18,6 +18,9 @@ from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
 from .setpoints import Setpoint, SetpointPlayer
 
+_MAY_PUSH = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE,
+             DriveState.FAULT_REACTION_ACTIVE, DriveState.UNKNOWN)
+
 
 class Sampler:
     """
@@ -39,7 +42,7 @@ class Sampler:
         self.samples = 0
         self._joiner = SampleJoiner(frames.kinds)
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
-        self._expired = player.expired
+        self._expired, self._ended = player.expired, player.ended
         self._lost = 0
         self._unasked = 0
 
@@ -59,8 +62,8 @@ class Sampler:
 
     @property
     def down(self) -> bool:
-        """Whether the drive has told that it no longer follows any reference."""
-        return self.master.state not in (DriveState.OPERATION_ENABLED, DriveState.UNKNOWN)
+        """Whether the drive has told that it gives no torque."""
+        return self.master.state not in _MAY_PUSH
 
     def tick(self, number: int, instant: int, now: int) -> Frames:
         """Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``."""
@@ -125,7 +128,11 @@ class Sampler:
             self._expired = self.player.expired
             self.health.count('command.ran_out')
             self.health.trouble('command.expired', 'no set-point younger than command_timeout = '
-                                f'{self.player.timeout:g} s is left; the motor is at zero', now,
-                                Level.WARN)
+                                f'{self.player.timeout:g} s is left, and the last one was no '
+                                'rest; the motor is at zero', now, Level.WARN)
         elif self.player.playing:
+            self.health.over('command.expired', now)
+        if self.player.ended > self._ended:
+            self._ended = self.player.ended
+            self.health.count('command.ended')
             self.health.over('command.expired', now)

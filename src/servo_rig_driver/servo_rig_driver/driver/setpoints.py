@@ -14,6 +14,8 @@ from math import isfinite
 from threading import Lock
 
 SECOND = 1_000_000_000
+RESTS = 0.01
+"""Share of its limit within which a last voltage, current or speed leaves the rig at rest."""
 
 
 class Mode(IntEnum):
@@ -82,6 +84,9 @@ class SetpointPlayer:
     A block rules from its first instant on: what was queued from there on is dropped. A set-point
     holds until the next one, but never longer than ``timeout`` seconds after its own instant. The
     player is filled by one thread and played by another.
+
+    ``expired`` counts streams that ended while the rig was to move, ``ended`` those that ended at
+    rest: by mode OFF, by a reference within RESTS of its limit, or by a position that was held.
     """
 
     def __init__(self, timeout: float, limits: Limits, capacity: int = 200_000,
@@ -90,9 +95,10 @@ class SetpointPlayer:
         self.limits = limits
         self.capacity = capacity
         self.horizon = horizon
-        self.expired = 0
+        self.expired = self.ended = 0
         self._queue: deque[Setpoint] = deque()
         self._now_playing: Setpoint | None = None
+        self._before: Setpoint | None = None
         self._lock = Lock()
 
     def add(self, start: int, mode: int, period: float, reference: Sequence[float],
@@ -173,16 +179,28 @@ class SetpointPlayer:
         if queue and queue[0].instant <= instant:
             with self._lock:
                 while queue and queue[0].instant <= instant:
-                    playing = queue.popleft()
+                    self._before, playing = playing, queue.popleft()
             self._now_playing = playing
         if playing is None:
             return None
         if max(instant, now) - playing.instant > self.timeout * SECOND:
             self._now_playing = None
-            if playing.mode is not Mode.OFF:
+            if self._rests(playing):
+                self.ended += 1
+            else:
                 self.expired += 1
             return None
         return playing
+
+    def _rests(self, point: Setpoint) -> bool:
+        if point.mode is Mode.OFF:
+            return True
+        low, high = self.limits.range(point.mode)
+        if point.mode is not Mode.POSITION:
+            return abs(point.reference) <= RESTS * high
+        before = self._before
+        return before is not None and before.mode is point.mode and (
+            abs(point.reference - before.reference) <= 1e-6 * (high - low))
 
     def clear(self) -> None:
         """Drop everything, as when the rig went away: it shall not start by an old block."""

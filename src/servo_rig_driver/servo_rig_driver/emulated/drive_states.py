@@ -52,6 +52,11 @@ class DriveStates:
         return self.state is ENABLED
 
     @property
+    def gives_torque(self) -> bool:
+        """Whether the motor has current: enabled, or braking by a quick stop."""
+        return self.state in (ENABLED, QUICK_STOP)
+
+    @property
     def statusword(self) -> int:
         """Object 6041h."""
         return _WORDS[self.state] | (_FOLLOWS if self.state is ENABLED else 0)

@@ -100,7 +100,7 @@ class RigNodes:
                 self._next_beat[name] = now + every
                 self._send([(HEARTBEAT_ID + number, bytes([self._states[name]]))])
         if self._last_sync is not None and now - self._last_sync > SYNC_LOST:
-            if self.drive.enabled or self.drive.state is QUICK_STOP:
+            if self.drive.gives_torque:
                 self._fail(NO_SYNC)
             self.bench.answer(sampling.OFF, 0.0, 0.0)
             self.bench.advance(min(now - self._last_sync, 1.0))

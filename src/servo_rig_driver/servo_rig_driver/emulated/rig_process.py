@@ -4,8 +4,8 @@ The emulated rig as a process of its own: an RV-reducer bench (or another one) o
     python -m servo_rig_driver.emulated.rig_process --rig config/rigs/rv_bench.yaml \\
         --channel /tmp/rig.can
 
-It answers SYNC, so its time is that of the driver. SIGHUP reads the rig file again and turns the
-traits of the running rig; a bus that goes away is opened again when it is back.
+It answers SYNC, so its time is that of the driver. SIGUSR1 reads the rig file again and turns
+the traits of the running rig; a bus that goes away is opened again when it is back.
 """
 
 from __future__ import annotations
@@ -21,13 +21,16 @@ import can
 
 from ..can_bus.opening import BusSettings, INTERFACES, open_bus, Wire
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
-from ..devices.pdo_table import load_frames
+from ..devices.pdo_table import HEARTBEAT_ID, load_frames
+from ..ending import Ending
 from .bench import Bench
 from .nodes import RigNodes
 from .settings import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
 RETRY = 0.2  # s
+LISTENS = 0.3  # s for which a rig listens for another one before it speaks
+LINGERS = 2.0  # s that a rig which is told to end gives its driver to take the drive down
 
 log = logging.getLogger('emulated_rig')
 
@@ -51,6 +54,8 @@ class EmulatedRig:
         self.nodes = RigNodes(self.bench, load_frames(rig.dictionaries, ids or NODE_IDS),
                               self._send)
         self._stopped = False
+        self._ends_at: float | None = None
+        self._first = True
         self._reread = False
         self._warm_up()
 
@@ -58,14 +63,29 @@ class EmulatedRig:
         """Make serve() return soon; safe to call from a signal handler."""
         self._stopped = True
 
+    def end(self) -> None:
+        """Make serve() return once the drive has no torque, at most LINGERS s from now."""
+        self._ends_at = time.monotonic() + LINGERS
+
+    @property
+    def _over(self) -> bool:
+        ends = self._ends_at is not None and (
+            not self.nodes.drive.gives_torque or time.monotonic() >= self._ends_at)
+        return self._stopped or ends
+
     def reread(self) -> None:
         """Read the rig file again before the next frame; safe to call from a signal handler."""
         self._reread = True
 
-    def serve(self) -> None:
-        """Answer the bus until stop() is called, opening it again whenever it went away."""
+    def serve(self) -> bool:
+        """
+        Answer the bus until it is to end, opening it again whenever it went away.
+
+        Returns False where another rig has the same node ids on the bus at the start: two would
+        both answer, and neither could be driven.
+        """
         told = False
-        while not self._stopped:
+        while not self._over:
             try:
                 self._wire = Wire(open_bus(self.bus, RETRY))
             except can.CanError as error:
@@ -76,6 +96,10 @@ class EmulatedRig:
                 time.sleep(RETRY)
                 continue
             told = False
+            if self._first and self._others():
+                self._wire.bus.shutdown()
+                return False
+            self._first = False
             log.info('%s on %s %s', self.bench.rig.name, self.bus.interface, self.bus.channel)
             try:
                 self.nodes.boot()
@@ -85,9 +109,24 @@ class EmulatedRig:
             finally:
                 wire, self._wire = self._wire, None
                 wire.bus.shutdown()
+        return True
+
+    def _others(self) -> bool:
+        """Whether a node with an id of this rig is heard, which is said."""
+        until = time.monotonic() + LISTENS
+        mine = {HEARTBEAT_ID + number: name for name, number in self.nodes.frames.ids.items()}
+        while time.monotonic() < until:
+            for identifier, _ in self._wire.recv(POLL):
+                if identifier in mine:
+                    log.error('another %s with node id %d is on %s %s: end the other rig, or give '
+                              'this one another --channel or --node ids',
+                              mine[identifier].replace('_', ' '), identifier - HEARTBEAT_ID,
+                              self.bus.interface, self.bus.channel)
+                    return True
+        return False
 
     def _answer(self) -> None:
-        while not self._stopped:
+        while not self._over:
             if self._reread:
                 self._turn()
             for identifier, data in self._wire.recv(POLL):
@@ -131,7 +170,7 @@ def _node(text: str) -> tuple[str, int]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run an emulated rig until SIGTERM or SIGINT."""
+    """Run an emulated rig until a signal or the end of its parent; 1: it cannot be run."""
     parser = argparse.ArgumentParser(description='An emulated servo bench on a CAN bus.')
     defaults = BusSettings()
     parser.add_argument('--rig', required=True, help='rig file, as config/rigs/rv_bench.yaml')
@@ -152,10 +191,10 @@ def main(arguments: list[str] | None = None) -> int:
     except (RigFileError, DictionaryError, ValueError) as error:
         log.error('%s', error)
         return 1
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: rig.stop())
-    signal.signal(signal.SIGHUP, lambda *_: rig.reread())
-    rig.serve()
+    Ending(rig.end)
+    signal.signal(signal.SIGUSR1, lambda *_: rig.reread())
+    if not rig.serve():
+        return 1
     log.info('%d SYNCs answered, %d frames refused', rig.nodes.syncs, rig.nodes.refused)
     return 0
 

@@ -16,9 +16,9 @@ import sys
 
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from servo_twin_msgs.msg import Command, Encoder
@@ -26,6 +26,7 @@ from servo_twin_msgs.msg import Command, Encoder
 from ..driver import message_conversion as conversion
 from ..driver.setpoints import Mode, SECOND
 from ..emulated.excitation import ExcitationError, FAMILIES, family
+from ..ending import Ending
 
 BLOCK = 0.2  # s of set-points in one message
 AHEAD = 0.3  # s that a block leaves before its first instant
@@ -117,21 +118,22 @@ def main(arguments: list[str] | None = None) -> int:
         print(f'player: {problem}', file=sys.stderr)
         return 2
     mode = Mode[(options.mode or chosen.mode).upper()]
-    rclpy.init(args=arguments)
+    ending = Ending()
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     node = Player(mode, options.period, eased(reference, options.period),
                   eased(torque, options.period))
     begin = node.get_clock().now()
     try:
         while not node.done:
-            rclpy.spin_once(node, timeout_sec=0.5)
+            rclpy.spin_once(node, timeout_sec=0.2)
+            if ending.asked:
+                return 130
             if not node.sent and (node.get_clock().now() - begin).nanoseconds > (
                     options.wait * SECOND):
                 print(f'player: no rig took a set-point within {options.wait:g} s: '
                       + ('its driver does not listen' if node.heard else 'no samples came'),
                       file=sys.stderr)
                 return 1
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 130
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

@@ -11,7 +11,6 @@ from datetime import datetime
 from importlib import import_module
 import os
 from pathlib import Path
-import signal
 import sys
 from time import monotonic, time_ns
 
@@ -28,6 +27,7 @@ import yaml
 
 from servo_twin_msgs.msg import RecordingInfo
 
+from ..ending import Ending
 from .growing_bag import RecordingFile
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
 from .servo_name import servo_file
@@ -45,7 +45,9 @@ DEFAULT_TOPICS = {
 }
 """What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
 
-_SPIN = 3600.0  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
+_SPIN = 0.2  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
+_WITHOUT = 2.0  # s without a sample after which a recorder records nothing that counts
+_TELLS = 10.0  # s for which a loss is a warning
 _REPORT = 1.0  # s from one report on /diagnostics to the next
 
 
@@ -86,6 +88,7 @@ class Recorder(Node):
         self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush)
         self.create_timer(_REPORT, self._report)
         self._began = monotonic()
+        self._lost, self._samples = (0, monotonic()), (0, monotonic())
 
     def _declare(self) -> None:
         def declare(name: str, default: object, text: str, **limits: object) -> None:
@@ -175,7 +178,20 @@ class Recorder(Node):
             self.done.set_result(None)
 
     def _report(self) -> None:
+        now = monotonic()
         lost = sum(watch.lost for watch in self.watches.values())
+        samples = sum(watch.samples for watch in self.watches.values())
+        if lost != self._lost[0]:
+            self._lost = lost, now
+        if samples != self._samples[0]:
+            self._samples = samples, now
+        said = f'recording; {lost} samples lost' if lost else 'recording'
+        level = DiagnosticStatus.OK
+        if self.watches and now - self._samples[1] > _WITHOUT:
+            since = f'for {now - self._samples[1]:.0f} s' if samples else 'since it began'
+            level, said = DiagnosticStatus.WARN, f'no sample came {since}; {said}'
+        elif lost and now - self._lost[1] < _TELLS:
+            level = DiagnosticStatus.WARN
         values = {'output': str(self.file.path), 'seconds': f'{monotonic() - self._began:.1f}'}
         values |= {f'messages {topic}': str(n) for topic, n in self.file.counts.items() if n}
         for topic, watch in self.watches.items():
@@ -183,10 +199,8 @@ class Recorder(Node):
                 values[f'lost {topic}'] = f'{watch.lost} samples in {watch.gaps} gaps'
                 values[f'restarts {topic}'] = str(watch.restarts)
         status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if lost else DiagnosticStatus.OK,
-            name=f'{self.get_fully_qualified_name().lstrip("/")}: recording',
-            hardware_id=self._get('servo_file'),
-            message=f'{lost} samples lost' if lost else 'recording',
+            level=level, name=f'{self.get_fully_qualified_name()}: recording',
+            hardware_id=self._get('servo_file'), message=said,
             values=[KeyValue(key=key, value=value) for key, value in values.items()])
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
@@ -229,7 +243,8 @@ def _shares() -> list[Path]:
 
 
 def main() -> int:
-    """Run the recorder until SIGINT or SIGTERM."""
+    """Run the recorder until a signal or the end of its parent."""
+    ending = Ending()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Recorder()
@@ -237,13 +252,11 @@ def main() -> int:
         print(f'recorder: {error}', file=sys.stderr)
         rclpy.try_shutdown()
         return 2
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: node.stop())
     executor = EventsExecutor()
     executor.add_node(node)
     print(f'recording to {node.file.path}', flush=True)
     try:
-        while not node.done.done():
+        while not ending.asked and not node.done.done():
             executor.spin_until_future_complete(node.done, _SPIN)
     finally:
         node.close()

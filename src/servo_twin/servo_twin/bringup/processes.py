@@ -11,6 +11,7 @@ from time import monotonic, sleep
 
 _PATIENCE = 5.0  # s that a process gets after each signal
 _LAST_LINES = 12
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class ProcessError(RuntimeError):
@@ -30,7 +31,8 @@ class Processes:
     A context of child processes; their output goes to ``folder``/NAME.log.
 
     Each is a session of its own, so that Ctrl-C in the terminal reaches only the parent, which
-    then ends the children in the reverse order of their start.
+    then ends the children in the reverse order of their start. Where it is killed, each child sees
+    that its parent has gone and ends by itself.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -100,12 +102,14 @@ class Processes:
         return self
 
     def __exit__(self, *_: object) -> None:
-        patience = signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C changes nothing
+        # a second Ctrl-C, or the terminal that closes, changes nothing any more
+        before = {number: signal.signal(number, signal.SIG_IGN) for number in _ENDS}
         try:
             for name in reversed(self._children):
                 self.stop(name)
         finally:
-            signal.signal(signal.SIGINT, patience)
+            for number, handler in before.items():
+                signal.signal(number, handler)
 
 
 def wait_until(condition, what: str, patience: float, processes: Processes | None = None) -> None:

@@ -18,6 +18,7 @@ from .terminal_view import numbers, view
 
 START = 60.0  # s that a node gets to be there; the first start compiles
 _SETTLE = 0.5  # s between seeing all readers and the first sample, and behind the last one
+_UNTOLD = 'the driver is not configured'  # its word before it says why it cannot be
 _REPORT = 1.2  # s after which the last diagnostics are there
 
 
@@ -150,7 +151,8 @@ def _take_down(session: Session, processes: Processes) -> None:
 def _why(session: Session) -> str:
     """Return what is wrong with the driver, which it says shortly after it went wrong."""
     until = monotonic() + _REPORT
-    while not session.levels.get('driver') and monotonic() < until:
+    while monotonic() < until and (not session.levels.get('driver')
+                                   or _UNTOLD in session.sentences['driver']):
         sleep(0.02)
     return session.sentences.get('driver', 'it says nothing; see driver.log')
 

@@ -71,7 +71,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Run; 0 when nothing was lost and the replay is the live run."""
     folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as by Ctrl-C
+    for number in (signal.SIGTERM, signal.SIGHUP):  # these end it as Ctrl-C does
+        signal.signal(number, signal.default_int_handler)
     try:
         if arguments.bag is not None:
             return _look_at(_bag_of(arguments, folder), arguments, folder)

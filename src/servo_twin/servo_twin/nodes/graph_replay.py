@@ -14,7 +14,9 @@ from rosgraph_msgs.msg import Clock
 
 from ..bag import namespaces, read_recording
 from ..recording.recording import Recording
+from .ending import Ending
 from .message_conversion import SECOND, to_time, TOPICS
+from .spinning import started
 
 BLOCK = 0.01  # s of samples in one message, at least one sample
 _MATCH = 5.0  # s that the first sample waits for somebody to listen
@@ -27,9 +29,10 @@ class GraphReplay(Node):
     Blocks leave at absolute deadlines of the wall clock, each when its last sample was taken.
     """
 
-    def __init__(self, recording: Recording, rate: float, namespace: str) -> None:
+    def __init__(self, recording: Recording, rate: float, namespace: str, ending: Ending
+                 ) -> None:
         super().__init__('replay', namespace=namespace)
-        self._recording, self._rate = recording, rate
+        self._recording, self._rate, self._ending = recording, rate, ending
         reliable = QoSProfile(depth=max(1000, round(2.0 / recording.period)),
                               reliability=ReliabilityPolicy.RELIABLE)
         self._topics = {name: (kind, self.create_publisher(kind, name, reliable))
@@ -37,7 +40,7 @@ class GraphReplay(Node):
         self._clock = self.create_publisher(Clock, '/clock', 100)
 
     def play(self) -> int:
-        """Publish all samples and return how many; stops early when ROS shuts down."""
+        """Publish all samples and return how many; stops early when the process is to end."""
         recording = self._recording
         self._wait_for_listener()
         size = max(1, round(BLOCK / recording.period))
@@ -52,7 +55,7 @@ class GraphReplay(Node):
             rest = begin + end * recording.period / self._rate - time.monotonic()
             if rest > 0.0:
                 time.sleep(rest)
-            if not rclpy.ok():
+            if self._ending.asked:
                 break
             self._clock.publish(Clock(clock=to_time(
                 start + round(end * recording.period * SECOND))))
@@ -74,7 +77,7 @@ class GraphReplay(Node):
     def _wait_for_listener(self) -> None:
         until = time.monotonic() + _MATCH
         publishers = [publisher for _, publisher in self._topics.values()]
-        while time.monotonic() < until and rclpy.ok():
+        while time.monotonic() < until and not self._ending.asked:
             if all(publisher.get_subscription_count() for publisher in publishers):
                 return
             time.sleep(0.02)
@@ -86,8 +89,8 @@ def play(bag: Path, rate: float, namespace: str | None, stretch: int | None) -> 
         raise ValueError(f'--rate {rate:g} is outside (0, 1000]')
     recording = read_recording(bag, namespace, stretch)
     where = namespace if namespace is not None else namespaces(bag)[0]
-    rclpy.init()
-    node = GraphReplay(recording, rate, where)
+    ending = started()
+    node = GraphReplay(recording, rate, where, ending)
     try:
         sent = node.play()
         print(f'{recording.name}: {sent} of {len(recording)} samples published at {rate:g} times '

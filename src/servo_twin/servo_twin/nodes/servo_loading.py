@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, ShutdownException, SingleThreadedExecutor
@@ -13,6 +13,7 @@ from servo_twin_msgs.srv import LoadServo
 from ..description import servo_file, shipped
 from ..lockstep.lockstep import warm_up
 from ..physics.servo import Servo, ServoError
+from .spinning import named
 
 WITHIN = 10.0  # s, from a servo being compiled to its running
 HEARS = 0.2  # s, within which the thread hears that it is to end
@@ -28,9 +29,8 @@ class ServoLoading:
 
     def __init__(self, twin: Node) -> None:
         self._twin = twin
-        self._node = rclpy.create_node(f'{twin.get_name()}_loader',
-                                       namespace=twin.get_namespace(),
-                                       use_global_arguments=False)
+        name, where = f'{twin.get_name()}_loader', twin.get_namespace()
+        self._node = rclpy.create_node(name, namespace=where, cli_args=named(name, where))
         self._node.create_service(LoadServo, 'twin/load_servo', self.answer)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
@@ -66,9 +66,11 @@ class ServoLoading:
         self._node.destroy_node()
 
     def _exchange(self, servo: Servo) -> tuple[str, Servo]:
-        done, outcome = Event(), []
+        begins, done, outcome = Lock(), Event(), []
 
         def on_twins_thread() -> None:
+            if not begins.acquire(blocking=False):
+                return  # refused meanwhile: what was told as not done must not be done later
             try:
                 outcome.append(self._twin.exchange(servo))
             except Exception as problem:  # told by the caller's thread; the twin goes on
@@ -78,7 +80,10 @@ class ServoLoading:
 
         self._twin.executor.create_task(on_twins_thread)
         if not done.wait(WITHIN):
-            raise ServoError(f'{servo.name}: the twin did not come to it within {WITHIN:g} s')
+            if begins.acquire(blocking=False):
+                raise ServoError(f'{servo.name}: the twin did not come to it within {WITHIN:g} s; '
+                                 'it goes on with the servo that it has')
+            done.wait()  # it has begun, and a servo is exchanged in milliseconds
         if isinstance(outcome[0], Exception):
             raise outcome[0]
         return outcome[0]

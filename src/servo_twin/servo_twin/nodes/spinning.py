@@ -6,26 +6,47 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
+from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-LOOKS = 1.0  # s, after which an executor that was not woken sees that ROS is shut down
+from .ending import Ending
+
+LOOKS = 0.1  # s between two looks at whether the process is to end
 
 
-def spin(executor: EventsExecutor) -> None:
-    """Spin until ROS is shut down; looked at again and again, as a signal may come in between."""
-    while rclpy.ok():
+def started(arguments: list[str] | None = None) -> Ending:
+    """Start ROS without its own signal handlers and return who takes the signals instead."""
+    ending = Ending()
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    return ending
+
+
+def spin(executor: EventsExecutor, ending: Ending) -> None:
+    """Spin until the process is to end."""
+    while rclpy.ok() and not ending.asked:
         executor.spin_until_future_complete(Future(), LOOKS)
 
 
+def named(name: str, namespace: str) -> list[str]:
+    """
+    Return arguments for a second node of this process: its own name, all remaps of the first one.
+
+    A name given to the process would go to both otherwise, and two nodes would have one name.
+    """
+    return ['--ros-args', '-r', f'__node:={name}', '-r', f'__ns:={namespace}']
+
+
 @contextmanager
-def until_stopped() -> Iterator[None]:
-    """Let a signal end what is done inside without an error."""
+def interruptible(ending: Ending) -> Iterator[None]:
+    """Let the first signal break off what is done inside, such as compiling, without an error."""
+    def stop() -> None:
+        raise KeyboardInterrupt
+
+    ending.then = stop
     try:
         yield
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except KeyboardInterrupt:
         pass
-    except Exception:  # rclpy raises an RCLError of its own where a signal came between
-        if rclpy.ok():
-            raise
+    finally:
+        ending.then = lambda: None

@@ -6,8 +6,10 @@ import numpy as np
 
 from ..lockstep.lockstep import Lockstep
 from ..recording.recording import BALANCES, COMPARED
+from ..recording.waiting_blocks import JOINS_FROM, WaitingBlocks
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
+HOLDS = 3
 PRACTICAL = 3.0
 """A balance stands out when its RMS over a report is more than this many noise floors."""
 
@@ -18,12 +20,18 @@ class TwinHealth:
 
     Latencies are in s from the instant of a block's last sample to when its answer was published;
     residuals answer half a filter window late by design.
+
+    A level is raised at once and falls when HOLDS reports in a row had a lower one, so that a rig
+    on the edge of a limit does not blink.
     """
 
     def __init__(self) -> None:
         self.samples_in = self.samples_out = self.malformed = 0
         self.why = ''
         self.loaded = 0
+        self._lag = 0.0
+        self._held = (OK, '')
+        self._better = 0
         self._latencies: dict[str, list[float]] = {'prediction': [], 'residual': []}
         self._compared: list[np.ndarray] = []
         self._before: dict[str, int] = {}
@@ -49,19 +57,24 @@ class TwinHealth:
         with np.errstate(invalid='ignore'):
             return np.sqrt(np.square(np.where(good, rows, 0.0)).sum(axis=0) / good.sum(axis=0))
 
-    def report(self, lockstep: Lockstep | None, given_up: int, silent: tuple[str, ...]
-               ) -> tuple[int, str, dict[str, str]]:
+    def report(self, lockstep: Lockstep | None, given_up: int, silent: tuple[str, ...],
+               waiting: WaitingBlocks) -> tuple[int, str, dict[str, str]]:
         """Return (level, sentence, facts) since the last report, and begin the next one."""
         twin = lockstep.twin if lockstep else None
         counts = {
             'samples in': self.samples_in, 'samples out': self.samples_out,
             'bridged': twin.bridged if twin else 0, 'restarts': twin.restarts if twin else 0,
             'blocks given up': given_up, 'blocks malformed': self.malformed,
-            'servos loaded': self.loaded,
+            'servos loaded': self.loaded, 'left out, overload': waiting.left_out,
+            'blocks joined to catch up': waiting.joined,
         }
+        self._lag, waiting.worst = waiting.worst, 0.0
         new = {key: number - self._before.get(key, 0) for key, number in counts.items()}
         self._before = counts
         facts = {key: str(number) for key, number in counts.items()}
+        period = twin.period if twin else 0.0
+        facts['samples behind, at worst'] = str(round(self._lag / period) if period else 0)
+        facts['seconds behind, at worst'] = f'{self._lag:.3f}'
         for kind, latencies in self._latencies.items():
             if latencies:
                 middle, late = np.percentile(latencies, (50, 99)) * 1e3
@@ -74,7 +87,15 @@ class TwinHealth:
                 facts[f'{name}, noise floors'] = f'{level:.2f}'
         if twin and twin.why:
             facts['last restart'] = twin.why
-        return *self._sentence(new, twin, over, silent), facts
+        return *self._steady(*self._sentence(new, twin, over, silent)), facts
+
+    def _steady(self, level: int, said: str) -> tuple[int, str]:
+        """Return the level and sentence to tell: the last worse ones for a while."""
+        self._better = self._better + 1 if level < self._held[0] else 0
+        if 0 < self._better < HOLDS:
+            return self._held[0], f'{said}; shortly before: {self._held[1]}'
+        self._held, self._better = (level, said), 0
+        return level, said
 
     def _sentence(self, new: dict[str, int], twin, over: list[str], silent: tuple[str, ...]
                   ) -> tuple[int, str]:
@@ -84,6 +105,12 @@ class TwinHealth:
         if not new['samples in']:
             return STALE, 'no samples since the last report'
         said = []
+        if new['left out, overload'] > 0:
+            said.append(f'too slow for the rig: {self._lag:.1f} s behind, began anew at the '
+                        f'newest sample, {new["left out, overload"]} left out')
+        elif self._lag > JOINS_FROM:
+            said.append(f'behind the rig by {self._lag:.2f} s at worst, catching up by larger '
+                        'blocks')
         if new['restarts'] > 0:
             said.append(f'began anew {new["restarts"]} times: {twin.why}')
         if new['bridged'] > 0:

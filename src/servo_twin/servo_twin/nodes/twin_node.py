@@ -28,11 +28,12 @@ from ..lockstep.lockstep import Answer, Lockstep, warm_up
 from ..lockstep.twin import changed
 from ..physics.servo import Servo, ServoError
 from ..recording.sample_joining import Joiner
+from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .servo_loading import ServoLoading
-from .spinning import spin, until_stopped
-from .twin_health import OK, TwinHealth
+from .spinning import interruptible, spin, started
+from .twin_health import ERROR, OK, TwinHealth
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
@@ -50,10 +51,12 @@ class TwinNode(LifecycleNode):
         self._servo: Servo | None = None
         self._lockstep: Lockstep | None = None
         self._joiner: Joiner = Joiner(tuple(conversion.TOPICS))
+        self._waiting = WaitingBlocks()
+        self._coming = False
         self._health = TwinHealth()
         self._active = False
         self._declaring = False
-        self._told = ''
+        self._told = self._failure = ''
         frame = self.get_namespace().strip('/')
         self._prediction = conversion.Outgoing(Prediction, frame)
         self._residual = conversion.Outgoing(Residual, frame)
@@ -69,6 +72,7 @@ class TwinNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the servo file, declare its values, compile."""
         try:
+            self._failure = ''
             servo = servo_file.load(twin_parameters.servo_path(self))
             self._declaring = True
             self._servo = servo
@@ -77,6 +81,7 @@ class TwinNode(LifecycleNode):
             self.settings = twin_parameters.settings(self)
             Lockstep(self._servo, self._servo.step, self.settings)
         except (ServoError, ParameterException) as problem:
+            self._failure = f'cannot be configured: {problem}'
             self.get_logger().error(str(problem))
             self._forget()
             return FAILURE
@@ -93,12 +98,14 @@ class TwinNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Step from the next sample on."""
         self._joiner = Joiner(tuple(conversion.TOPICS))
+        self._waiting = WaitingBlocks()
         self._health = TwinHealth()
         self._active = True
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Publish the residuals still owed, and let the samples pass by."""
+        self._step_all()
         self._close()
         self._active = False
         return super().on_deactivate(state)
@@ -132,15 +139,39 @@ class TwinNode(LifecycleNode):
         parts = self._joiner.put(topic, message.sequence, message)
         if parts is None:
             return
+        first = parts['encoder']
         try:
             samples = conversion.to_samples(parts)
-            self._keep_pace(parts['encoder'].period)
         except ValueError as problem:
             self._health.malformed += 1
             self._health.why = str(problem)
             return
-        prediction, due = self._lockstep.step(
-            message.sequence, conversion.to_instant(parts['encoder'].header.stamp), samples)
+        self._waiting.put(Block(message.sequence, conversion.to_instant(first.header.stamp),
+                                first.period, samples))
+        if not self._coming:  # behind all messages that have come: they are seen to wait
+            self._coming = True
+            self.executor.create_task(self._step_all)
+
+    def rest(self) -> None:
+        """Let the samples pass by, from a signal handler: who ends soon need not catch up."""
+        self._active = False
+
+    def _step_all(self) -> None:
+        """Answer what waits."""
+        self._coming = False
+        for block in self._waiting.take(self.get_parameter('overload').value):
+            if not self._active:
+                return
+            try:
+                self._step(block)
+            except ServoError as problem:
+                self._health.malformed += 1
+                self._health.why = str(problem)
+
+    def _step(self, block: Block) -> None:
+        self._keep_pace(block.period)
+        samples = block.samples
+        prediction, due = self._lockstep.step(block.sequence, block.stamp, samples)
         now = self._now()
         twin = self._lockstep.twin
         self._outputs[0].publish(self._prediction.filled(
@@ -240,7 +271,9 @@ class TwinNode(LifecycleNode):
         label = self._state_machine.current_state[1]
         if self._active:
             level, said, facts = self._health.report(
-                self._lockstep, self._joiner.given_up, self._joiner.silent())
+                self._lockstep, self._joiner.given_up, self._joiner.silent(), self._waiting)
+        elif self._failure:
+            level, said, facts = ERROR, self._failure, {}
         else:
             level, said, facts = OK, label, {}
         facts = {'lifecycle': label, 'servo': self._servo.name if self._servo else 'none',
@@ -256,16 +289,17 @@ class TwinNode(LifecycleNode):
 def main(arguments: list[str] | None = None) -> None:
     """Run the twin node until it is told to stop."""
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
-    rclpy.init(args=arguments)
+    ending = started(arguments)
     node = TwinNode()
     executor = EventsExecutor()
     executor.add_node(node)
     loading = ServoLoading(node)
     try:
-        with until_stopped():
+        with interruptible(ending):
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
                 node.trigger_activate()
-            spin(executor)
+        ending.then = node.rest
+        spin(executor, ending)
     finally:
         loading.close()
         node.destroy_node()

@@ -40,6 +40,11 @@ def declare(node: Node) -> None:
         description='Length of the filters of the balances; residuals come half of it late. '
                     'Read on configure. Unit: s.',
         floating_point_range=[FloatingPointRange(from_value=0.0, to_value=1.0)]))
+    node.declare_parameter('overload', 2.0, ParameterDescriptor(
+        description='How far the twin may fall behind the rig and catch up by larger blocks; '
+                    'beyond, it begins anew at the newest sample and counts what it left out. '
+                    'Unit: s.',
+        floating_point_range=[FloatingPointRange(from_value=0.1, to_value=60.0)]))
     node.declare_parameter('autostart', False, ParameterDescriptor(
         description='Configure and activate at once, without a lifecycle manager.',
         read_only=True))

@@ -1,0 +1,56 @@
+"""
+How a process ends: by SIGINT, SIGTERM or SIGHUP (a closed terminal), or after its parent.
+
+One signal is enough; a launch and a terminal send two or three, and the further ones must not cut
+off what the first one began, such as taking a drive down.
+"""
+
+from __future__ import annotations
+
+import atexit
+from collections.abc import Callable
+import os
+import signal
+from threading import Thread
+from time import sleep
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+LOOKS = 0.1  # s between two looks at the parent
+PARENT = os.getppid()
+"""The process that started this one, as of the first import: it may end while others follow."""
+
+
+class Ending:
+    """
+    Takes the signals of this process from now on, in its main thread.
+
+    ``asked`` turns true at the first of them, and shortly after the parent has ended; ``then`` is
+    called once at that time, within a signal handler. A process that init started, as under a
+    service manager, has only its signals.
+    """
+
+    def __init__(self, then: Callable[[], None] = lambda: None) -> None:
+        self.asked = False
+        self.then = then
+        for number in SIGNALS:
+            signal.signal(number, self._hear)
+        atexit.register(_deaf)
+        if PARENT != 1:
+            Thread(target=self._watch, name='parent watch', daemon=True).start()
+
+    def _hear(self, *_: object) -> None:
+        if not self.asked:
+            self.asked = True
+            self.then()
+
+    @staticmethod
+    def _watch() -> None:
+        while os.getppid() == PARENT:
+            sleep(LOOKS)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _deaf() -> None:
+    """Hear no signal while the interpreter ends: it would put the default handlers back."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)

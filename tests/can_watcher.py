@@ -1,0 +1,72 @@
+"""Looks at the bus of a rig: what the drive was told, how it stands, and who boots."""
+
+from __future__ import annotations
+
+from threading import Event, Thread
+
+from can import CanError
+from driver_bench import wait_for
+
+from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.devices.pdo_table import load_frames, NMT_ID
+
+ENABLED, QUICK_STOP, DISABLED, FAULT = 0x27, 0x07, 0x40, 0x08
+
+
+class CanWatcher:
+    """
+    Keeps, each once as it changes, controlwords and statuswords (masked), and all NMT frames.
+
+    ``ask`` reads the statusword by SDO, for a drive that gets no SYNC.
+    """
+
+    def __init__(self, channel: str) -> None:
+        self.wire = Wire(open_bus(BusSettings('unix_bus', channel), 20.0))
+        self.controls: list[int] = []
+        self.states: list[int] = []
+        self.managed: list[bytes] = []
+        self._answer: list[int] = []
+        table = load_frames()
+        self._control, self._status = table['drive.rpdo1'], table['drive.tpdo2']
+        self._stop = Event()
+        self._thread = Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def _watch(self) -> None:
+        while not self._stop.is_set():
+            try:
+                frames = self.wire.recv(0.05)
+            except CanError:
+                return
+            for identifier, data in frames:
+                if identifier == self._control.cob_id:
+                    self._keep(self.controls, int(self._control.decode(data)['controlword']))
+                elif identifier == self._status.cob_id:
+                    self._keep(self.states, masked(int(self._status.decode(data)['statusword'])))
+                elif identifier == NMT_ID:
+                    self.managed.append(data)
+                elif identifier == 0x581 and data[1:3] == b'\x41\x60':
+                    self._answer.append(masked(int.from_bytes(data[4:6], 'little')))
+
+    @staticmethod
+    def _keep(kept: list[int], value: int) -> None:
+        if not kept or kept[-1] != value:
+            kept.append(value)
+
+    def ask(self) -> int:
+        """Return the state of the drive as its statusword tells now."""
+        self._answer.clear()
+        self.wire.send([(0x601, b'\x40\x41\x60\x00' + bytes(4))])
+        wait_for(lambda: self._answer, 'the drive tells its statusword')
+        return self._answer[0]
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._stop.set()
+        self._thread.join(5.0)
+        self.wire.bus.shutdown()
+
+
+def masked(statusword: int) -> int:
+    """Return the state that a statusword tells (CiA 402-2)."""
+    return statusword & (0x4F if not statusword & 0x20 and statusword & 0x48 else 0x6F)

@@ -1,0 +1,248 @@
+"""However a rig is ended, its drive is taken down in order, stays down, and nothing lives on."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from time import monotonic, sleep
+
+from can_watcher import CanWatcher, DISABLED, ENABLED, FAULT, QUICK_STOP
+from driver_bench import CONFIG, DriverProcess, Listener, wait_for
+from lifecycle_msgs.msg import Transition
+import pytest
+from scripted_rig import ScriptedRig
+from test_driver_lifecycle import Hands
+
+from servo_rig_driver.can_bus.can_hub import CanHub
+
+pytestmark = pytest.mark.ros
+
+RIG = CONFIG.parent / 'rigs' / 'rv_bench.yaml'
+DOWN_WITHIN = 2.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
+PYTHON = [sys.executable, '-m']
+HUB = [*PYTHON, 'servo_rig_driver.can_bus.can_hub']
+EMULATOR = [*PYTHON, 'servo_rig_driver.emulated.rig_process', '--rig', str(RIG), '--channel']
+QUICK = {'block_size': 10, 'retry_period': 0.05, 'listen_time': 0.05}
+
+
+@pytest.fixture(scope='module')
+def bench(tmp_path_factory):
+    """A bus with the emulated bench on it; gives the bus's channel and one who looks at it."""
+    channel = str(tmp_path_factory.mktemp('bench') / 'rig.can')
+    with CanHub(channel):
+        rig = subprocess.Popen([*EMULATOR, channel], stderr=subprocess.DEVNULL)
+        watcher = CanWatcher(channel)
+        try:
+            yield channel, watcher
+        finally:
+            watcher.close()
+            rig.terminate()
+            assert rig.wait(10.0) == 0
+
+
+def turning(channel, watcher, namespace='rig', **values):
+    """Return a driver whose drive is enabled and turns, and a node that listens to it."""
+    ears = Listener(namespace)
+    watcher.states.clear()
+    driver = DriverProcess(namespace, bus__channel=channel, **{**QUICK, **values})
+    wait_for(lambda: watcher.states[-1:] == [ENABLED] and ears.encoder, 'the drive is enabled')
+    for _ in range(3):  # half a second of it
+        ears.command(3, [0.5] * 600, ears.now())
+    wait_for(lambda: ears.encoder[-1].motor_position[-1] - ears.encoder[-1].motor_position[0] > 0.1
+             or ears.command(3, [0.5] * 600, ears.now()), 'the motor turns')
+    watcher.states.clear()
+    watcher.controls.clear()
+    return driver, ears
+
+
+def went_down(watcher, since, turns=True):
+    """Check that the drive braked, then had no torque, and when; at rest it brakes unseen."""
+    try:
+        wait_for(lambda: DISABLED in watcher.states, 'the drive is down')
+    except AssertionError as error:
+        raise AssertionError(f'{error}: {watcher.states}, {watcher.controls}') from None
+    assert monotonic() - since < DOWN_WITHIN
+    told = f'{watcher.states}, {watcher.controls}'
+    assert watcher.controls[watcher.controls.index(0x02):] in ([0x02], [0x02, 0x00]), told
+    assert watcher.states[-1] == DISABLED, told
+    assert not turns or QUICK_STOP in watcher.states, told
+
+
+@pytest.mark.parametrize('signals, pause', [
+    ([signal.SIGINT] * 3, 0.15), ([signal.SIGTERM], 0.0), ([signal.SIGHUP, signal.SIGTERM], 0.0)])
+def test_a_signal_takes_the_drive_down_in_order(bench, signals, pause):
+    channel, watcher = bench
+    driver, ears = turning(channel, watcher)
+    try:
+        since = monotonic()
+        for number in signals:
+            driver.process.send_signal(number)
+            sleep(pause)
+        went_down(watcher, since)
+        status, said = driver.wait()
+        assert status == 0, said
+        assert 'Traceback' not in said
+        assert watcher.ask() == DISABLED
+    finally:
+        driver.close()
+        ears.close()
+
+
+def test_a_driver_that_is_killed_leaves_a_drive_that_fails_by_itself_and_stays_so(bench):
+    channel, watcher = bench
+    driver, ears = turning(channel, watcher)
+    try:
+        driver.process.kill()
+        since = monotonic()
+        wait_for(lambda: watcher.ask() == FAULT, 'the drive misses SYNC')
+        assert monotonic() - since < 1.0
+        sleep(0.3)
+        assert watcher.ask() == FAULT
+    finally:
+        ears.close()
+
+
+def test_a_driver_that_was_led_down_by_hand_stays_down_though_it_started_itself(bench):
+    channel, watcher = bench
+    driver, ears = turning(channel, watcher)
+    hands = Hands(ears)
+
+    def stays_down(state):
+        managed = len(watcher.managed)
+        sleep(10 * QUICK['retry_period'] + 0.3)
+        assert watcher.ask() == DISABLED
+        assert len(watcher.managed) == managed
+        assert hands.state() == state
+
+    try:
+        since = monotonic()
+        assert hands.change(Transition.TRANSITION_DEACTIVATE)
+        went_down(watcher, since)
+        assert hands.change(Transition.TRANSITION_CLEANUP)
+        stays_down('unconfigured')
+        assert hands.change(Transition.TRANSITION_CONFIGURE)
+        assert hands.change(Transition.TRANSITION_ACTIVATE)
+        wait_for(lambda: watcher.states[-1] == ENABLED, 'somebody has activated it')
+        watcher.states.clear()
+        watcher.controls.clear()
+        since = monotonic()
+        assert hands.change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+        went_down(watcher, since, turns=False)
+        stays_down('finalized')
+    finally:
+        driver.close()
+        ears.close()
+
+
+def test_autostart_can_be_switched_off_at_any_time_and_is_off_in_the_shipped_file(bench):
+    channel, watcher = bench
+    ears = Listener('off')
+    driver = DriverProcess('off', bus__channel=channel + '_not_there', **QUICK)
+    hands = Hands(ears)
+    try:
+        assert hands.set('autostart', False).successful
+        assert hands.set('bus.channel', channel).successful
+        sleep(10 * QUICK['retry_period'] + 0.3)
+        assert hands.state() == 'unconfigured'
+        assert watcher.ask() != ENABLED
+    finally:
+        driver.close()
+        ears.close()
+    assert '\n    autostart: false' in CONFIG.read_text()
+
+
+LAUNCHER = """
+import subprocess, sys
+started = [subprocess.Popen(words.split()) for words in sys.argv[1:]]
+print(*[process.pid for process in started], flush=True)
+for process in started:
+    try:
+        process.wait()
+    except KeyboardInterrupt:
+        pass
+"""
+
+
+def alive(pid):
+    try:
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize('end', ['kill the parent', 'interrupt all of them twice'])
+def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, end):
+    channel = str(tmp_path / 'rig.can')
+    named = '--ros-args -r __ns:=/all'
+    node = f'{sys.executable} -m servo_rig_driver'
+    commands = [
+        ' '.join([*HUB, channel]), ' '.join([*EMULATOR, channel]),
+        f'{node}.driver.driver_node {named} --params-file {CONFIG} -p bus.channel:={channel} '
+        '-p autostart:=true -p block_size:=10',
+        f'{node}.record.recorder_node {named} -p output:={tmp_path / "bag"}',
+        f'{node}.record.player_node sine --mode velocity --duration 60 {named}',
+        f'{sys.executable} -m servo_twin.nodes.twin_node {named} -p autostart:=true',
+    ]
+    parent = subprocess.Popen([sys.executable, '-c', LAUNCHER, *commands], text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                              start_new_session=True)
+    pids = [int(word) for word in parent.stdout.readline().split()]
+    watcher = CanWatcher(channel)
+    ears = Listener('all')
+    try:
+        wait_for(lambda: watcher.states[-1:] == [ENABLED], 'the drive is enabled', 60.0)
+        wait_for(lambda: (tmp_path / 'bag').exists() and ears.encoder and abs(
+            ears.encoder[-1].motor_position[-1] - ears.encoder[-1].motor_position[0]) > 0.05,
+            'the motor turns', 60.0)
+        watcher.states.clear()
+        watcher.controls.clear()
+        since = monotonic()
+        if end == 'kill the parent':
+            parent.kill()
+        else:
+            for _ in range(2):
+                os.killpg(parent.pid, signal.SIGINT)
+                sleep(0.05)
+        went_down(watcher, since)
+        watcher.close()
+        wait_for(lambda: not any(map(alive, pids)), 'all of them have ended', 8.0)
+    finally:
+        watcher.close()
+        ears.close()
+        for pid in pids:
+            if alive(pid):
+                os.kill(pid, signal.SIGKILL)
+        parent.kill()
+        parent.wait()
+
+
+def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(bench):
+    channel, _ = bench
+    second = subprocess.run([*EMULATOR, channel], capture_output=True, text=True, timeout=60)
+    assert second.returncode == 1
+    assert 'another ' in second.stderr and 'with node id' in second.stderr
+
+
+def test_two_nodes_of_one_id_are_named_and_nothing_is_switched_on_or_tried_again(tmp_path):
+    channel = str(tmp_path / 'rig.can')
+    with CanHub(channel), ScriptedRig(channel) as first, ScriptedRig(channel) as second:
+        watcher, ears = CanWatcher(channel), Listener('two')
+        driver = DriverProcess('two', bus__channel=channel, diagnostics_period=0.2, **QUICK)
+        try:
+            said = ears.hears('nodes', 'two nodes of one id, or two rigs', 2)
+            assert 'drive (node 1)' in said.message
+            managed = len(watcher.managed)
+            sleep(0.5)
+            assert len(watcher.managed) == managed
+            assert first.count == second.count == 0
+            assert ENABLED not in watcher.states
+            second.close()
+            hands = Hands(ears)
+            assert hands.change(Transition.TRANSITION_DEACTIVATE)
+            assert hands.change(Transition.TRANSITION_ACTIVATE)
+            wait_for(lambda: watcher.states[-1:] == [ENABLED], 'the drive is enabled')
+        finally:
+            driver.close()
+            ears.close()
+            watcher.close()

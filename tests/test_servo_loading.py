@@ -1,0 +1,39 @@
+"""The service that exchanges a servo: what it refuses is not done later."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from servo_twin.description import servo_file, shipped
+from servo_twin.nodes import servo_loading
+from servo_twin.nodes.servo_loading import ServoLoading
+from servo_twin.physics.servo import ServoError
+
+
+@pytest.fixture
+def busy_twin(monkeypatch):
+    """A loader beside a twin that comes to its tasks only when the test runs them."""
+    monkeypatch.setattr(servo_loading, 'WITHIN', 0.05)
+    tasks, exchanged = [], []
+    loading = ServoLoading.__new__(ServoLoading)
+    loading._twin = SimpleNamespace(executor=SimpleNamespace(create_task=tasks.append),
+                                    exchange=exchanged.append)
+    return loading, tasks, exchanged
+
+
+def test_a_servo_that_was_refused_for_want_of_time_is_not_loaded_later(busy_twin):
+    loading, tasks, exchanged = busy_twin
+    servo = servo_file.load(shipped.servo_file('rv_plain'))
+    with pytest.raises(ServoError, match='it goes on with the servo that it has'):
+        loading._exchange(servo)
+    for task in tasks:
+        task()
+    assert exchanged == []
+
+
+def test_a_servo_whose_exchange_has_begun_is_answered_when_it_is_done(busy_twin):
+    loading, tasks, exchanged = busy_twin
+    servo = servo_file.load(shipped.servo_file('rv_plain'))
+    loading._twin.executor.create_task = lambda task: task()
+    assert loading._exchange(servo) is None
+    assert exchanged == [servo]
