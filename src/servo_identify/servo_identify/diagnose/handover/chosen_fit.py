@@ -39,9 +39,9 @@ class Handover:
     warnings: tuple[str, ...]
 
     def without(self, one: Added) -> Servo:
-        """Return the patch without one of its effects."""
-        rest = tuple(other for other in self.added if other is not one)
-        return servo_with(self.servo, rest)
+        """Return the patch without one of its effects, as given where others need it."""
+        return _built(self.servo, [other for other in self.added if other is not one]) or (
+            self.servo)
 
 
 def handed_over(servo: Servo, several: Sequence[Added], selecting: Sequence[Recording],
@@ -65,7 +65,10 @@ def handed_over(servo: Servo, several: Sequence[Added], selecting: Sequence[Reco
                        'recordings; its step may be too long')
     joint, added = None, tuple(several)
     while added:
-        base = servo_with(servo, added)
+        base = _built(servo, added)
+        if base is None:
+            added = ()
+            break
         free = [path for one in added for path in one.free]
         joint = refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
         tick(0.6)
@@ -96,11 +99,11 @@ def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short,
     tried = [added]
     if joint is not None:
         tried.insert(0, _at_values(added, joint.servo))
-    ranked = [(one, _gap(servo_with(servo, one), accepting)) for one in tried]
+    ranked = [(one, _gap(_built(servo, one), accepting)) for one in tried]
     alone = refitted(servo_with(servo, added), short, free)
     if alone is not None:
         own = _at_values(added, alone.servo)
-        ranked.append((own, _gap(servo_with(servo, own), accepting)))
+        ranked.append((own, _gap(_built(servo, own), accepting)))
     ranked = [(one, gap) for one, gap in ranked if gap is not None]
     return min(ranked, key=lambda pair: pair[1].total()) if ranked else (None, None)
 
@@ -109,7 +112,7 @@ def _needless(servo: Servo, added: tuple[Added, ...], gap: Gap, accepting) -> Ad
     """Return the effect whose removal hurts least, if it does not hurt at all."""
     rests = []
     for one in added:
-        rest = _gap(servo_with(servo, [o for o in added if o is not one]), accepting)
+        rest = _gap(_built(servo, [o for o in added if o is not one]), accepting)
         if rest is not None and rest.total() <= gap.total():
             rests.append((rest.total(), one))
     return min(rests, key=lambda pair: pair[0])[1] if rests else None
@@ -135,7 +138,17 @@ def _signed(servo: Servo, joint: Estimate | None) -> Servo:
     return replace(servo, provenance=said)
 
 
-def _gap(servo: Servo, recordings: Sequence[Recording]) -> Gap | None:
+def _built(servo: Servo, added: Sequence[Added]) -> Servo | None:
+    """Return the servo with some effects; None where one needs another that is not there."""
+    try:
+        return servo_with(servo, added)
+    except ServoError:
+        return None
+
+
+def _gap(servo: Servo | None, recordings: Sequence[Recording]) -> Gap | None:
+    if servo is None:
+        return None
     try:
         return simulated(servo, recordings).gap
     except (Diverged, ServoError, np.linalg.LinAlgError):

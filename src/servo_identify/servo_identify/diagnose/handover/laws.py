@@ -126,7 +126,7 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
         return _waves(effect, curve, values)
     sought = [n for n in effect.parameters if n not in FIXED]
     size = curve.size() or 1e-300
-    scale = {n: _scale(effect, n, curve) for n in sought}
+    scale = {n: abs(_scale(effect, n, curve)) or 1.0 for n in sought}
     sure = np.sqrt(curve.density / curve.density.max())
 
     def error(q):
@@ -140,7 +140,10 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
     best = None
     for some in product(STARTS, repeat=len(shapes)):
         start = np.array([dict(zip(shapes, some, strict=True)).get(n, 1.0) for n in sought])
-        start = np.clip(start, low + 1e-9, high - 1e-9)
+        start = np.minimum(np.maximum(start, low + 1e-6 * np.minimum(1.0, high - low)),
+                           high - 1e-6 * (high - low))
+        if not np.all((low < start) & (start < high)):
+            return None
         tried = least_squares(error, start, bounds=(low, high), max_nfev=60)
         if best is None or tried.cost < best.cost:
             best = tried

@@ -72,6 +72,11 @@ def _pattern(builder: Builder, equation: str, variable: Variable, edges: np.ndar
 
     place = 'shaft' if equation in ('motor', 'load', 'torque') else equation
     known = SIGNATURES.get((place, variable.name, symmetry), UNKNOWN)
+    if known == 'nonlinear_stiffness' and not builder.samples.servo.mechanism.compliant:
+        known = 'stiffness_error'  # a rigid twin lacks the elasticity itself
+    if (place, variable.name, symmetry) == ('transmission', 'acceleration', 'odd') and not all(
+            'torque' in one.measured.channels for one in builder.samples.errors):
+        known = 'stiffness_error'  # there the torque is what the acceleration asks for
     known = UNKNOWN if known in without else known
     mechanism = Mechanism(known, _port(known, place), site, (variable.name,), symmetry)
     columns = builder.place(signal, of)

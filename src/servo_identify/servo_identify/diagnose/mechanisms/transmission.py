@@ -28,9 +28,10 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     top = builder.scales.torque
     if not builder.samples.servo.mechanism.compliant:
         yield from filter(None, (_compliance(builder),))
+    elif top > 0.0:  # what bends or has a loop needs an elasticity to be bent
+        yield from filter(None, (_bent(builder, top), _hysteresis(builder, top)))
     if top > 0.0:
-        yield from filter(None, (_backlash(builder), _by_load(builder, top), _bent(builder, top),
-                                 _hysteresis(builder, top)))
+        yield from filter(None, (_backlash(builder), _by_load(builder, top)))
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
                           ('angle', 'load'), 'odd')
         yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',
