@@ -14,7 +14,7 @@ from ...fit.estimate import Estimate
 from .added import Added, servo_with
 from .output_error import Diverged, Gap, refitted, simulated
 
-SECONDS = 40.0  # of recordings that a refit runs over: more moves its values by little
+SECONDS = 24.0  # of recordings that a refit runs over: more moves its values by little
 SOURCE = 'gap diagnosis'
 
 

@@ -87,7 +87,8 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     wins = np.bincount(np.argmin(lost[:, 1:], axis=0), minlength=len(keys)) / lost[:, 1:].shape[1]
     alike = np.array([search.alike(fit, chosen) for fit in fits])
     if alike.any():  # what is told apart by less than a form may be off is not told apart
-        wins[alike] = wins[alike].sum() * _shares(lost[alike, 0])
+        wins[alike] = wins[alike].sum() * _shares(np.array(
+            [search.evidence(fit) for fit, same in zip(fits, alike, strict=True) if same]))
     several = [Rival(contest[key][1], contest[key][2], found.hypotheses[contest[key][1]].mechanism,
                      float(share)) for key, share in zip(keys, wins, strict=True)]
     mine = sum(one.confidence for one in several if one.mechanism.key == own.key)
@@ -96,9 +97,9 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     return mine, sorted(others, key=lambda one: -one.confidence)
 
 
-def _shares(lost: np.ndarray) -> np.ndarray:
-    """Return shares of sets that predict alike: the better by nats, none below a tenth."""
-    share = 1.0 / (1.0 + np.maximum(0.0, lost - lost.min()) / max(float(np.ptp(lost)), 1.0))
+def _shares(evidence: np.ndarray) -> np.ndarray:
+    """Return the shares of sets that predict alike, by their evidence in nats (the less)."""
+    share = np.exp(np.min(evidence) - evidence)
     return share / share.sum()
 
 
