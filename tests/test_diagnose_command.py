@@ -9,7 +9,6 @@ import pytest
 from synthetic import PERIOD, sampled
 
 from servo_identify.cli import main
-from servo_identify.gap.candidates import candidates_of, extend
 from servo_twin.bag import write_recording
 from servo_twin.cli import main as twin
 from servo_twin.description import servo_file
@@ -18,9 +17,6 @@ from servo_twin.physics.servo import Placed
 
 FILE = Path(__file__).resolve().parent.parent / 'config' / 'servos' / 'rv_bench.yaml'
 SERVO = servo_file.load(FILE)
-FEW = tuple(n for n in catalogue.names() if n not in (
-    'load_dependent_friction', 'gravity', 'backlash'))
-"""A small catalogue compiles in seconds."""
 WATER_HAMMER = '''
 """A pump on the load that resists most at one speed."""
 
@@ -64,8 +60,7 @@ def refused(tmp_path, capfd):
         bags = [str(write_recording(tmp_path / f'bag{i}', one))
                 for i, one in enumerate(recordings)]
         capfd.readouterr()
-        status = main(['diagnose', *bags, '--servo', str(servo), '-o', str(tmp_path / 'out'),
-                       '--without', *FEW])
+        status = main(['diagnose', *bags, '--servo', str(servo), '-o', str(tmp_path / 'out')])
         error = capfd.readouterr().err.strip()
         assert status == 2 and not (tmp_path / 'out' / 'report.json').exists()
         assert error.startswith('servo-identify diagnose: ') and len(error.splitlines()) == 1
@@ -89,19 +84,7 @@ def test_it_refuses_to_leave_out_what_is_no_cause(good, tmp_path, capfd):
     assert main(['diagnose', str(bag), '--servo', str(FILE), '-o', str(tmp_path / 'out'),
                  '--without', 'parameter:rotor_inertia', 'gravitation']) == 2
     error = capfd.readouterr().err
-    assert "no cause 'gravitation'" in error and "'parameter:load_inertia'" in error
-
-
-@pytest.mark.parametrize('name', ['parameter:load_inertia', 'torque_constant_error',
-                                  'controller_mismatch', 'load_dependent_friction'])
-def test_whatever_a_report_may_name_can_be_left_out(name):
-    def named(without):
-        extended = extend(SERVO, ('motor', 'load'), ('motor_position', 'load_position'), without)
-        return {c.name for c in candidates_of(extended, lambda effect, site: [{}])}
-
-    every = named(())
-    assert name in every and named((name,)) == every - {name}
-    assert named(('parameter:torque_constant',)) == every - {'torque_constant_error'}
+    assert "no effect 'gravitation'" in error and "'gravity'" in error
 
 
 def test_it_refuses_a_rig_that_never_moves(refused, good):
@@ -142,7 +125,7 @@ def test_it_says_what_a_silent_channel_keeps_from_it(good, tmp_path):
     mute = with_columns(good, torque=np.nan)
     bag = write_recording(tmp_path / 'bag', mute)
     assert main(['diagnose', str(bag), '--servo', str(FILE), '-o', str(tmp_path / 'out'),
-                 '--no-page', '--without', *FEW]) == 0
+                 '--no-page']) == 0
     report = json.loads((tmp_path / 'out' / 'report.json').read_text())
     assert report['verdict']['status'] == 'no_gap'
     assert any('no torque sensor' in w for w in report['warnings'])
@@ -163,7 +146,7 @@ def test_a_law_of_the_user_takes_part_and_its_servo_file_runs(tmp_path, monkeypa
     monkeypatch.setattr(catalogue, '_FOREIGN', {})
     out = tmp_path / 'out'
     assert main(['diagnose', bags[0], '--accept', bags[1], '--report', bags[2], '--servo',
-                 str(FILE), '-o', str(out), '--effects', str(folder), '--without', *FEW]) == 0
+                 str(FILE), '-o', str(out), '--effects', str(folder)]) == 0
     report = json.loads((out / 'report.json').read_text())
     assert report['verdict']['effects'] == ['water_hammer']
     assert report['which'][0]['parameters']['peak']['value'] == pytest.approx(30.0, rel=0.1)
@@ -172,3 +155,26 @@ def test_a_law_of_the_user_takes_part_and_its_servo_file_runs(tmp_path, monkeypa
     replay = ['replay', bags[2], '--servo', str(out / 'augmented.yaml'), '--quiet']
     assert twin(replay) == 2 and 'water_hammer' in capfd.readouterr().err
     assert twin([*replay, '--effects', str(folder)]) == 0
+
+
+def test_it_writes_what_it_is_asked_for_and_says_with_its_status_that_a_gap_is_there(
+        tmp_path, capfd):
+    rig = SERVO.with_effects(Placed('e', catalogue.find('gravity'), 'load'),
+                             values={'effects.e.cosine': 6.0})
+    bags = [str(write_recording(tmp_path / f'bag{seed}', recorded(rig, seed)))
+            for seed in (1, 2, 3)]
+    out = tmp_path / 'made' / 'for it'
+    status = main(['diagnose', *bags, '--servo', 'rv_bench', '-o', str(out), '--json', '-',
+                   '--quiet', '--fail-on', 'gap', '--reach', 'travel=7,torque=60'])
+    said = capfd.readouterr()
+    report = json.loads(said.out)
+    assert status == 3 and report == json.loads((out / 'report.json').read_text())
+    assert report['schema'] == 'servo_gap/2' and report['verdict']['status'] != 'no_gap'
+    assert '<html' in (out / 'report.html').read_text()
+    assert servo_file.load(out / 'augmented.yaml').effects[-1].name.startswith(
+        report['which'][0]['effect'])
+
+
+def test_it_refuses_a_reach_that_there_is_not(tmp_path):
+    with pytest.raises(SystemExit):
+        main(['diagnose', 'bag', '--servo', 'rv_bench', '-o', str(tmp_path), '--reach', 'hight=2'])

@@ -34,10 +34,8 @@ def test_a_viscous_axis_lacks_coulomb_friction_and_then_asymmetry(shared_data):
     assert report.verdict['effects'] == ['coulomb_friction', 'asymmetric_friction']
     level = report.which[0].parameters['level']['value']
     assert level == pytest.approx(20.4, rel=0.05)  # published
-    assert report.which[1].parameters['slope']['value'] < -20.0  # of 200: what grows with speed
-    assert report.gap['shrink'] > 0.3
-    again = diagnose([recording], found.augmented).report
-    assert again.which == () and again.verdict['effects'] == []
+    assert report.gap['shrink'] > 0.9
+    assert report.verdict['status'] == 'explained'
 
 
 def test_a_coulomb_viscous_hobby_servo_lacks_load_dependent_friction(shared_data):

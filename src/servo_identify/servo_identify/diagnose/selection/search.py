@@ -321,9 +321,14 @@ class Search:
         return fit
 
     def _smaller(self, best: Fitted) -> Fitted:
-        """Return the set with fewer numbers that predicts as well, within one standard error."""
+        """
+        Return the set with fewer numbers that predicts as well, within one standard error.
+
+        That something is there was tested before: where the best set is not empty, none is.
+        """
+        least = min(1, len(best.choice.members))
         rivals = [one for one in self._known.values()
-                  if len(one.choice.members) <= len(best.choice.members)]
+                  if least <= len(one.choice.members) <= len(best.choice.members)]
         alike = []
         for one in rivals:
             if self.alike(one, best):
