@@ -30,6 +30,7 @@ from ..physics.servo import (
     ServoError,
     Value,
 )
+from .given_values import left_out
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
@@ -52,7 +53,12 @@ class _Loader(yaml.SafeLoader):
 
 
 def load(path: str | Path) -> Servo:
-    """Read a servo file. Raises ServoError, which names file, thing, value, limit and choice."""
+    """
+    Read a servo file. Raises ServoError, which names file, thing, value, limit and choice.
+
+    It also raises where a value is missing that results hang on; of what else is left out,
+    `given_values.defaults(servo)` lists the default that was taken.
+    """
     try:
         text = Path(path).read_text()
     except (OSError, UnicodeDecodeError) as problem:
@@ -192,7 +198,7 @@ def _servo(tree: dict, folder: Path) -> Servo:
     for name, body in _mapping(tree.get('sensors'), 'sensors').items():
         sensors.append(SENSORS[_choice(name, SENSORS, 'sensors')])
         take(f'sensors.{name}', _mapping(body, f'sensors.{name}'), sensors[-1].parameters)
-    effects = []
+    effects, typical = [], {}
     gear = _mapping(tree.get('harmonic_drive'), 'harmonic_drive')
     if gear:
         model = harmonic_drive(_choice(gear.get('model'), HARMONIC_DRIVES, 'harmonic_drive.model'))
@@ -204,8 +210,7 @@ def _servo(tree: dict, folder: Path) -> Servo:
                      member.placed.effect.parameters)
         for member in model.members:
             effects.append(member.placed)
-            for name, value in member.values.items():
-                values.setdefault(f'effects.{member.name}.{name}', value)
+            typical |= member.placed.paths(member.values)
     for name, body in _mapping(tree.get('effects'), 'effects').items():
         if not str(name).isidentifier() or iskeyword(str(name)):
             raise ServoError(f'effects: {name!r} is not a name (letters, digits, underscore)')
@@ -218,10 +223,12 @@ def _servo(tree: dict, folder: Path) -> Servo:
 
     travel = _choice(tree.get('travel', 'rotary'), ('rotary', 'linear'), 'travel')
     servo = Servo(str(tree['servo']), chosen['drive'], chosen['mechanism'], chosen['controller'],
-                  tuple(sensors), tuple(effects), values, step=_number(tree.get('step', 1e-4)),
-                  linear=travel == 'linear')
-    return replace(servo, provenance=_provenance(servo, details),
-                   tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+                  tuple(sensors), tuple(effects), typical | values,
+                  step=_number(tree.get('step', 1e-4)), linear=travel == 'linear')
+    servo = replace(servo, provenance=_provenance(servo, details),
+                    tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+    taken = left_out(servo, values, typical) | ({} if 'step' in tree else {'step': servo.step})
+    return replace(servo, left_out=taken)
 
 
 def _number(given) -> float:
