@@ -12,7 +12,7 @@ import pytest
 from scipy.io import savemat
 
 from servo_identify.cli import main
-from servo_identify.commands.import_table import import_table
+from servo_identify.data.table_import import import_table
 from servo_twin.bag import read_recording
 from servo_twin.recording.recording import COLUMNS
 
