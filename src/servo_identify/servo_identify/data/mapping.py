@@ -52,6 +52,12 @@ class Mapping:
     drive_on: str = ''
     recording: dict[str, Any] = field(default_factory=dict)
 
+    def sources(self, *names: str) -> set[str]:
+        """Return the sources of some columns, or of all, with what is read beside them."""
+        steps = [taken for name, taken in self.columns.items() if not names or name in names]
+        found = {one[key] for one in steps for key in ('source', 'times') if key in one}
+        return found | ({self.drive_on} if self.drive_on and not names else set())
+
     def apply(self, table: Table, warnings: list[str]) -> dict[str, np.ndarray]:
         """
         Return the columns of a table; raises ValueError for a source that it lacks.

@@ -1,4 +1,4 @@
-"""One reader for data: bags of ours and tables become recordings."""
+"""One reader for data: bags of ours, bags of any messages and tables become recordings."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 from servo_twin.bag import read_recording
 from servo_twin.recording.recording import Recording
 
+from .mapping import read_mapping
+from .messages import holds_messages
 from .table_import import import_table
 from .tables import SUFFIXES
 
@@ -39,6 +41,12 @@ def _read(path: Path, servo: Path, mapping: Path | None) -> Recording:
     if not path.exists():
         raise FileNotFoundError(f'{path} does not exist; give a bag, or a table '
                                 f'({", ".join(SUFFIXES)})')
-    if path.suffix.lower() in SUFFIXES and path.is_file():
+    table = path.is_file() and path.suffix.lower() in SUFFIXES
+    if table or mapping is not None and holds_messages(path) and speaks_of_topics(mapping):
         return import_table(path, servo, mapping=mapping)
     return read_recording(path)
+
+
+def speaks_of_topics(mapping: Path) -> bool:
+    """Tell whether a mapping file is one of messages: a bag of ours needs none."""
+    return any(source.startswith('/') for source in read_mapping(mapping).sources())

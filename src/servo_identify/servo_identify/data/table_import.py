@@ -14,10 +14,14 @@ from servo_twin.recording.recording import Recording
 from .column_units import named_columns
 from .even_grid import even
 from .mapping import Mapping, read_mapping
+from .messages import holds_messages, read_messages
 from .plausibility import check_angles
-from .tables import read_table
+from .tables import read_table, Table
 
 _NEEDS_MAPPING = ('.mat', '.json')
+_HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity',
+         'added_command')
+"""Columns that keep their last value between two messages."""
 
 
 def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
@@ -38,7 +42,7 @@ def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
     if not np.isfinite(period) or period < 0.0:
         raise ValueError(f'--period = {period} s, it must be positive')
     warnings: list[str] = []
-    table = read_table(path, plan.rows if plan else '')
+    table = _table(path, plan)
     columns = (plan.apply(table, warnings) if plan
                else named_columns(table, machine.linear, warnings))
     _check(path, columns, warnings)
@@ -54,6 +58,15 @@ def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
     facts['note'] = '\n'.join([facts.get('note', ''), *warnings]).strip()
     return Recording(path.stem, step, columns, start=max(start, 0.0), servo=machine.name,
                      servo_file=servo.read_text('utf8'), warnings=tuple(warnings), **facts)
+
+
+def _table(path: Path, plan: Mapping | None) -> Table:
+    if not holds_messages(path):
+        return read_table(path, plan.rows if plan else '')
+    if plan is None or 'source' not in plan.columns['t']:
+        raise ValueError(f'{path}: a bag of messages needs a mapping file (--mapping) whose time '
+                         'has a source, such as /joint_states.stamp; config/imports has some')
+    return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*_HELD))
 
 
 def _check(path: Path, columns: dict[str, np.ndarray], warnings: list[str]) -> None:
