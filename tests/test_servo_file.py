@@ -222,6 +222,9 @@ REFUSED = {
                               ['effects.bearing.level', 'bags = 3 is not a list']),
     'a name twice': (BENCH + '  bearing: {effect: viscous_friction, at: load}\n',
                      ["'bearing' is there twice"]),
+    'an alias': (BENCH.replace('0.49', '&gain 0.49') + 'step: *gain\n', ['an alias (*gain)']),
+    'deep nesting': (BENCH + 'tolerance: ' + 500 * '[', ['nested deeper than 20 levels']),
+    'a date that is none': (BENCH + 'step: 2026-13-77\n', ['a value is none']),
     'rows of other lengths': (
         changed('bearing:', 'net: {effect: network_friction, at: load, forward_angle: [1, 2]}\n'
                 '  bearing:'), ['effects.net.forward_speed has 1', 'has 2']),

@@ -23,6 +23,8 @@ from typing import Any
 import numpy as np
 import yaml
 
+from servo_twin.description.strict_yaml import NotPlain, read_yaml
+
 from .column_units import NAMES
 from .tables import Table
 
@@ -89,7 +91,11 @@ class Mapping:
 def read_mapping(path: Path) -> Mapping:
     """Read a mapping file; raises ValueError naming what is wrong in it."""
     try:
-        content = yaml.safe_load(path.read_text('utf8'))
+        content = read_yaml(path.read_text('utf8'))
+    except NotPlain as error:
+        raise ValueError(f'{path}: {error}') from None
+    except UnicodeDecodeError as error:
+        raise ValueError(f'{path} is no text: {error}') from None
     except yaml.YAMLError as error:
         raise ValueError(f'{path} is no YAML: {error}') from None
     if not isinstance(content, dict):
@@ -113,6 +119,8 @@ def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None
         if not isinstance(value, known[key]) or (
                 isinstance(value, bool) and known[key] is not bool):
             raise ValueError(f'{path}: {where}: {key} = {value!r} is of the wrong kind')
+        if isinstance(value, (int, float)) and not abs(value) < 1e300:  # also NaN
+            raise ValueError(f'{path}: {where}: {key} = {value!r} is no finite number')
 
 
 def _check_steps(path: Path, name: str, steps: Any) -> None:

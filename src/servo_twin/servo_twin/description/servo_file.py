@@ -31,25 +31,12 @@ from ..physics.servo import (
     Value,
 )
 from .given_values import left_out
+from .strict_yaml import NotPlain, read_yaml
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
 _TYPED = {'drive': DRIVES, 'mechanism': {**MECHANISMS, 'fmu': Fmu}, 'controller': CONTROLLERS}
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
-
-
-class _Loader(yaml.SafeLoader):
-    """YAML whose mappings hold each name once, where YAML itself keeps the last."""
-
-    def construct_mapping(self, node, deep=False):
-        taken = set()
-        for key, _ in node.value:
-            name = key.value if isinstance(key, yaml.ScalarNode) else None
-            if name in taken:
-                raise ServoError(f'{name!r} is there twice (line {key.start_mark.line + 1})')
-            if name is not None:
-                taken.add(name)
-        return super().construct_mapping(node, deep)
 
 
 def load(path: str | Path) -> Servo:
@@ -73,7 +60,9 @@ def loads(text: str, origin: str = 'servo file', folder: str | Path = '.') -> Se
     ``origin`` is named in errors; files that the text names are looked for in ``folder``.
     """
     try:
-        return _servo(_mapping(yaml.load(text, _Loader), 'the file'), Path(folder))
+        return _servo(_mapping(read_yaml(text), 'the file'), Path(folder))
+    except NotPlain as problem:
+        raise ServoError(f'{origin}: {problem}') from None
     except yaml.YAMLError as problem:
         raise ServoError(f'{origin}: not YAML: {problem}') from None
     except ServoError as problem:
