@@ -25,7 +25,7 @@ effects:
   late: {{effect: current_lag, at: current, lag: 5.0e-4}}
   dry: {{effect: coulomb_friction, at: load, level: 0.6}}
   rub: {{effect: coulomb_friction, at: motor, level: 0.02}}
-  spring: {{effect: spring_load, at: load}}
+  spring: {{effect: spring_load, at: load, stiffness: 10.0}}
   net: {{effect: network_residual, at: motor, current: [1.0, -0.5], speed: [0.01, 0.02],
         threshold: [0.1, 0.0], weight: [0.02, 0.03], level: 0.01}}
   read: {{effect: current_sensor_gain, at: current, excess: 0.02}}

@@ -23,8 +23,19 @@ SENSORS = {
 }
 
 
-def servo(without: tuple[str, ...] = (), drive: str = '{type: current}', effects: str = '{}',
-          mechanism: str = '{type: two_inertia}', controller: str = '{type: none}') -> Servo:
+def two_inertia(stiffness: float = 5e5) -> str:
+    """Return the mechanism of the bench."""
+    return ('{type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0, '
+            f'stiffness: {stiffness}, damping: 40.0}}')
+
+
+def current(gain: float = 0.49) -> str:
+    """Return the drive of the bench."""
+    return f'{{type: current, gain: {gain}, torque_constant: 0.4878}}'
+
+
+def servo(without: tuple[str, ...] = (), drive: str = current(), effects: str = '{}',
+          mechanism: str = two_inertia(), controller: str = '{type: none}') -> Servo:
     """Return a bench without some of its sensors."""
     sensors = ', '.join(f'{k}: {v}' for k, v in SENSORS.items() if k not in without)
     return servo_file.loads(f'{{servo: bench, drive: {drive}, mechanism: {mechanism}, '
@@ -86,7 +97,7 @@ def test_it_reads_a_torque_on_the_load_back_with_its_course():
 
 
 def test_it_reads_a_stiffness_back_in_the_transmission():
-    soft = servo(mechanism='{type: two_inertia, stiffness: 2.5e+5}')
+    soft = servo(mechanism=two_inertia(2.5e5))
     samples = measured(soft)
     found = residual(servo(), samples)
     torque = samples[:, CHANNELS.index('torque')]
@@ -96,7 +107,7 @@ def test_it_reads_a_stiffness_back_in_the_transmission():
 
 
 def test_it_reads_a_gain_error_back_in_the_drive():
-    rig = servo(drive='{type: current, gain: 0.6}')
+    rig = servo(drive=current(0.6))
     found = residual(servo(), measured(rig))
     expected = 0.11 * 2.0 * np.sin(8.0 * (TIME - PERIOD))
     assert found['drive'][50:-50] == pytest.approx(expected[50:-50], abs=2e-3)
@@ -104,7 +115,8 @@ def test_it_reads_a_gain_error_back_in_the_drive():
 
 
 def test_it_reads_a_resistance_back_as_voltage_of_the_winding():
-    winding = '{{type: voltage, resistance: {}, back_emf: 0.02, inductance: 0.001}}'
+    winding = ('{{type: voltage, resistance: {}, back_emf: 0.02, inductance: 0.001, '
+               'torque_constant: 0.1}}')
     rig, of = servo(drive=winding.format(1.5)), servo(drive=winding.format(1.0))
     samples = measured(rig)
     found = residual(of, samples)['drive']
@@ -122,7 +134,7 @@ def test_it_joins_motor_and_load_without_a_torque_sensor():
 
 def test_it_needs_only_one_encoder_and_the_command_for_the_torque_balance():
     lacks = ('torque_sensor', 'current_sensor', 'load_encoder')
-    rigid = '{type: rigid, ratio: 161.0}'
+    rigid = '{type: rigid, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0}'
     friction = servo(effects='{a: {effect: coulomb_friction, at: load, level: 20.0}}',
                      mechanism=rigid)
     of = servo(without=lacks, mechanism=rigid)

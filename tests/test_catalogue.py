@@ -43,8 +43,9 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_a_new_effect_is_one_new_file(folder):
-    text = ('servo: s\ndrive: {type: current}\nmechanism: {type: rigid, ratio: 1.0, '
-            'load_inertia: 0.0}\neffects: {seal: {effect: {e}, at: motor, level: {l}}}')
+    text = ('servo: s\ndrive: {type: current, gain: 0.49, torque_constant: 0.4878}\n'
+            'mechanism: {type: rigid, rotor_inertia: 1.14e-4, ratio: 1.0, load_inertia: 0.0}\n'
+            'effects: {seal: {effect: {e}, at: motor, level: {l}}}')
     assert catalogue.register(folder) == ['seal_friction']
     assert 'seal_friction' in names()
     new = loads(text.replace('{e}', 'seal_friction').replace('{l}', '0.1'))

@@ -12,7 +12,10 @@ import pytest
 from scipy.io import savemat
 
 from servo_identify.cli import main
-from servo_identify.commands.import_table import import_table
+from servo_identify.data.column_units import named_columns
+from servo_identify.data.mapping import read_mapping
+from servo_identify.data.table_import import import_table
+from servo_identify.data.tables import read_table
 from servo_twin.bag import read_recording
 from servo_twin.recording.recording import COLUMNS
 
@@ -289,3 +292,45 @@ def test_the_command_starts_without_torch_and_ros():
 def test_it_names_an_unknown_command(capsys):
     assert main(['fly']) == 2
     assert "there is no command 'fly'; there are ['import', 'info'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('header', 'meant'), [
+    ('time', 't'), ('u', 'voltage'), ('i', 'current'), ('theta', 'motor_position')])
+def test_a_short_name_is_refused_with_the_name_that_is_meant(tmp_path, header, meant):
+    names = {'t': 't', 'voltage': 'voltage', 'motor_position': 'motor_position'} | {meant: header}
+    table = tmp_path / 'short.csv'
+    table.write_text(','.join(names.values()) + '\n' + ','.join('0' * len(names)) + '\n')
+    with pytest.raises(ValueError, match=f"no column '{header}'; is it '{meant}'"):
+        named_columns(read_table(table), False, [])
+
+
+def test_a_table_without_names_is_refused_with_what_to_write(tmp_path):
+    (tmp_path / 'bare.csv').write_text('0.0,1.5,0.1\n0.1,1.5,0.2\n')
+    with pytest.raises(ValueError, match='no line of names.*put the 3 names'):
+        read_table(tmp_path / 'bare.csv')
+
+
+def test_decimal_commas_are_read_between_semicolons(tmp_path):
+    (tmp_path / 'comma.csv').write_text('t;voltage\n0,0;1,5\n0,001;-2,25\n')
+    assert read_table(tmp_path / 'comma.csv')['voltage'].tolist() == [1.5, -2.25]
+
+
+def test_an_npz_file_is_a_table_of_its_rows(tmp_path):
+    np.savez(tmp_path / 'run.npz', t=np.arange(3), voltage=np.ones(3), gain=2.0, pair=np.ones(2))
+    table = read_table(tmp_path / 'run.npz')
+    assert set(table.columns) == {'t', 'voltage'}
+    assert table.facts == {'gain': 2.0}
+    (tmp_path / 'bad.npz').write_text('no archive')
+    with pytest.raises(ValueError, match='is no NPZ file'):
+        read_table(tmp_path / 'bad.npz')
+
+
+@pytest.mark.parametrize(('text', 'word'), [
+    ('time: {source: t}\ntime: {source: u}\n', "'time' is there twice"),
+    ('time: &a {source: t}\ncolumns: {voltage: *a}\n', 'an alias'),
+    ('time: {source: t, scale: .nan}\ncolumns: {voltage: {value: 0.0}}\n', 'no finite number'),
+    ('time: ' + 300 * '[', 'nested deeper')])
+def test_a_mapping_is_refused_that_says_a_thing_twice_or_endlessly(tmp_path, text, word):
+    (tmp_path / 'mapping.yaml').write_text(text)
+    with pytest.raises(ValueError, match=word):
+        read_mapping(tmp_path / 'mapping.yaml')

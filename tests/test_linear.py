@@ -8,7 +8,7 @@ import control
 import numpy as np
 import pytest
 
-from servo_identify.commands.import_table import import_table
+from servo_identify.data.table_import import import_table
 from servo_twin.cli import main
 from servo_twin.description import servo_file
 from servo_twin.linear.forms import linearise

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from servo_twin.description.given_values import Default, defaults, required
 from servo_twin.description.servo_file import dumps, load, loads, save
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import (
@@ -25,8 +26,9 @@ from servo_twin.physics.servo import (
 SHIPPED = sorted((Path(__file__).parents[1] / 'config' / 'servos').glob('*.yaml'))
 BENCH = """
 servo: bench
-drive: {type: current, gain: 0.49}
-mechanism: {type: two_inertia, ratio: 161.0}
+drive: {type: current, gain: 0.49, torque_constant: 0.4878}
+mechanism: {type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0,
+            stiffness: 5.0e+5, damping: 40.0}
 effects:
   bearing: {effect: coulomb_friction, at: load, level: {value: 22.0, unit: N m, source: a guess}}
 """
@@ -106,15 +108,54 @@ def test_a_value_keeps_where_it_comes_from():
     assert servo.provenance['effects.bearing.level'] == Provenance('a guess', 0.5, ('a.bag',))
 
 
-def test_what_is_left_out_takes_its_default():
-    servo = loads(BENCH)
-    assert servo.values['drive.torque_constant'] == 0.4878
-    assert servo.controller.name == 'open'
+def test_what_is_left_out_takes_its_default_and_is_listed():
+    servo = loads(BENCH + 'sensors: {load_encoder: {}}\ncontroller: {type: position_loop, '
+                  'kp: 20.0, kv: 3.0}')
+    listed = {one.path: one for one in defaults(servo)}
+    assert listed['sensors.load_encoder.noise'] == Default('sensors.load_encoder.noise', 1e-6,
+                                                           'rad')
+    assert (listed['step'].value, listed['step'].unit) == (1e-4, 's')
+    assert servo.values['controller.limit'] == listed['controller.limit'].value == 10.0
+    assert not {path for path in listed if path.startswith(('drive', 'mechanism', 'effects'))}
+    assert loads(BENCH).controller.name == 'open'
+
+
+def test_a_default_is_listed_until_another_value_takes_its_place():
+    servo = loads(BENCH + 'sensors: {load_encoder: {}}')
+    other = servo.with_values({'sensors.load_encoder.noise': 2e-6})
+    assert {one.path for one in defaults(servo)} - {one.path for one in defaults(other)} == {
+        'sensors.load_encoder.noise'}
+    assert defaults(loads(dumps(servo))) == ()
+
+
+def test_every_missing_value_that_results_hang_on_is_refused_by_name_unit_and_meaning():
+    with pytest.raises(ServoError) as refusal:
+        loads('servo: three_lines\ndrive: {type: voltage}\nmechanism: {type: rigid}\n')
+    said = str(refusal.value)
+    for line in ('drive.resistance [ohm]: Of the winding and the leads.',
+                 'drive.back_emf [V s/rad]: ', 'drive.torque_constant [N m/A]: ',
+                 'mechanism.rotor_inertia [kg m2]: ', 'mechanism.load_inertia [kg m2]: ',
+                 'mechanism.ratio: Motor turns for one turn of the load.'):
+        assert line in said
+    assert 'inductance' not in said  # off where it is left out
+
+
+@pytest.mark.parametrize('kind', [*DRIVES, *MECHANISMS])
+def test_no_inertia_ratio_or_motor_constant_has_a_silent_default(kind):
+    part = (DRIVES | MECHANISMS)[kind]
+    hang_on = {'rotor_inertia', 'load_inertia', 'ratio', 'torque_constant', 'resistance',
+               'back_emf', 'phase_resistance', 'stiffness'}
+    assert hang_on & set(part.parameters) <= set(required(part))
+
+
+def test_an_effect_without_its_size_is_refused():
+    with pytest.raises(ServoError, match=r'effects.bearing.level \[N m\]: What it resists with'):
+        loads(changed(', level: {value: 22.0, unit: N m, source: a guess}', ''))
 
 
 def test_an_effect_with_one_place_needs_none_named():
     servo = loads(changed('effect: coulomb_friction, at: load, level: {value: 22.0, unit: N m, '
-                          'source: a guess}', 'effect: backlash'))
+                          'source: a guess}', 'effect: backlash, width: 1.0e-3'))
     assert servo.effects[0].site == 'mesh'
 
 
@@ -160,7 +201,8 @@ REFUSED = {
     'a rotary unit on a linear axis': (
         BENCH + 'travel: linear', ["the unit is 'N m', it must be 'N'"]),
     'backlash in a rigid mechanism': (
-        changed('two_inertia', 'rigid').replace('coulomb_friction, at: load', 'backlash, at: mesh')
+        changed('two_inertia', 'rigid').replace('stiffness: 5.0e+5, damping: 40.0', '')
+        .replace('coulomb_friction, at: load', 'backlash, at: mesh')
         .replace('level', 'width').replace('22.0, unit: N m', '0.1'),
         ['effects.bearing: backlash needs a mesh that winds up, and the mechanism is rigid']),
     'a name that is none': (changed('bearing:', 'my bearing:'), ["'my bearing' is not a name"]),
@@ -180,6 +222,9 @@ REFUSED = {
                               ['effects.bearing.level', 'bags = 3 is not a list']),
     'a name twice': (BENCH + '  bearing: {effect: viscous_friction, at: load}\n',
                      ["'bearing' is there twice"]),
+    'an alias': (BENCH.replace('0.49', '&gain 0.49') + 'step: *gain\n', ['an alias (*gain)']),
+    'deep nesting': (BENCH + 'tolerance: ' + 500 * '[', ['nested deeper than 20 levels']),
+    'a date that is none': (BENCH + 'step: 2026-13-77\n', ['a value is none']),
     'rows of other lengths': (
         changed('bearing:', 'net: {effect: network_friction, at: load, forward_angle: [1, 2]}\n'
                 '  bearing:'), ['effects.net.forward_speed has 1', 'has 2']),

@@ -19,8 +19,9 @@ PERIOD = 1e-3
 BENCH = servo_file.loads("""
 servo: bench
 drive: {type: current, gain: 0.49, torque_constant: 0.4878}
-mechanism: {type: two_inertia}
-controller: {type: velocity_pi}
+mechanism: {type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0,
+            stiffness: 5.0e+5, damping: 40.0}
+controller: {type: velocity_pi, kp: 16.09, ki: 505.38}
 sensors:
   motor_encoder: {noise: 1.8e-4}
   load_encoder: {noise: 2.0e-6}
@@ -34,7 +35,8 @@ effects:
 FREE = servo_file.loads("""
 servo: free
 drive: {type: current, gain: 0.49, torque_constant: 0.4878}
-mechanism: {type: two_inertia}
+mechanism: {type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0,
+            stiffness: 5.0e+5, damping: 40.0}
 sensors: {motor_encoder: {}, load_encoder: {}}
 """)
 

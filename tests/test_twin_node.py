@@ -35,7 +35,8 @@ PERIOD = 1e-3
 BENCH = """
 servo: bench
 drive: {type: current, gain: 0.49, torque_constant: 0.4878}
-mechanism: {type: two_inertia}
+mechanism: {type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0,
+            stiffness: 5.0e+5, damping: 40.0}
 sensors: {motor_encoder: {}, load_encoder: {}, torque_sensor: {}, current_sensor: {}}
 effects:
   bearing: {effect: coulomb_friction, at: load, level: 20.0}

@@ -11,6 +11,8 @@ COMMANDS = {
                'make a bag of a table: CSV, Parquet, or MAT and JSON by a mapping'),
     'info': ('.commands.info',
              'say what bags hold: duration, rate, channels, ranges, gaps, warnings'),
+    'check': ('.commands.check',
+              'hold recordings against a servo file: units, signs, sampling, excitation'),
     'experiment': ('.commands.experiment',
                    'drive a rig through a procedure and record its bags'),
     'fit': ('.commands.fit', 'fit parameters, or learn an effect, and write a servo file'),

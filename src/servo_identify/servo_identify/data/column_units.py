@@ -15,6 +15,11 @@ from .tables import Table
 NAMES = ('t', *COLUMNS)
 
 _UNIT = {'t': 's'} | COLUMNS
+_ALSO = {'time': 't', 'timestamp': 't', 'u': 'voltage', 'v': 'voltage', 'pwm': 'voltage',
+         'i': 'current', 'theta': 'motor_position', 'theta_m': 'motor_position',
+         'q': 'load_position', 'theta_l': 'load_position', 'tau': 'torque',
+         'q_ref': 'reference_position'}
+"""What others call a column."""
 _TO_SI = {
     's': {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'µs': 1e-6, 'ns': 1e-9, 'min': 60.0},
     'V': {'v': 1.0, 'mv': 1e-3, 'kv': 1e3},
@@ -84,7 +89,8 @@ def _judge_strangers(table: Table, strangers: list[str], missing: list[str],
     for header in strangers:
         name = _split(header)[0]
         words = set(name.lower().split('_')) - {'reference', 'position'}
-        like = get_close_matches(name.lower(), missing, 1, 0.7) or [
+        also = _ALSO.get(name.lower())
+        like = [also] if also in missing else get_close_matches(name.lower(), missing, 1, 0.7) or [
             candidate for candidate in missing if len(words & set(candidate.split('_'))) > 0]
         if like:
             raise ValueError(

@@ -23,6 +23,8 @@ from typing import Any
 import numpy as np
 import yaml
 
+from servo_twin.description.strict_yaml import NotPlain, read_yaml
+
 from .column_units import NAMES
 from .tables import Table
 
@@ -51,6 +53,12 @@ class Mapping:
     period: float = 0.0
     drive_on: str = ''
     recording: dict[str, Any] = field(default_factory=dict)
+
+    def sources(self, *names: str) -> set[str]:
+        """Return the sources of some columns, or of all, with what is read beside them."""
+        steps = [taken for name, taken in self.columns.items() if not names or name in names]
+        found = {one[key] for one in steps for key in ('source', 'times') if key in one}
+        return found | ({self.drive_on} if self.drive_on and not names else set())
 
     def apply(self, table: Table, warnings: list[str]) -> dict[str, np.ndarray]:
         """
@@ -83,7 +91,11 @@ class Mapping:
 def read_mapping(path: Path) -> Mapping:
     """Read a mapping file; raises ValueError naming what is wrong in it."""
     try:
-        content = yaml.safe_load(path.read_text('utf8'))
+        content = read_yaml(path.read_text('utf8'))
+    except NotPlain as error:
+        raise ValueError(f'{path}: {error}') from None
+    except UnicodeDecodeError as error:
+        raise ValueError(f'{path} is no text: {error}') from None
     except yaml.YAMLError as error:
         raise ValueError(f'{path} is no YAML: {error}') from None
     if not isinstance(content, dict):
@@ -107,6 +119,8 @@ def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None
         if not isinstance(value, known[key]) or (
                 isinstance(value, bool) and known[key] is not bool):
             raise ValueError(f'{path}: {where}: {key} = {value!r} is of the wrong kind')
+        if isinstance(value, (int, float)) and not abs(value) < 1e300:  # also NaN
+            raise ValueError(f'{path}: {where}: {key} = {value!r} is no finite number')
 
 
 def _check_steps(path: Path, name: str, steps: Any) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 import json
 from pathlib import Path
+import re
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
-SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.mat', '.json')
+SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.npz', '.mat', '.json')
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Table:
 
 def read_table(path: Path, rows: str = '') -> Table:
     """
-    Read a CSV, Parquet, MAT or JSON file.
+    Read a CSV, Parquet, NPZ, MAT or JSON file.
 
     ``rows`` names the list of records in a JSON file, where it is not the whole. Raises ValueError
     for another suffix, a file that does not parse, text among numbers and columns of unequal
@@ -43,7 +45,7 @@ def read_table(path: Path, rows: str = '') -> Table:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    reader = {'.parquet': _parquet, '.mat': _mat}.get(suffix, _csv)
+    reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix, _csv)
     table = _json(path, rows) if suffix == '.json' else reader(path)
     if not table.columns or not len(next(iter(table.columns.values()))):
         raise ValueError(f'{path} has no rows')
@@ -63,6 +65,10 @@ def _csv(path: Path) -> Table:
             raise ValueError(f'{path} has no rows')
     delimiter = max(',;\t', key=header.count)
     names = [name.strip().strip('"') for name in header.rstrip('\r\n').split(delimiter)]
+    if all(_is_number(name) for name in names):
+        raise ValueError(f'{path} has no line of names: its first line is {header.strip()!r}; put '
+                         f'the {len(names)} names of the columns above it, such as t,voltage,'
+                         'motor_position')
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f'{path}: columns {twice} are there twice')
@@ -70,10 +76,41 @@ def _csv(path: Path) -> Table:
         found = csv.read_csv(
             path, read_options=csv.ReadOptions(skip_rows=comments + 1, column_names=names),
             parse_options=csv.ParseOptions(delimiter=delimiter),
-            convert_options=csv.ConvertOptions(strings_can_be_null=True))
+            convert_options=csv.ConvertOptions(strings_can_be_null=True,
+                                               decimal_point=_decimal(path, delimiter)))
     except ArrowInvalid as error:
         raise ValueError(f'{path} is no table: {error}') from None
     return Table(path, _from_arrow(path, found))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(',', '.'))
+    except ValueError:
+        return False
+    return True
+
+
+def _decimal(path: Path, delimiter: str) -> str:
+    """Return the sign between whole and fraction: a comma where no number has a point."""
+    if delimiter == ',':
+        return '.'
+    with path.open(encoding='utf-8-sig', errors='replace') as file:
+        begin = file.read(100_000)
+    commas = re.search(r'\d,\d', begin) is not None
+    return ',' if commas and re.search(r'\d\.\d', begin) is None else '.'
+
+
+def _npz(path: Path) -> Table:
+    try:
+        with np.load(path, allow_pickle=False) as found:
+            arrays = {name: found[name] for name in found.files}
+    except (ValueError, OSError, EOFError, BadZipFile) as error:
+        raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
+    plain = {name: value.astype(np.float64) for name, value in arrays.items()
+             if value.ndim == 1 and value.dtype.kind in 'fiub'}
+    facts = {name: value.item() for name, value in arrays.items() if value.ndim == 0}
+    return _longest(path, plain, facts)
 
 
 def _parquet(path: Path) -> Table:

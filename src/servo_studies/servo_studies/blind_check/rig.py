@@ -10,7 +10,7 @@ import subprocess
 import sys
 from typing import Any
 
-from servo_identify.commands.import_table import import_table
+from servo_identify.data.table_import import import_table
 from servo_twin.bag import write_recording
 
 _COMMAND = 'servo_rig_driver.emulated.many'

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from servo_identify.commands.import_table import import_table
+from servo_identify.data.table_import import import_table
 from servo_identify.fit import Estimate, fit, misfit
 from servo_identify.learn.friction.friction_samples import differences
 from servo_twin.description import servo_file

@@ -18,7 +18,7 @@ import sys
 
 import numpy as np
 
-from servo_identify.commands.import_table import import_table
+from servo_identify.data.table_import import import_table
 from servo_identify.fit import Estimate, fit, misfit
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import shipped

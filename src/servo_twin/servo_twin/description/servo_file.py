@@ -30,6 +30,8 @@ from ..physics.servo import (
     ServoError,
     Value,
 )
+from .given_values import left_out
+from .strict_yaml import NotPlain, read_yaml
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
@@ -37,22 +39,13 @@ _TYPED = {'drive': DRIVES, 'mechanism': {**MECHANISMS, 'fmu': Fmu}, 'controller'
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML whose mappings hold each name once, where YAML itself keeps the last."""
-
-    def construct_mapping(self, node, deep=False):
-        taken = set()
-        for key, _ in node.value:
-            name = key.value if isinstance(key, yaml.ScalarNode) else None
-            if name in taken:
-                raise ServoError(f'{name!r} is there twice (line {key.start_mark.line + 1})')
-            if name is not None:
-                taken.add(name)
-        return super().construct_mapping(node, deep)
-
-
 def load(path: str | Path) -> Servo:
-    """Read a servo file. Raises ServoError, which names file, thing, value, limit and choice."""
+    """
+    Read a servo file. Raises ServoError, which names file, thing, value, limit and choice.
+
+    It also raises where a value is missing that results hang on; of what else is left out,
+    `given_values.defaults(servo)` lists the default that was taken.
+    """
     try:
         text = Path(path).read_text()
     except (OSError, UnicodeDecodeError) as problem:
@@ -67,7 +60,9 @@ def loads(text: str, origin: str = 'servo file', folder: str | Path = '.') -> Se
     ``origin`` is named in errors; files that the text names are looked for in ``folder``.
     """
     try:
-        return _servo(_mapping(yaml.load(text, _Loader), 'the file'), Path(folder))
+        return _servo(_mapping(read_yaml(text), 'the file'), Path(folder))
+    except NotPlain as problem:
+        raise ServoError(f'{origin}: {problem}') from None
     except yaml.YAMLError as problem:
         raise ServoError(f'{origin}: not YAML: {problem}') from None
     except ServoError as problem:
@@ -192,7 +187,7 @@ def _servo(tree: dict, folder: Path) -> Servo:
     for name, body in _mapping(tree.get('sensors'), 'sensors').items():
         sensors.append(SENSORS[_choice(name, SENSORS, 'sensors')])
         take(f'sensors.{name}', _mapping(body, f'sensors.{name}'), sensors[-1].parameters)
-    effects = []
+    effects, typical = [], {}
     gear = _mapping(tree.get('harmonic_drive'), 'harmonic_drive')
     if gear:
         model = harmonic_drive(_choice(gear.get('model'), HARMONIC_DRIVES, 'harmonic_drive.model'))
@@ -204,8 +199,7 @@ def _servo(tree: dict, folder: Path) -> Servo:
                      member.placed.effect.parameters)
         for member in model.members:
             effects.append(member.placed)
-            for name, value in member.values.items():
-                values.setdefault(f'effects.{member.name}.{name}', value)
+            typical |= member.placed.paths(member.values)
     for name, body in _mapping(tree.get('effects'), 'effects').items():
         if not str(name).isidentifier() or iskeyword(str(name)):
             raise ServoError(f'effects: {name!r} is not a name (letters, digits, underscore)')
@@ -218,10 +212,12 @@ def _servo(tree: dict, folder: Path) -> Servo:
 
     travel = _choice(tree.get('travel', 'rotary'), ('rotary', 'linear'), 'travel')
     servo = Servo(str(tree['servo']), chosen['drive'], chosen['mechanism'], chosen['controller'],
-                  tuple(sensors), tuple(effects), values, step=_number(tree.get('step', 1e-4)),
-                  linear=travel == 'linear')
-    return replace(servo, provenance=_provenance(servo, details),
-                   tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+                  tuple(sensors), tuple(effects), typical | values,
+                  step=_number(tree.get('step', 1e-4)), linear=travel == 'linear')
+    servo = replace(servo, provenance=_provenance(servo, details),
+                    tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+    taken = left_out(servo, values, typical) | ({} if 'step' in tree else {'step': servo.step})
+    return replace(servo, left_out=taken)
 
 
 def _number(given) -> float:

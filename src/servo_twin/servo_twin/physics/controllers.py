@@ -70,8 +70,10 @@ class VelocityPi(Controller):
 
     source = 'paper 000 section 4 (K_p 16.09, K_i 505.38)'
 
-    kp = Parameter(16.09, 'V s/rad', (0.0, 1e7), 'Proportional gain on load speed.', off=0.0)
-    ki = Parameter(505.38, 'V/rad', (0.0, 1e9), 'Integral gain on load speed.', off=0.0)
+    kp = Parameter(16.09, 'V s/rad', (0.0, 1e7), 'Proportional gain on load speed.', off=0.0,
+                   required=True)
+    ki = Parameter(505.38, 'V/rad', (0.0, 1e9), 'Integral gain on load speed.', off=0.0,
+                   required=True)
     filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
     limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
     on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
@@ -97,8 +99,8 @@ class PositionLoop(Controller):
 
     source = 'Janot, Gautier, Brunot 2019 (EMPS), eq. of the controller'
 
-    kp = Parameter(100.0, '1/s', (0.0, 1e7), 'Position gain.', off=0.0)
-    kv = Parameter(1.0, 'V s/rad', (0.0, 1e7), 'Gain of the speed loop.', off=0.0)
+    kp = Parameter(100.0, '1/s', (0.0, 1e7), 'Position gain.', off=0.0, required=True)
+    kv = Parameter(1.0, 'V s/rad', (0.0, 1e7), 'Gain of the speed loop.', off=0.0, required=True)
     ki = Parameter(0.0, 'V/rad', (0.0, 1e9), 'Integral gain of the speed loop.', off=0.0)
     kd = Parameter(1.0, '', (0.0, 10.0), 'Share of the measured speed that is fed back.', off=0.0)
     kf = Parameter(0.0, '', (0.0, 10.0), 'Share of the reference speed that is fed on.', off=0.0)
@@ -127,8 +129,9 @@ class Cascade(Controller):
 
     source = 'closed loop of position over an encoder at the output, paper 002 (bench and model)'
 
-    kp = Parameter(8.0, '1/s', (0.0, 1e7), 'Position gain.', off=0.0)
-    kv = Parameter(1.0, 'V s/rad', (0.0, 1e7), 'Gain of the speed loop, load side.', off=0.0)
+    kp = Parameter(8.0, '1/s', (0.0, 1e7), 'Position gain.', off=0.0, required=True)
+    kv = Parameter(1.0, 'V s/rad', (0.0, 1e7), 'Gain of the speed loop, load side.', off=0.0,
+                   required=True)
     ki = Parameter(0.0, 'V/rad', (0.0, 1e9), 'Integral gain of the speed loop.', off=0.0)
     filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
     speed_limit = Parameter(1e3, 'rad/s', (0.0, 1e6), 'Most speed that it asks for, load side.')
@@ -161,11 +164,12 @@ class Impedance(Controller):
     source = ('Hogan: Impedance Control, ASME J. Dyn. Sys. 107(1), 1985; Katz: A Low Cost Modular '
               'Actuator for Dynamic Robots, MIT, 2018 (the same in the firmware of a joint)')
 
-    kp = Parameter(20.0, 'N m/rad', (0.0, 1e7), 'Stiffness at the load.', off=0.0)
-    kd = Parameter(0.5, 'N m s/rad', (0.0, 1e6), 'Damping at the load.', off=0.0)
+    kp = Parameter(20.0, 'N m/rad', (0.0, 1e7), 'Stiffness at the load.', off=0.0, required=True)
+    kd = Parameter(0.5, 'N m s/rad', (0.0, 1e6), 'Damping at the load.', off=0.0, required=True)
     kf = Parameter(1.0, '', (0.0, 10.0), 'Share of the reference speed that is fed on.', off=0.0)
     command_torque = Parameter(1.0, 'N m/V', (1e-9, 1e7),
-                               'Torque at the load that it expects of one unit of command.')
+                               'Torque at the load that it expects of one unit of command.',
+                               required=True)
     filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
     torque_limit = Parameter(1e6, 'N m', (0.0, 1e7), 'Most torque at the load that it asks for.')
     on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')

@@ -17,8 +17,10 @@ class CurrentDrive(MotorDrive):
 
     source = 'paper 000 eq. 1'
 
-    gain = Parameter(0.49, 'A/V', (-1e4, 1e4), 'Current for one volt of command, K_a.')
-    torque_constant = Parameter(0.4878, 'N m/A', (1e-9, 1e5), 'Torque of one ampere, K_m.')
+    gain = Parameter(0.49, 'A/V', (-1e4, 1e4), 'Current for one volt of command, K_a.',
+                     required=True)
+    torque_constant = Parameter(0.4878, 'N m/A', (1e-9, 1e5), 'Torque of one ampere, K_m.',
+                                required=True)
 
     @staticmethod
     def law(p, current, command, speed, h):
@@ -37,10 +39,11 @@ class VoltageDrive(MotorDrive):
     source = 'paper 004 eq. 1'
 
     gain = Parameter(1.0, 'V/V', (-1e4, 1e4), 'Volts at the winding for one volt of command.')
-    resistance = Parameter(1.0, 'ohm', (1e-6, 1e6), 'Of the winding and the leads.')
+    resistance = Parameter(1.0, 'ohm', (1e-6, 1e6), 'Of the winding and the leads.', required=True)
     inductance = Parameter(0.0, 'H', (0.0, 1e3), 'Of the winding.', off=0.0)
-    back_emf = Parameter(0.1, 'V s/rad', (0.0, 1e5), 'Volts at one radian a second.', off=0.0)
-    torque_constant = Parameter(0.1, 'N m/A', (1e-9, 1e5), 'Torque of one ampere.')
+    back_emf = Parameter(0.1, 'V s/rad', (0.0, 1e5), 'Volts at one radian a second.', off=0.0,
+                         required=True)
+    torque_constant = Parameter(0.1, 'N m/A', (1e-9, 1e5), 'Torque of one ampere.', required=True)
 
     @staticmethod
     def law(p, current, command, speed, h):
@@ -65,14 +68,17 @@ class CurrentAmplifier(MotorDrive):
 
     source = 'paper 004 sec. II B and eq. 1'
 
-    gain = Parameter(0.2, 'A/V', (-1e4, 1e4), 'Current reference for one volt of command.')
-    current_limit = Parameter(2.0, 'A', (1e-6, 1e5), 'Largest reference.')
-    proportional = Parameter(40.0, 'V/A', (1e-6, 1e7), 'Gain of the current loop, k_p.')
-    supply = Parameter(24.0, 'V', (1e-6, 1e5), 'Most that the winding gets.')
-    resistance = Parameter(4.0, 'ohm', (1e-6, 1e6), 'Of the winding and the leads.')
-    inductance = Parameter(2e-3, 'H', (0.0, 1e3), 'Of the winding.', off=0.0)
-    back_emf = Parameter(0.05, 'V s/rad', (0.0, 1e5), 'Volts at one radian a second.', off=0.0)
-    torque_constant = Parameter(0.05, 'N m/A', (1e-9, 1e5), 'Torque of one ampere.')
+    gain = Parameter(0.2, 'A/V', (-1e4, 1e4), 'Current reference for one volt of command.',
+                     required=True)
+    current_limit = Parameter(2.0, 'A', (1e-6, 1e5), 'Largest reference.', required=True)
+    proportional = Parameter(40.0, 'V/A', (1e-6, 1e7), 'Gain of the current loop, k_p.',
+                             required=True)
+    supply = Parameter(24.0, 'V', (1e-6, 1e5), 'Most that the winding gets.', required=True)
+    resistance = Parameter(4.0, 'ohm', (1e-6, 1e6), 'Of the winding and the leads.', required=True)
+    inductance = Parameter(2e-3, 'H', (0.0, 1e3), 'Of the winding.', off=0.0, required=True)
+    back_emf = Parameter(0.05, 'V s/rad', (0.0, 1e5), 'Volts at one radian a second.', off=0.0,
+                         required=True)
+    torque_constant = Parameter(0.05, 'N m/A', (1e-9, 1e5), 'Torque of one ampere.', required=True)
 
     @staticmethod
     def law(p, current, command, speed, h):

@@ -17,7 +17,8 @@ class Parameter:
     ``off`` is the value at which what the parameter stands for vanishes; a parameter that has one
     is an amplitude, one without is a shape (a width, an order, a time constant). ``grid`` holds
     the values of a shape that are worth trying when it is unknown. A ``row`` parameter holds as
-    many numbers as its servo file gives it; ``default`` is then a tuple.
+    many numbers as its servo file gives it; ``default`` is then a tuple. ``required`` says that
+    results hang on the value, so that a servo file must give it: that of another machine misleads.
     """
 
     default: float | tuple[float, ...]
@@ -26,6 +27,7 @@ class Parameter:
     meaning: str
     off: float | None = None
     grid: tuple[float, ...] = ()
+    required: bool = False
     name: str = field(default='', compare=False)
 
     def __set_name__(self, owner: type, name: str) -> None:

@@ -70,21 +70,30 @@ class PmsmDrive(DigitalDrive):
     source = 'paper 001 section 2.3 and 2.4, table 2'
     memory = 16
 
-    speed_gain = Parameter(20.0, 'rad/s/V', (1e-6, 1e6), 'Motor speed for one volt of command.')
-    torque_constant = Parameter(1.02, 'N m/A', (1e-9, 1e5), 'Torque of one ampere of q current.')
-    pole_pairs = Parameter(4.0, '', (1.0, 100.0), 'Of the motor.')
-    phase_resistance = Parameter(0.184, 'ohm', (1e-6, 1e6), 'Of one phase.')
-    d_inductance = Parameter(2.3e-3, 'H', (1e-9, 1e3), 'Along the magnets.')
-    q_inductance = Parameter(2.3e-3, 'H', (1e-9, 1e3), 'Across the magnets.')
-    bus_voltage = Parameter(560.0, 'V', (1e-3, 1e6), 'Direct voltage that feeds the inverter.')
-    current_limit = Parameter(35.0, 'A', (1e-3, 1e6), 'Largest q current that is asked for.')
-    current_cycle = Parameter(31.25e-6, 's', (1e-7, 1e-2), 'Of the current loops.')
-    current_gain = Parameter(5000.0, '1/s', (0.0, 1e6), 'Gain of the current loops, over L.')
-    current_time = Parameter(9.8e-3, 's', (1e-6, 1e3), 'Integral time of the current loops.')
-    velocity_cycle = Parameter(125e-6, 's', (1e-7, 1e-1), 'Of the velocity loop.')
-    velocity_gain = Parameter(800.0, '1/s', (0.0, 1e6), 'Gain of the velocity loop, over J.')
-    velocity_time = Parameter(0.04, 's', (1e-6, 1e3), 'Integral time of the velocity loop.')
-    tuned_inertia = Parameter(0.01, 'kg m2', (0.0, 1e4), 'Inertia the velocity loop is set for.')
+    speed_gain = Parameter(20.0, 'rad/s/V', (1e-6, 1e6), 'Motor speed for one volt of command.',
+                           required=True)
+    torque_constant = Parameter(1.02, 'N m/A', (1e-9, 1e5), 'Torque of one ampere of q current.',
+                                required=True)
+    pole_pairs = Parameter(4.0, '', (1.0, 100.0), 'Of the motor.', required=True)
+    phase_resistance = Parameter(0.184, 'ohm', (1e-6, 1e6), 'Of one phase.', required=True)
+    d_inductance = Parameter(2.3e-3, 'H', (1e-9, 1e3), 'Along the magnets.', required=True)
+    q_inductance = Parameter(2.3e-3, 'H', (1e-9, 1e3), 'Across the magnets.', required=True)
+    bus_voltage = Parameter(560.0, 'V', (1e-3, 1e6), 'Direct voltage that feeds the inverter.',
+                            required=True)
+    current_limit = Parameter(35.0, 'A', (1e-3, 1e6), 'Largest q current that is asked for.',
+                              required=True)
+    current_cycle = Parameter(31.25e-6, 's', (1e-7, 1e-2), 'Of the current loops.', required=True)
+    current_gain = Parameter(5000.0, '1/s', (0.0, 1e6), 'Gain of the current loops, over L.',
+                             required=True)
+    current_time = Parameter(9.8e-3, 's', (1e-6, 1e3), 'Integral time of the current loops.',
+                             required=True)
+    velocity_cycle = Parameter(125e-6, 's', (1e-7, 1e-1), 'Of the velocity loop.', required=True)
+    velocity_gain = Parameter(800.0, '1/s', (0.0, 1e6), 'Gain of the velocity loop, over J.',
+                              required=True)
+    velocity_time = Parameter(0.04, 's', (1e-6, 1e3), 'Integral time of the velocity loop.',
+                              required=True)
+    tuned_inertia = Parameter(0.01, 'kg m2', (0.0, 1e4), 'Inertia the velocity loop is set for.',
+                              required=True)
     switching = Parameter(0.0, '', (0.0, 1.0), '1: the inverter switches, 0: its average.')
 
     @staticmethod

@@ -75,8 +75,8 @@ class Servo:
     ``sensors.load_encoder.noise``, ``effects.bearing.level``) to its value; what is left out gets
     its default, and rows of one effect are filled up to the longest of them with what they are
     when off. ``tolerance`` maps paths to the (low, high) within which the true value must lie.
-    ``linear`` says that angles are metres and torques newtons (a linear axis). Immutable;
-    raises ServoError.
+    ``linear`` says that angles are metres and torques newtons (a linear axis). ``left_out`` maps
+    what a servo file did not give to the default that was taken. Immutable; raises ServoError.
     """
 
     name: str
@@ -90,6 +90,7 @@ class Servo:
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
     step: float = 1e-4
     linear: bool = False
+    left_out: Mapping[str, Value] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         taken = set()

@@ -18,7 +18,7 @@ class DriveSaturation(Drive):
 
     share = Parameter(1.0, '', (0.0, 1.0), 'What is lost of a command beyond the limit.', off=0.0)
     limit = Parameter(10.0, 'V', (1e-6, 1e6), 'Smaller commands pass.',
-                      grid=(0.5, 1.0, 2.0, 5.0, 10.0))
+                      grid=(0.5, 1.0, 2.0, 5.0, 10.0), required=True)
 
     @staticmethod
     def law(p, s, motion, h):

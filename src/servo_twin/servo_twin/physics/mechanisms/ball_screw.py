@@ -96,27 +96,41 @@ class BallScrew(Mechanism):
     slides = True
     memory = 2  # twist of the screw behind the motor, rad, and its rate, rad/s
 
-    rotor_inertia = Parameter(5.3e-3, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft, J_m.')
-    coupling_inertia = Parameter(5e-4, 'kg m2', (0.0, 1e3), 'Of the coupling, J_c.', off=0.0)
-    screw_inertia = Parameter(2e-3, 'kg m2', (1e-9, 1e3), 'Of the screw, J_s.')
-    load_inertia = Parameter(200.0, 'kg', (1e-6, 1e6), 'Mass of the table, M.')
-    ratio = Parameter(392.699, 'rad/m', (1e-3, 1e6), 'Motor angle for one metre, 2 pi / p.')
-    efficiency = Parameter(0.95, '', (1e-3, 1.0), 'Of the screw, eta.')
-    screw_damping = Parameter(2e-3, 'N m s/rad', (0.0, 1e3), 'Of the screw, B_L.', off=0.0)
+    rotor_inertia = Parameter(5.3e-3, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft, J_m.',
+                              required=True)
+    coupling_inertia = Parameter(5e-4, 'kg m2', (0.0, 1e3), 'Of the coupling, J_c.', off=0.0,
+                                 required=True)
+    screw_inertia = Parameter(2e-3, 'kg m2', (1e-9, 1e3), 'Of the screw, J_s.', required=True)
+    load_inertia = Parameter(200.0, 'kg', (1e-6, 1e6), 'Mass of the table, M.', required=True)
+    ratio = Parameter(392.699, 'rad/m', (1e-3, 1e6), 'Motor angle for one metre, 2 pi / p.',
+                      required=True)
+    efficiency = Parameter(0.95, '', (1e-3, 1.0), 'Of the screw, eta.', required=True)
+    screw_damping = Parameter(2e-3, 'N m s/rad', (0.0, 1e3), 'Of the screw, B_L.', off=0.0,
+                              required=True)
     twist_damping = Parameter(0.0, 'N m s/rad', (0.0, 1e3), 'Between motor and screw.', off=0.0)
-    coupling_stiffness = Parameter(1e4, 'N m/rad', (1e-3, 1e10), 'Of the coupling, K_tc.')
-    screw_stiffness = Parameter(2e4, 'N m/rad', (1e-3, 1e10), 'Of the screw in torsion, K_ts.')
-    modulus = Parameter(2.06e11, 'N/m2', (1e6, 1e13), 'Of elasticity of the screw, E_bs.')
-    section = Parameter(9.6e-4, 'm2', (1e-8, 1.0), 'Area across the screw, A_s.')
-    span = Parameter(0.9, 'm', (1e-3, 100.0), 'Between the bearings, L_sg.')
-    nut_place = Parameter(0.45, 'm', (0.0, 100.0), 'Of the nut from one bearing at S = 0.')
-    bearing_stiffness = Parameter(3e8, 'N/m', (1.0, 1e13), 'Of one bearing along, K_ab1.')
-    far_bearing_stiffness = Parameter(3e8, 'N/m', (0.0, 1e13), 'Of the other one, K_ab2.')
-    nut_stiffness = Parameter(8e8, 'N/m', (1.0, 1e13), 'Of the nut at its rating, K_n0.')
-    preload = Parameter(3000.0, 'N', (1e-3, 1e7), 'Of the nut, F_p.')
-    preload_rating = Parameter(4e4, 'N', (1e-3, 1e8), 'Dynamic load rating of the nut, C_n0.')
-    stiffness = Parameter(6e8, 'N/m', (1.0, 1e13), 'Of the nut flanks, K_c (2 pi / p)^2.')
-    damping = Parameter(1.5e5, 'N s/m', (0.0, 1e10), 'Of the flanks, d (2 pi / p)^2.', off=0.0)
+    coupling_stiffness = Parameter(1e4, 'N m/rad', (1e-3, 1e10), 'Of the coupling, K_tc.',
+                                   required=True)
+    screw_stiffness = Parameter(2e4, 'N m/rad', (1e-3, 1e10), 'Of the screw in torsion, K_ts.',
+                                required=True)
+    modulus = Parameter(2.06e11, 'N/m2', (1e6, 1e13), 'Of elasticity of the screw, E_bs.',
+                        required=True)
+    section = Parameter(9.6e-4, 'm2', (1e-8, 1.0), 'Area across the screw, A_s.', required=True)
+    span = Parameter(0.9, 'm', (1e-3, 100.0), 'Between the bearings, L_sg.', required=True)
+    nut_place = Parameter(0.45, 'm', (0.0, 100.0), 'Of the nut from one bearing at S = 0.',
+                          required=True)
+    bearing_stiffness = Parameter(3e8, 'N/m', (1.0, 1e13), 'Of one bearing along, K_ab1.',
+                                  required=True)
+    far_bearing_stiffness = Parameter(3e8, 'N/m', (0.0, 1e13), 'Of the other one, K_ab2.',
+                                      required=True)
+    nut_stiffness = Parameter(8e8, 'N/m', (1.0, 1e13), 'Of the nut at its rating, K_n0.',
+                              required=True)
+    preload = Parameter(3000.0, 'N', (1e-3, 1e7), 'Of the nut, F_p.', required=True)
+    preload_rating = Parameter(4e4, 'N', (1e-3, 1e8), 'Dynamic load rating of the nut, C_n0.',
+                               required=True)
+    stiffness = Parameter(6e8, 'N/m', (1.0, 1e13), 'Of the nut flanks, K_c (2 pi / p)^2.',
+                          required=True)
+    damping = Parameter(1.5e5, 'N s/m', (0.0, 1e10), 'Of the flanks, d (2 pi / p)^2.', off=0.0,
+                        required=True)
     deformation = Parameter(1.0, '', (0.0, 1.0), "Share of S' of eq. 11 that is taken.", off=0.0)
 
     @staticmethod

@@ -172,7 +172,8 @@ class Fmu(Mechanism):
 
 
 STANDARD = {
-    'ratio': Parameter(1.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.'),
+    'ratio': Parameter(1.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.',
+                       required=True),
     'rotor_inertia': Parameter(0.0, 'kg m2', (0.0, 1e3), 'Of the motor shaft; 0: not told.'),
     'load_inertia': Parameter(0.0, 'kg m2', (0.0, 1e6), 'Of the load shaft; 0: not told.'),
     'stiffness': Parameter(0.0, 'N m/rad', (0.0, 1e10), 'From the load; 0: not told.'),

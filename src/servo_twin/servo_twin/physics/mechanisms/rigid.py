@@ -39,9 +39,11 @@ class Rigid(Mechanism):
     compliant = False
     carries = True
 
-    rotor_inertia = Parameter(1.14e-4, 'kg m2', (0.0, 1e3), 'Inertia on the motor shaft.')
-    load_inertia = Parameter(5.76, 'kg m2', (0.0, 1e6), 'Inertia on the load shaft.')
-    ratio = Parameter(1.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.')
+    rotor_inertia = Parameter(1.14e-4, 'kg m2', (0.0, 1e3), 'Inertia on the motor shaft.',
+                              required=True)
+    load_inertia = Parameter(5.76, 'kg m2', (0.0, 1e6), 'Inertia on the load shaft.',
+                             required=True)
+    ratio = Parameter(1.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.', required=True)
 
     @staticmethod
     def rest(p, torque):

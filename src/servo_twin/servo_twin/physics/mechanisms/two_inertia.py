@@ -50,11 +50,16 @@ class TwoInertia(Mechanism):
     compliant = True
     carries = True
 
-    rotor_inertia = Parameter(1.14e-4, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft.')
-    load_inertia = Parameter(5.76, 'kg m2', (1e-9, 1e6), 'Inertia on the load shaft.')
-    ratio = Parameter(161.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.')
-    stiffness = Parameter(5e5, 'N m/rad', (1e-3, 1e10), 'Of the mesh, seen from the load.')
-    damping = Parameter(40.0, 'N m s/rad', (0.0, 1e7), 'Of the mesh, seen from the load.', off=0.0)
+    rotor_inertia = Parameter(1.14e-4, 'kg m2', (1e-9, 1e3), 'Inertia on the motor shaft.',
+                              required=True)
+    load_inertia = Parameter(5.76, 'kg m2', (1e-9, 1e6), 'Inertia on the load shaft.',
+                             required=True)
+    ratio = Parameter(161.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.',
+                      required=True)
+    stiffness = Parameter(5e5, 'N m/rad', (1e-3, 1e10), 'Of the mesh, seen from the load.',
+                          required=True)
+    damping = Parameter(40.0, 'N m s/rad', (0.0, 1e7), 'Of the mesh, seen from the load.', off=0.0,
+                        required=True)
 
     @staticmethod
     def rest(p, torque):

@@ -1,0 +1,130 @@
+"""Recordings held against a servo file before anything is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
+
+from .finding import Finding, LEVELS
+from .plausibility import check_angles
+from .scales import scale_findings, torque_balance
+
+SHORTEST = 1.0  # s
+LOST = 0.01  # share of samples without a number from which on it is said
+SATURATED = 0.6  # share of samples at the largest command
+EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
+
+
+def check(recordings: Sequence[Recording], servo: Servo) -> tuple[Finding, ...]:
+    """
+    Return what is wrong, and what is well, with recordings of one machine; red findings first.
+
+    Looks at units, scales and signs against the servo file, sampling, saturation, excitation,
+    replicates, and at what these channels cannot answer. Pure: nothing is changed or fitted.
+    """
+    if not recordings:
+        return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
+    found = [finding for one in recordings for finding in _of_one(one, servo)]
+    if not any(one.level == 'red' for one in found):
+        found.append(Finding('green', 'No unit, scale or sign contradicts the servo file.'))
+    found += [*_excitation(recordings, servo), *_replicates(recordings), *_channels(recordings)]
+    return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
+
+
+def _of_one(one: Recording, servo: Servo) -> list[Finding]:
+    if not len(one):
+        return [Finding('red', f'{one.name} holds no sample.', 'record again')]
+    angles = [name for name in ('motor_position', 'load_position') if one.has(name)]
+    if not angles:
+        return [Finding('red', f'{one.name} has neither motor_position nor load_position.',
+                        'map the column of an encoder to one of them')]
+    if not any(np.nanmax(one[name]) > np.nanmin(one[name]) for name in angles):
+        return [Finding('red', f'{one.name}: nothing moves.',
+                        'record with a command that moves the machine')]
+    found = _sampling(one, angles[0])
+    try:
+        check_angles(Path(one.name), one.columns, servo.values['mechanism.ratio'])
+    except ValueError as problem:
+        return [*found, Finding('red', f'{problem}', 'mend the unit, the sign or the shaft of the '
+                                'angle in the header or the mapping')]
+    limit = servo.values.get('controller.limit') or np.inf
+    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
+    share = float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
+    if share > SATURATED:
+        found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
+                             f'{100 * share:.0f} % of the samples.',
+                             'record with a smaller reference'))
+    return found + scale_findings(one, servo)
+
+
+def _sampling(one: Recording, angle: str) -> list[Finding]:
+    found = []
+    if one.duration < SHORTEST:
+        found.append(Finding('amber', f'{one.name} lasts {one.duration:.3g} s.',
+                             f'record at least {SHORTEST:g} s; is the time in the right unit?'))
+    if one.period > 0.2:
+        found.append(Finding('red', f'{one.name}: one sample every {one.period:.3g} s is too slow '
+                             'for a servo; the time may be in milliseconds.',
+                             'give the unit of the time: t [ms]'))
+    lost = float(np.mean(~np.isfinite(one[angle])))
+    if lost > LOST:
+        found.append(Finding('amber', f'{one.name}: {angle} is missing in {100 * lost:.1f} % of '
+                             'the samples.', 'look at the link that lost them'))
+    found += [Finding('amber', f'{one.name}: {said}', 'read the warning of the reader')
+              for said in one.warnings]
+    return found
+
+
+def _excitation(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
+    best: dict[str, float] = {}
+    for one in recordings:
+        balance = torque_balance(one, servo)
+        for name, share in (balance.share if balance else {}).items():
+            best[name] = max(best.get(name, 0.0), share)
+    tells = {'inertia': 'record faster accelerations', 'Coulomb friction': 'record reversals',
+             'viscous friction': 'record several speeds'}
+    found = []
+    for name, share in best.items():
+        if share < EXCITED:
+            found.append(Finding('amber', f'The {name} is hardly excited: it explains '
+                                 f'{100 * share:.1f} % of the torque that is left without it.',
+                                 tells[name]))
+        else:
+            found.append(Finding('green', f'The {name} is excited.'))
+    return found
+
+
+def _replicates(recordings: Sequence[Recording]) -> list[Finding]:
+    counts: dict[str, int] = {}
+    for one in recordings:
+        counts[one.family] = counts.get(one.family, 0) + 1
+    single = sorted(name or 'not said' for name, count in counts.items() if count == 1)
+    if not single:
+        return [Finding('green', 'Each family has more than one recording.')]
+    return [Finding('amber', f'One recording only of the families {single}: what repeats cannot '
+                    'be told from chance.', 'record each excitation twice')]
+
+
+def _channels(recordings: Sequence[Recording]) -> list[Finding]:
+    def all_have(*names: str) -> bool:
+        return all(one.has(name) for one in recordings for name in names)
+
+    found = []
+    if not (all_have('motor_position', 'load_position')):
+        found.append(Finding('amber', 'With one encoder nothing can be said about backlash, '
+                             'stiffness and transmission error.', 'record both encoders'))
+    if not all_have('current'):
+        found.append(Finding('amber', 'Without the current, drive and motor cannot be told '
+                             'apart.', 'record the motor current'))
+    if not all_have('voltage'):
+        found.append(Finding('amber', 'Without the command (voltage) the twin cannot be driven.',
+                             'record what the drive received'))
+    if not all_have('torque'):
+        found.append(Finding('amber', 'Without a torque sensor, friction of motor and load cannot '
+                             'be told apart.', 'add a torque sensor, or take their sum'))
+    return found

@@ -1,0 +1,121 @@
+"""A table as a recording of the machine of a servo file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from servo_twin.description import servo_file
+from servo_twin.recording.recording import Recording
+
+from .column_units import named_columns
+from .even_grid import even
+from .mapping import Mapping, read_mapping
+from .messages import holds_messages, read_messages
+from .plausibility import check_angles
+from .tables import read_table, Table
+
+_NEEDS_MAPPING = ('.mat', '.json')
+_HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity',
+         'added_command')
+"""Columns that keep their last value between two messages."""
+
+
+def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
+                 family: str | None = None, replicate: int | None = None, note: str | None = None,
+                 period: float = 0.0) -> Recording:
+    """
+    Return a table as a recording of the machine of a servo file.
+
+    What was changed or left out stands in its ``warnings`` and, for the bag, in its note. Raises
+    ValueError for a table whose columns, units, times or numbers cannot be those of a recording,
+    OSError for files that cannot be read.
+    """
+    machine = servo_file.load(servo)
+    plan = read_mapping(mapping) if mapping else None
+    if plan is None and path.suffix.lower() in _NEEDS_MAPPING:
+        raise ValueError(f'{path}: a {path.suffix} file needs a mapping file (--mapping), which '
+                         'says what its columns are')
+    if not np.isfinite(period) or period < 0.0:
+        raise ValueError(f'--period = {period} s, it must be positive')
+    warnings: list[str] = []
+    table = _table(path, plan)
+    columns = (plan.apply(table, warnings) if plan
+               else named_columns(table, machine.linear, warnings))
+    _check(path, columns, warnings)
+    check_angles(path, columns, machine.values['mechanism.ratio'])
+    start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
+    if not 1e-6 <= step <= 1.0:
+        warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')
+    facts = _facts(path, plan, table)
+    facts |= {name: value for name, value in
+              (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
+    if not 0 <= facts.get('replicate', 0) < 2**32:
+        raise ValueError(f'replicate = {facts["replicate"]}, it must be 0 (not said) or more')
+    facts['note'] = '\n'.join([facts.get('note', ''), *warnings]).strip()
+    return Recording(path.stem, step, columns, start=max(start, 0.0), servo=machine.name,
+                     servo_file=servo.read_text('utf8'), warnings=tuple(warnings), **facts)
+
+
+def _table(path: Path, plan: Mapping | None) -> Table:
+    if not holds_messages(path):
+        return read_table(path, plan.rows if plan else '')
+    if plan is None or 'source' not in plan.columns['t']:
+        raise ValueError(f'{path}: a bag of messages needs a mapping file (--mapping) whose time '
+                         'has a source, such as /joint_states.stamp; config/imports has some')
+    return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*_HELD))
+
+
+def _check(path: Path, columns: dict[str, np.ndarray], warnings: list[str]) -> None:
+    have = [name for name in columns if np.isfinite(columns[name]).any()]
+    if 't' not in have:
+        raise ValueError(f'{path} has no column t; it has {list(columns)}')
+    if 'motor_position' not in have and 'load_position' not in have:
+        raise ValueError(f'{path} has neither motor_position nor load_position; it has {have}')
+    if 'voltage' not in have:
+        warnings.append('there is no voltage, the command that the drive received: a twin cannot '
+                        'be driven by this recording')
+    for name in have:
+        infinite = np.flatnonzero(np.isinf(columns[name]))
+        if len(infinite):
+            raise ValueError(f'{path}: {name} is infinite in row {infinite[0] + 1}')
+        absent = np.flatnonzero(np.isnan(columns[name]))
+        if len(absent) and name != 't':
+            warnings.append(f'{name} is missing in {len(absent)} rows, the first is row '
+                            f'{absent[0] + 1}; they stay NaN')
+
+
+def _facts(path: Path, plan: Mapping | None, table: Any) -> dict[str, Any]:
+    facts = plan.describe(table) if plan else {}
+    return facts | _beside(path)
+
+
+def _beside(path: Path) -> dict[str, Any]:
+    """Return what a recordings.yaml in the table's folder says of it."""
+    listing = path.parent / 'recordings.yaml'
+    if not listing.is_file():
+        return {}
+    try:
+        content = yaml.safe_load(listing.read_text('utf8'))
+    except yaml.YAMLError as error:
+        raise ValueError(f'{listing} is no YAML: {error}') from None
+    if isinstance(content, dict) and 'recordings' in content:
+        content = content['recordings']
+    if isinstance(content, list):
+        content = {str(entry.get('file', '')): entry for entry in content
+                   if isinstance(entry, dict)}
+    if not isinstance(content, dict):
+        raise ValueError(f'{listing}: give {{file name: {{family: ..., replicate: ...}}}}')
+    entry = content.get(path.name, content.get(path.stem, {}))
+    if not isinstance(entry, dict):
+        raise ValueError(f'{listing}: {path.name}: {entry!r} is not '
+                         '{family: ..., replicate: ...}')
+    facts = {name: entry[name] for name in ('family', 'replicate', 'note') if name in entry}
+    for name, kind in (('family', str), ('replicate', int), ('note', str)):
+        if not isinstance(facts.get(name, kind()), kind):
+            raise ValueError(f'{listing}: {path.name}: {name} = {facts[name]!r} is of the wrong '
+                             f'kind, it is a {"number" if kind is int else "text"}')
+    return facts
