@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint blind-check results clean
+.PHONY: help setup run test fuzz lint blind-check results clean
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -17,6 +17,9 @@ run: setup  ## drive, twin, record and replay the emulated bench; BAG=... [SERVO
 
 test: setup  ## run the tests; ARGS=... goes to pytest
 	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)
+
+fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; new ones each time
+	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/test_fuzz.py $(ARGS)
 
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, version
 import sys
 
 COMMANDS = {
@@ -43,6 +43,9 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
     module has `add_arguments(parser)` and `main(arguments)`.
     """
     argv = sys.argv[1:] if argv is None else argv
+    if argv == ['--version']:
+        print(f'{program} {version(program.replace("-", "_"))}')
+        return 0
     if not argv or argv[0] not in commands:
         return _overview(program, about, commands, argv)
     module = import_module(commands[argv[0]][0], package)
@@ -65,7 +68,7 @@ def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:
     lines = [f'usage: {program} COMMAND ...', '', about, '']
     wide = max(len(name) for name in commands) + 2
     lines += [f'  {name:<{wide}}{summary}' for name, (_, summary) in commands.items()]
-    lines += ['', f'{program} COMMAND --help says more.']
+    lines += ['', f'{program} COMMAND --help says more; {program} --version says which it is.']
     wanted = not argv or argv[0] in ('-h', '--help', 'help')
     if not wanted:
         lines.insert(0, f'{program}: there is no command {argv[0]!r}; there are {list(commands)}')
