@@ -1,4 +1,4 @@
-"""Input that nobody meant: each file ends in an answer or in a sentence. `make fuzz` for longer."""
+"""Input that nobody meant ends in an answer or in a sentence; `make fuzz` tries longer."""
 
 from pathlib import Path
 

@@ -57,7 +57,8 @@ def reach_of(text: str) -> dict[str, float]:
     for part in text.split(','):
         name, _, value = part.partition('=')
         if name not in REACH:
-            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; there are {list(REACH)}')
+            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; there are '
+                                             f'{list(REACH)}')
         try:
             found[name] = float(value)
         except ValueError:

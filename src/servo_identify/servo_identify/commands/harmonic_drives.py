@@ -26,7 +26,6 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.standing import standing
 from servo_twin.recording.recording import Recording
 
-from ..fit import fit
 from ..diagnose.handover.output_error import (
     Diverged,
     Gap,
@@ -34,6 +33,7 @@ from ..diagnose.handover.output_error import (
     shrink_interval,
     simulated,
 )
+from ..fit import fit
 from .fit import write
 
 LINEAR = 'linear'

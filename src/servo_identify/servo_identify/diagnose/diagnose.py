@@ -21,7 +21,7 @@ from .handover.curves import parts_of
 from .handover.output_error import Diverged, Simulated, simulated
 from .residuals.samples import residual_samples
 from .selection.confidence import redrawn, rivals_of
-from .selection.explain import explained, Explained
+from .selection.explain import Explained, explained
 from .selection.stability import halves
 from .splitting import Split, split
 from .stages import Stages

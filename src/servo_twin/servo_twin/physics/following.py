@@ -23,9 +23,9 @@ def follow(theta, on, x, motion, out, h):
 
     The wind-up is ``motor / ratio - load`` with its zero taken off; torque (N m on the load) may
     be NaN, then it is what the load side takes. ``lost`` is the kinematic error and ``half_gap``
-    half the clearance (rad at the load), ``spring`` the torque of the effects in the mesh. A resistance is signed against the motion. While
-    a shaft stands still its resistance is the full budget, which it need not spend: leave such
-    samples out.
+    half the clearance (rad at the load), ``spring`` the torque of the effects in the mesh. A
+    resistance is signed against the motion. While a shaft stands still its resistance is the
+    full budget, which it need not spend: leave such samples out.
     """
     theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     mechanism = mechanism_of(theta)

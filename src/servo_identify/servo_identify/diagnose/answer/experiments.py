@@ -102,7 +102,7 @@ def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, fl
 
 
 def reached(recordings: list[Recording]) -> np.ndarray:
-    """Return the largest travel (rad), speed (rad/s) and torque (N m) of recordings at the load."""
+    """Return the largest travel (rad), speed (rad/s) and torque (N m) at the load."""
     most = np.zeros(3)
     for one in recordings:
         columns = {name: one[name] for name in COMPARED}

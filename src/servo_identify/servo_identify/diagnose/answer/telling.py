@@ -1,4 +1,4 @@
-"""What would tell two effects apart, and how to confirm one by hand: from the table of signatures."""
+"""What would tell two effects apart, and how to confirm one by hand."""
 
 from __future__ import annotations
 

@@ -149,7 +149,8 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
                                      tell(mechanism.name, r.mechanism.name))
                          for r in one.rivals)
     return MissingEffect(
-        mechanism.name, mechanism.site, parameters, evidence.accepted[id(one.part)], realised, interval,
+        mechanism.name, mechanism.site, parameters, evidence.accepted[id(one.part)], realised,
+        interval,
         tuple(a.effect for a in alternatives), rung,
         {name: round(confidence[name], 3) for name in RUNGS},
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),

@@ -1,4 +1,4 @@
-"""The servo with the missing effects in it: what is added, what is changed, what a fit may move."""
+"""The servo with the missing effects in it: what is added, changed, and free in a fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The measured curve of an accepted mechanism, with its band, and the effects that it is made of."""
+"""The measured curve of an accepted mechanism, its band, and the effects it is made of."""
 
 from __future__ import annotations
 

@@ -155,7 +155,7 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
 
 
 def _scale(effect: type[Effect], name: str, curve: Curve) -> float:
-    """Return a size for a parameter: of the curve for an amplitude, of its variable for a shape."""
+    """Return a size for a parameter: the curve's for an amplitude, its variable's for a shape."""
     parameter = effect.parameters[name]
     top, size = float(np.max(np.abs(curve.x))) or 1.0, float(np.max(np.abs(curve.y))) or 1.0
     if parameter.off is None:
@@ -234,7 +234,8 @@ def _spline(effect: type[Effect], curve: Curve) -> Formed:
                        for row in rows] for v in x])
     bend = np.diff(rows, 2, axis=0)
     if around:
-        bend = np.vstack((bend, rows[-2] - 2 * rows[-1] + rows[0], rows[-1] - 2 * rows[0] + rows[1]))
+        bend = np.vstack((bend, rows[-2] - 2 * rows[-1] + rows[0],
+                          rows[-1] - 2 * rows[0] + rows[1]))
     sure = np.sqrt(curve.density / curve.density.max())[:, None]
     found = np.linalg.lstsq(np.vstack((sure * table, 0.05 * bend)),
                             np.concatenate((sure[:, 0] * y, np.zeros(len(bend)))), rcond=None)[0]

@@ -173,7 +173,8 @@ def shrink_interval(before: Gap, after: Gap) -> tuple[float, float]:
     return float(whole + low), float(min(1.0, whole + high))
 
 
-def refitted(servo: Servo, recordings: Sequence[Recording], free: Sequence[str]) -> Estimate | None:
+def refitted(servo: Servo, recordings: Sequence[Recording],
+             free: Sequence[str]) -> Estimate | None:
     """Return the values of a servo fitted to recordings by simulation; None where it cannot."""
     if not free:
         return None

@@ -46,7 +46,8 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS))))
     period = builder.scales.period
-    for name, shares, late in (('current_lag', LAGS, _lagged), ('command_delay', DELAYS, _delayed)):
+    for name, shares, late in (('current_lag', LAGS, _lagged),
+                               ('command_delay', DELAYS, _delayed)):
         site = 'current' if name == 'current_lag' else 'command'
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
         for share in shares:

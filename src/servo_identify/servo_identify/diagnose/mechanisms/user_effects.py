@@ -18,7 +18,7 @@ SHAPES = (0.3, 1.0, 3.0)  # times the default of a shape without a grid
 
 
 def user_effects_of(builder: Builder) -> Iterator[Hypothesis]:
-    """Yield a hypothesis for each registered effect, site and set of shapes that is worth trying."""
+    """Yield a hypothesis for each registered effect, site and set of shapes worth trying."""
     for effect in registered():
         amplitudes, shapes = effect.amplitudes(), effect.shapes()
         grids = [effect.parameters[name].grid or tuple(

@@ -330,7 +330,8 @@ class EquationErrors:
         felt = self.transmitted() if sensed else self.predicted_load
         more = self._inner(np.nan_to_num(self.unseen.get('motor_torque', 0.0)), motion)
         speed_up = motion.test.smooth(bridged(self.angles()[0]), 2)
-        torque = rotor * speed_up + felt / lever - out['motor_push'] - out['motor_resistance'] - more
+        torque = (rotor * speed_up + felt / lever
+                      - out['motor_push'] - out['motor_resistance'] - more)
         return torque / values['drive.torque_constant']
 
     @cached_property

@@ -43,7 +43,7 @@ class Motion:
 
     @cached_property
     def calm_torque(self) -> np.ndarray:
-        """Torque under the plain test function, N m: it touches zero only where the torque does."""
+        """Torque under the plain test function, N m: zero only where the torque is."""
         torque = bridged(self.measured.recording['torque'])
         whole = correlate1d(torque, taps(self.test.spacing, 0), mode='nearest')
         return whole[self.test.reach:len(torque) - self.test.reach]

@@ -1,4 +1,4 @@
-"""From residuals to the set of mechanisms that explains them, at the operating point it implies."""
+"""From residuals to the set of mechanisms that explains them, at its own operating point."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from servo_twin.physics.following import FOLLOWED
 
 from ..mechanisms.builder import Builder
-from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.every_hypothesis import hypotheses_of
+from ..mechanisms.hypothesis import Hypothesis
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance, nuisance_of
 from ..residuals.samples import ResidualSamples

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from servo_identify.commands.fit import write
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.experiment.procedures import Choices, PROCEDURES
 from servo_identify.fit import fit
-from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.learn.free_run import free_runs
 from servo_identify.learn.friction.comparison import best_of, compared, markdown, plain
 from servo_identify.learn.friction.dataset import Dataset, dataset_of
