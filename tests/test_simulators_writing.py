@@ -238,7 +238,7 @@ def test_it_names_everything_that_a_rigid_joint_has_no_place_for():
         '  teeth: {effect: transmission_error, at: mesh, cosine: [1.0e-3]}',
         '  slots: {effect: cogging, at: motor, cosine: [0.01]}',
         '  late: {effect: command_delay, at: command, delay: 2.0e-3}',
-        '  counts: {effect: encoder_counts, at: motor_position}',
+        '  counts: {effect: encoder_counts, at: motor_position, count: 1.0e-4}',
         drive='drive: {type: voltage, gain: 1.0, resistance: 2.0, inductance: 2.0e-3, '
               'back_emf: 0.1, torque_constant: 0.1}',
         mechanism='mechanism: {type: two_inertia, rotor_inertia: 1.0e-4, load_inertia: 0.05, '

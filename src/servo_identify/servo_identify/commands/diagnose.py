@@ -24,13 +24,18 @@ GAP_THERE = 3  # exit status where --fail-on finds what it names
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `servo-identify diagnose`."""
-    parser.add_argument('bags', nargs='*', metavar='BAG', help='recordings of one machine')
+    parser.add_argument('bags', nargs='*', metavar='BAG',
+                        help='recordings of one machine: bags, tables, or patterns of them')
     parser.add_argument('--servo', metavar='SERVO.yaml', help='servo file, or a shipped name')
     parser.add_argument('--accept', nargs='+', default=[], metavar='BAG',
                         help='recordings on which an effect must prove itself')
     parser.add_argument('--report', nargs='+', default=[], metavar='BAG',
                         help='recordings on which the shrink is measured')
     parser.add_argument('-o', '--output', required=True, metavar='DIR')
+    parser.add_argument('--mapping', type=Path, metavar='M.yaml',
+                        help='how the columns of tables become channels')
+    parser.add_argument('--despite-check', action='store_true',
+                        help='go on where the check finds the data to contradict the servo file')
     parser.add_argument('--effects', metavar='FOLDER',
                         help='folder of effect files of your own; their code is run')
     parser.add_argument('--without', nargs='+', default=[], metavar='EFFECT',
@@ -86,7 +91,7 @@ def main(arguments: argparse.Namespace) -> int:
     output.mkdir(parents=True, exist_ok=True)
     to_stdout = arguments.json == '-'
     console = Console(stderr=to_stdout, quiet=False, width=None if sys.stdout.isatty() else 140)
-    found = _diagnosed(arguments, servo, console)
+    found = _diagnosed(arguments, servo, path, console)
     write(found, text, servo, output, arguments.refit, not arguments.no_page,
           shlex.join(['servo-identify', *sys.argv[1:]]))
     if arguments.json:
@@ -102,9 +107,8 @@ def main(arguments: argparse.Namespace) -> int:
     return GAP_THERE if status in FAIL_ON.get(arguments.fail_on, ()) else 0
 
 
-def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
-    from servo_twin.bag import read_recording
-
+def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Console):
+    from ..data.reading import read_recordings
     from ..diagnose.diagnose import diagnose
     from ..diagnose.stages import STAGES
 
@@ -118,11 +122,10 @@ def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
             progress.update(tasks[stage], completed=share, visible=True)
 
         tick('reading', 0.0)
-        bags = {name: [read_recording(b) for b in paths] for name, paths in
-                (('bags', arguments.bags), ('accept', arguments.accept),
-                 ('report', arguments.report))}
-        found = diagnose(bags['bags'], servo, bags['accept'], bags['report'],
-                         tuple(arguments.without), tick, arguments.reach)
+        several = [read_recordings(paths, path, arguments.mapping)
+                   for paths in (arguments.bags, arguments.accept, arguments.report)]
+        found = diagnose(several[0], servo, several[1], several[2], tuple(arguments.without),
+                         tick, arguments.reach, arguments.despite_check)
         tick(STAGES[-1], 1.0)
     return found
 
@@ -159,6 +162,10 @@ def _show(report, console: Console) -> None:
         console.print(which)
     for warning in report.warnings:
         console.print(warning, style='yellow', highlight=False)
+    if report.defaults:
+        console.print('defaults taken: ' + ', '.join(
+            f'{one["path"]} = {one["value"]} {one["unit"]}'.rstrip()
+            for one in report.defaults), style='yellow', highlight=False)
 
 
 def _show_next(report, console: Console) -> None:

@@ -31,6 +31,8 @@ def check(recordings: Sequence[Recording], servo: Servo) -> tuple[Finding, ...]:
         return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
     found = [finding for one in recordings for finding in _of_one(one, servo)]
     if not any(one.level == 'red' for one in found):
+        found += scale_findings(recordings, servo)
+    if not any(one.level == 'red' for one in found):
         found.append(Finding('green', 'No unit, scale or sign contradicts the servo file.'))
     found += [*_excitation(recordings, servo), *_replicates(recordings), *_channels(recordings)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
@@ -59,7 +61,7 @@ def _of_one(one: Recording, servo: Servo) -> list[Finding]:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
                              f'{100 * share:.0f} % of the samples.',
                              'record with a smaller reference'))
-    return found + scale_findings(one, servo)
+    return found
 
 
 def _sampling(one: Recording, angle: str) -> list[Finding]:
@@ -117,7 +119,8 @@ def _channels(recordings: Sequence[Recording]) -> list[Finding]:
     found = []
     if not (all_have('motor_position', 'load_position')):
         found.append(Finding('amber', 'With one encoder nothing can be said about backlash, '
-                             'stiffness and transmission error.', 'record both encoders'))
+                             'stiffness and transmission error; the other shaft is where the '
+                             'twin has it.', 'record both encoders'))
     if not all_have('current'):
         found.append(Finding('amber', 'Without the current, drive and motor cannot be told '
                              'apart.', 'record the motor current'))
@@ -126,5 +129,6 @@ def _channels(recordings: Sequence[Recording]) -> list[Finding]:
                              'record what the drive received'))
     if not all_have('torque'):
         found.append(Finding('amber', 'Without a torque sensor, friction of motor and load cannot '
-                             'be told apart.', 'add a torque sensor, or take their sum'))
+                             'be told apart, nor a torque constant from inertias and friction.',
+                             'add a torque sensor, or take their sum'))
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 LEVELS = ('red', 'amber', 'green')
@@ -19,3 +20,9 @@ class Finding:
     level: str
     sentence: str
     action: str = ''
+
+
+def refusal(red: Sequence[Finding]) -> str:
+    """Return the sentence with which a command refuses data: all that is red, and the choice."""
+    told = '\n  '.join(f'{one.sentence} {one.action[:1].upper()}{one.action[1:]}.' for one in red)
+    return f'the data contradict the servo file:\n  {told}\n--despite-check goes on all the same'

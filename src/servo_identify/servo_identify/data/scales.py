@@ -13,7 +13,7 @@ leaves linear equations as they are. A factor is named only where it is that of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -28,6 +28,7 @@ from .finding import Finding
 WIDTHS = (3.0, 8.0, 20.0, 50.0)
 """Standard deviations of the Gaussian that are tried, samples."""
 NEAR = 0.25  # relative distance within which a factor is taken for a known one
+MISFIT, FIT = 0.5, 0.1  # share of a current's square left: the drive is wrong, is right
 SHARE = 0.3  # of the torque that acceleration must explain before its inertia is believed
 MOST = 20_000  # samples that are looked at: the first ones
 
@@ -156,14 +157,25 @@ def torque_balance(one: Recording, servo: Servo) -> Balance | None:
     return best
 
 
-def scale_findings(one: Recording, servo: Servo) -> list[Finding]:
-    """Return what units, scales and signs of a recording look wrong; none where all is well."""
-    current = _current_findings(one, servo)
-    if current or not inertia_of(servo) > 0.0:
-        return current
-    balance = torque_balance(one, servo)
-    if balance is None:
-        return []
+def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
+    """
+    Return what units, scales and signs look wrong; none where all is well.
+
+    A slow recording can show the stiffness of a friction or a spring for an inertia. So what one
+    says of the inertia stops nothing where another one bears the servo file out.
+    """
+    found = [one for recording in recordings for one in _current_findings(recording, servo)]
+    if found or not inertia_of(servo) > 0.0:
+        return found
+    balances = [torque_balance(recording, servo) for recording in recordings]
+    found = [one for recording, balance in zip(recordings, balances, strict=True)
+             if balance is not None for one in _inertia_findings(recording, balance, servo)]
+    if any(one and believed(one) and 0.5 < one.inertia < 2.0 for one in balances):
+        found = [replace(one, level='amber') for one in found]
+    return found
+
+
+def _inertia_findings(one: Recording, balance: Balance, servo: Servo) -> list[Finding]:
     plain = believed(balance) and 0.25 < balance.inertia < 4.0
     if not plain and not one.has('current'):
         for rescaled, (sentence, action) in _rescaled(one):
@@ -213,7 +225,7 @@ def _current_findings(one: Recording, servo: Servo) -> list[Finding]:
     error = _error(at.current, expected)
     swapped = Smoothed(**{**vars(at), 'command': at.current, 'current': at.command})
     would = expected_current(servo, swapped)
-    if error > 0.5 and _error(swapped.current, would) < 0.1 * error:
+    if error > MISFIT and _error(swapped.current, would) < FIT:
         return [Finding('red', f'{one.name}: voltage and current look swapped: the drive makes '
                         'the recorded "voltage" of the recorded "current"',
                         'swap the two columns in the mapping')]
@@ -226,10 +238,10 @@ def _current_findings(one: Recording, servo: Servo) -> list[Finding]:
             return [Finding('amber', f'{one.name}: the current is {slope:.3g} times what the '
                             'drive of the servo file makes of the command',
                             'look at the gain of the drive, its resistance and the units')]
-    if servo.drive.name == 'voltage_drive' and error > 0.5:
+    if servo.drive.name == 'voltage_drive' and error > MISFIT:
         turned = at.speed * pi / 180.0
         other = expected_current(servo, Smoothed(**{**vars(at), 'speed': turned}))
-        if _error(at.current, other) < 0.1 * error:
+        if _error(at.current, other) < FIT:
             return [Finding('red', f'{one.name}: a factor of 57.3 on the angle closes '
                             f'{100 - 100 * _error(at.current, other) / error:.0f} % of the '
                             'voltage balance: the angle is in degrees?',

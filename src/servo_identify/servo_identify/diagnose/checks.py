@@ -30,15 +30,6 @@ def check(recordings: list[Recording], servo: Servo) -> list[str]:
     for one in recordings:
         _check_one(one, servo, warnings)
     _same_channels(recordings, warnings)
-    if not any(r.has('torque') for r in recordings):
-        warnings.append('no torque sensor: friction on the motor and on the load side cannot be '
-                        'told apart, nor a torque constant from inertias and friction together')
-    if not all(r.has('motor_position') and r.has('load_position') for r in recordings):
-        warnings.append('one encoder: nothing can be said about the transmission (backlash, '
-                        'stiffness, transmission error), and the other shaft is where the twin '
-                        'has it')
-    if not any(r.has('current') for r in recordings):
-        warnings.append('no current: drive and motor cannot be told apart')
     return warnings
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from servo_twin.description.given_values import defaults
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from ..data.check import check as check_data
+from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
 from .answer.report import GapReport
@@ -40,18 +43,24 @@ class Diagnosis:
 def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[Recording] = (),
              reporting: Sequence[Recording] = (), without: Sequence[str] = (),
              tick: Callable[[str, float], None] = lambda stage, share: None,
-             reach: Mapping[str, float] | None = None) -> Diagnosis:
+             reach: Mapping[str, float] | None = None, despite: bool = False) -> Diagnosis:
     """
     Say where a twin departs from its rig, which effect is missing and how far the gap shrinks.
 
     ``without`` names mechanisms that are left out of the hypotheses; ``tick(stage, share)``
     reports progress; ``reach`` widens what the next experiment may do (travel rad, speed rad/s,
     torque N m, amplitude V). Raises checks.CannotDiagnose with a sentence for recordings that
-    cannot be judged.
+    cannot be judged, and for red findings of the check of the data, unless ``despite`` them.
     """
     stages = Stages(tick)
-    stages.begin('residuals')
+    stages.begin('check')
     parts, warnings = _parted(recordings, accepting, reporting, servo)
+    findings = check_data([*recordings, *accepting, *reporting], servo)
+    red = [one for one in findings if one.level == 'red']
+    if red and not despite:
+        raise CannotDiagnose(refusal(red))
+    warnings += [one.sentence for one in findings if one.level != 'green']
+    stages.begin('residuals')
     held = {id(one) for one in (*parts.report, *(parts.accept if accepting else ()))}
     pool = [one for one in (*parts.screen, *parts.accept) if id(one) not in held]
     selecting = list({id(one): one for one in pool}.values()) or list(parts.screen)
@@ -69,8 +78,9 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     acting = [replace(one, added=added) for one, added in zip(
         named, added_of(found, [one.part for one in named]), strict=True)]
     accept = list(parts.accept) or selecting
+    fitting = [one for one in selecting if all(one is not other for other in accept)] or selecting
     try:
-        handover = handed_over(servo, [one.added for one in acting], selecting, accept,
+        handover = handed_over(servo, [one.added for one in acting], fitting, accept,
                                stages.share)
         stages.begin('comparison')
         evidence = _compared(servo, parts, found, acting, several, handover, accept)
@@ -79,8 +89,12 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('next experiment')
     following = next_experiment(evidence, reach or {})
     stages.end()
-    report = report_of(evidence, following, [*warnings, *handover.warnings], stages.seconds)
-    return Diagnosis(report, handover.patch, handover.refit, evidence)
+    report = replace(
+        report_of(evidence, following, [*warnings, *handover.warnings], stages.seconds),
+        findings=tuple(asdict(one) for one in findings),
+        defaults=tuple(asdict(one) for one in defaults(servo)))
+    augmented = servo if evidence.worse else handover.patch
+    return Diagnosis(report, augmented, evidence.refit, evidence)
 
 
 def _parted(recordings, accepting, reporting, servo: Servo) -> tuple[Split, list[str]]:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 import time
 
-STAGES = ('reading', 'residuals', 'selection', 'confidence', 'stability', 'refit', 'comparison',
-          'next experiment')
+STAGES = ('reading', 'check', 'residuals', 'selection', 'confidence', 'stability', 'refit',
+          'comparison', 'next experiment')
 
 
 @dataclass

@@ -55,6 +55,22 @@ class Evidence:
                 if id(one.part) in taken and one.part.mechanism.name != UNKNOWN]
 
     @property
+    def worse(self) -> bool:
+        """Whether what was added does worse on unseen recordings: the file stays as given."""
+        return self.reported['patch'].gap.total() > self.reported['given'].gap.total()
+
+    @property
+    def handed(self) -> Simulated:
+        """The twin of the servo file that is handed over, over the report recordings."""
+        return self.reported['given' if self.worse else 'patch']
+
+    @property
+    def refit(self) -> Servo:
+        """The servo with values moved within tolerance as well, where that does no worse."""
+        moved, given = (self.reported[name].gap.total() for name in ('refit', 'given'))
+        return self.handover.refit if moved <= given else self.servo
+
+    @property
     def unnamed(self) -> list[Finding]:
         """Patterns that no mechanism of the list has."""
         return [one for one in self.findings if one.part.mechanism.name == UNKNOWN]

@@ -37,7 +37,8 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if gone > 0:
         text += f' Adding {it} removes {gone} % of the error on unseen recordings.'
     else:
-        text += f' Adding {it} does not reduce the error of the simulation on unseen recordings.'
+        text += (f' Adding {it} does not reduce the error of the simulation on unseen recordings: '
+                 'the servo file stays as given.')
     first = which[0]
     text += f' Confidence: {round(100.0 * first.confidence["mechanism"])} %.'
     if first.alternatives:

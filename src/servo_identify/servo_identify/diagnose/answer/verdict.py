@@ -160,30 +160,31 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
 
 def _parameters(evidence: Evidence, added: Added) -> dict[str, dict]:
     """Return the values of a missing effect: value, standard deviation and unit."""
-    patch, joint, found = evidence.handover.patch, evidence.handover.joint, {}
+    patch, found = evidence.handover.patch, {}
     for path in added.free:
         value, unit = patch.values[path], patch.unit(path)
         several = [(f'[{i}]', v) for i, v in enumerate(value)] if isinstance(value, tuple) else [
             ('', value)]
         for index, v in several:
-            std = joint.std.get(path + index) if joint is not None else None
+            std = evidence.handover.chosen.get(path + index)
             std = None if std is None or not np.isfinite(std) else float(std)
-            name = path if path in evidence.servo.values else path.rpartition('.')[2]
-            found[name + index] = {'value': float(v), 'std': std, 'unit': unit}
+            short = path.rpartition('.')[2] + index
+            name = path + index if short in found else short
+            found[name] = {'value': float(v), 'std': std, 'unit': unit}
     return found
 
 
 def _gap(evidence: Evidence) -> dict:
     gaps = {name: one.gap for name, one in evidence.reported.items()}
-    given, after = gaps['given'], gaps['patch']
-    solved = float(np.clip(shrink(given, after), -1.0, 1.0))
+    given, after = gaps['given'], evidence.handed.gap
+    solved = shrink(given, after)
     return {'before': given.total(excess=False), 'after': after.total(excess=False),
             'floor': given.noise(), 'shrink': solved,
-            'interval': shrink_interval(given, after) if evidence.handover.added else (0.0, 0.0),
+            'interval': (0.0, 0.0) if after is given else shrink_interval(given, after),
             'as_given': given.total(excess=False),
             'within_tolerance': gaps['within'].total(excess=False),
             'refitted': gaps['refit'].total(excess=False), 'solved': solved,
-            'refitted_solved': float(shrink(given, gaps['refit']))}
+            'refitted_solved': shrink(given, gaps['refit'])}
 
 
 def _channels(evidence: Evidence) -> dict[str, dict]:
@@ -192,7 +193,7 @@ def _channels(evidence: Evidence) -> dict[str, dict]:
         'unit': CHANNEL_UNITS[channel], 'rms_gap': gaps['given'].rms(channel),
         'noise_floor': gaps['given'].floor[channel],
         'fit': 1.0 - gaps['given'].rms(channel) / gaps['given'].signal[channel],
-        'as_given': gaps['given'].rms(channel), 'augmented': gaps['patch'].rms(channel),
+        'as_given': gaps['given'].rms(channel), 'augmented': evidence.handed.gap.rms(channel),
         'within_tolerance': gaps['within'].rms(channel)} for channel in gaps['given'].squares}
 
 

@@ -15,7 +15,7 @@ from servo_twin.physics.servo import Placed, Servo
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.explain import Explained
 from .curves import Part
-from .laws import Formed, formed, of_orders
+from .laws import Formed, formed, lawful, of_orders
 
 FINE_STEP = 0.2  # of the time in which a spring swings by one radian
 SHORTEST_STEP = 1e-6  # s
@@ -28,8 +28,9 @@ class Added:
     One missing effect in the servo file.
 
     ``placed`` are its effects, ``values`` those of their parameters and of what it changes, by
-    path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue. An
-    empty one stands for a mechanism that no effect of the twin can show.
+    path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue;
+    ``as_law`` the same mechanism with that formula, where its curve lies outside. An empty one
+    stands for a mechanism that no effect of the twin can show.
     """
 
     part: Part
@@ -39,6 +40,7 @@ class Added:
     law: bool = False
     mechanism: type | None = None
     step: float | None = None
+    as_law: Added | None = None
 
     @property
     def acts(self) -> bool:
@@ -104,7 +106,9 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
     known = formed(_with_port(part), servo, stiffness)
     if known is None:
         return Added(part)
-    return _placed(part, [known], site, taken)
+    other = None if known.law else lawful(_with_port(part), servo, stiffness)
+    as_law = None if other is None else _placed(part, [replace(other, law=True)], site, taken)
+    return replace(_placed(part, [known], site, taken), as_law=as_law)
 
 
 def _with_port(part: Part) -> Part:

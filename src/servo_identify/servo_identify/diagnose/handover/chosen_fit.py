@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class Handover:
     ``added`` the missing effects that stand the comparison; ``patch`` the servo as given with
     them; ``refit`` with values within tolerance moved as well; ``within`` the servo as given with
     those moved alone. ``joint`` is the estimate behind ``refit``, ``gaps`` the errors on the
-    accept recordings by name; ``warnings`` what is to be said.
+    accept recordings by name; ``warnings`` what is to be said; ``chosen`` the standard deviations
+    of the values in ``patch`` by name, where a fit gave them.
     """
 
     servo: Servo
@@ -37,6 +38,7 @@ class Handover:
     joint: Estimate | None
     gaps: dict[str, Gap]
     warnings: tuple[str, ...]
+    chosen: dict[str, float] = field(default_factory=dict)
 
     def without(self, one: Added) -> Servo:
         """Return the patch without one of its effects, as given where others need it."""
@@ -44,16 +46,17 @@ class Handover:
             self.servo)
 
 
-def handed_over(servo: Servo, several: Sequence[Added], selecting: Sequence[Recording],
+def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
                 accepting: Sequence[Recording], tick=lambda share: None) -> Handover:
     """
     Return the missing effects with values fitted by simulation.
 
     They are fitted together with the values within tolerance, so that neither hides in the other.
-    On the accept recordings the better of these values and those of the equations are kept. An
+    On the accept recordings the better of these values and those of the equations are kept, and
+    of a law and its flexible form the one that predicts better, the law where they are alike. An
     effect whose removal does not hurt there is dropped.
     """
-    short, warnings = shortened(selecting), []
+    short, warnings = shortened(fitting), []
     several = [one for one in several if one.acts]
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
@@ -63,7 +66,7 @@ def handed_over(servo: Servo, several: Sequence[Added], selecting: Sequence[Reco
     if given is None:
         raise Diverged(f'{servo.name}: the simulation leaves the finite numbers on the '
                        'recordings; its step may be too long')
-    joint, added = None, tuple(several)
+    joint, chosen, added = None, None, tuple(several)
     while added:
         base = _built(servo, added)
         if base is None:
@@ -72,48 +75,66 @@ def handed_over(servo: Servo, several: Sequence[Added], selecting: Sequence[Reco
         free = [path for one in added for path in one.free]
         joint = refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
         tick(0.6)
-        best, gap = _best(servo, added, joint, short, free, accepting)
-        if best is None or gap.total() >= given.total():
+        best = _best(servo, added, joint, short, accepting)
+        best = best and _lawful(servo, best, short, accepting)
+        if best is None or best.gap.total() >= given.total():
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
                             'recordings; the file stays as given')
             added, joint = (), None
             break
-        needless = _needless(servo, best, gap, accepting) if len(best) > 1 else None
+        needless = _needless(servo, best, accepting) if len(best.added) > 1 else None
         if needless is None:
-            added = best
+            added, chosen = best.added, best.estimate
             break
         warnings.append(f'{needless.part.mechanism.label} is not taken: without it the '
                         'simulation is as near to the rig on the accept recordings')
-        added = tuple(one for one in best if one is not needless)
-    patch = _signed(servo_with(servo, added), joint)
+        added = tuple(one for one in best.added if one is not needless)
+    patch = _signed(servo_with(servo, added), chosen)
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given, 'patch': _gap(patch, accepting) or given}
     return Handover(servo, added, patch, refit, within.servo if within else servo, joint, gaps,
-                    tuple(warnings))
+                    tuple(warnings), chosen.std if chosen is not None else {})
 
 
-def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short, free,
-          accepting) -> tuple[tuple[Added, ...] | None, Gap | None]:
-    """Return the effects at the values that do best on the accept recordings, and their gap."""
-    tried = [added]
-    if joint is not None:
-        tried.insert(0, _at_values(added, joint.servo))
-    ranked = [(one, _gap(_built(servo, one), accepting)) for one in tried]
-    alone = refitted(servo_with(servo, added), short, free)
-    if alone is not None:
-        own = _at_values(added, alone.servo)
-        ranked.append((own, _gap(_built(servo, own), accepting)))
-    ranked = [(one, gap) for one, gap in ranked if gap is not None]
-    return min(ranked, key=lambda pair: pair[1].total()) if ranked else (None, None)
+@dataclass(frozen=True)
+class Tried:
+    """Missing effects at some values: their gap on the accept recordings, the fit behind them."""
+
+    added: tuple[Added, ...]
+    gap: Gap
+    estimate: Estimate | None
 
 
-def _needless(servo: Servo, added: tuple[Added, ...], gap: Gap, accepting) -> Added | None:
+def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short,
+          accepting) -> Tried | None:
+    """Return the effects at the values that do best on the accept recordings."""
+    alone = refitted(servo_with(servo, added), short, [p for one in added for p in one.free])
+    several = [(added, None)] + [(_at_values(added, by.servo), by)
+                                 for by in (joint, alone) if by is not None]
+    tried = [Tried(one, gap, by) for one, by in several
+             for gap in [_gap(_built(servo, one), accepting)] if gap is not None]
+    return min(tried, key=lambda one: one.gap.total(), default=None)
+
+
+def _lawful(servo: Servo, best: Tried, short, accepting) -> Tried:
+    """Return the effects with the law of the catalogue where it predicts as well as the curve."""
+    for one in best.added:
+        if one.as_law is None:
+            continue
+        lawful = tuple(other.as_law if other is one else other for other in best.added)
+        tried = _best(servo, lawful, None, short, accepting)
+        if tried is not None and tried.gap.total() <= best.gap.total():
+            best = tried
+    return best
+
+
+def _needless(servo: Servo, best: Tried, accepting) -> Added | None:
     """Return the effect whose removal hurts least, if it does not hurt at all."""
     rests = []
-    for one in added:
-        rest = _gap(_built(servo, [o for o in added if o is not one]), accepting)
-        if rest is not None and rest.total() <= gap.total():
+    for one in best.added:
+        rest = _gap(_built(servo, [o for o in best.added if o is not one]), accepting)
+        if rest is not None and rest.total() <= best.gap.total():
             rests.append((rest.total(), one))
     return min(rests, key=lambda pair: pair[0])[1] if rests else None
 

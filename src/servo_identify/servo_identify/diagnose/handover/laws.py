@@ -7,7 +7,7 @@ form of any law may be off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import inf
 
@@ -60,24 +60,31 @@ def formed(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     The law of the catalogue where the curve lies within its band, else the flexible effect.
     ``stiffness`` (N m/rad) turns a lost angle into a torque of the transmission.
     """
-    curve, name = part.curve, part.mechanism.name
-    if curve is None:
+    if part.curve is None:
         return None
+    law = lawful(part, servo, stiffness)
+    flexible = FLEXIBLE.get((part.mechanism.port, part.curve.variable))
+    if flexible is None or law is not None and law.law:
+        return law
+    return _spline(find(flexible), _at_its_port(part, servo, stiffness))
+
+
+def lawful(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
+    """Return the law of the catalogue that is nearest to a curve; None where there is none."""
+    if part.curve is None or part.mechanism.name not in names():
+        return None
+    return _fitted(find(part.mechanism.name), _at_its_port(part, servo, stiffness))
+
+
+def _at_its_port(part: Part, servo: Servo, stiffness: float) -> Curve:
+    """Return a curve over what its port sees: the torsion, and a load at the motor's shaft."""
+    curve = part.curve
     if part.mechanism.port == 'mesh':
         curve = over_torsion(curve, stiffness)
     lever = servo.values['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
     if curve.variable == 'load' and lever != 1.0:
-        curve = Curve('load', 'N m', curve.y_unit, curve.x / lever, curve.y, curve.low,
-                      curve.high, curve.density)
-    lawful = None
-    if name in names():
-        lawful = _fitted(find(name), curve)
-        if lawful is not None and lawful.law:
-            return lawful
-    flexible = FLEXIBLE.get((part.mechanism.port, part.curve.variable))
-    if flexible is None:
-        return lawful
-    return _spline(find(flexible), curve)
+        curve = replace(curve, x=curve.x / lever)
+    return curve
 
 
 def over_torsion(curve: Curve, stiffness: float) -> Curve:
