@@ -230,7 +230,7 @@ def test_fmpy_is_imported_only_where_a_servo_file_names_an_fmu():
 
 def test_a_servo_that_cannot_begin_is_refused_before_it_runs(fmus):
     servo = servo_of(mapped(fmus['two2'])).with_values({'mechanism.fails': 0.0})
-    warm_up(servo)  # a step that fails is met by beginning anew; the beginning itself is not
+    warm_up(servo)  # a step that fails is met by beginning again; the beginning itself is not
     y = run(servo_of(mapped(fmus['two2'], start='{}')))
     assert y[0, 1] == 0.7 and y[0, 0] == 4.0  # its own angles are counted from the state's
 

@@ -5,7 +5,7 @@ The hub of a Unix bus: what one client sends, all the others get, in one order f
 
 A packet that holds no CAN frames is refused, told once a client and counted. A client that stops
 reading is let go once BACKLOG packets wait for it, so that no frame is lost without a word and the
-others are never held up. The hub may be stopped and started again; clients open the bus anew.
+others are never held up. The hub may be stopped and started again; clients open the bus again.
 """
 
 from __future__ import annotations
