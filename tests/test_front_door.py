@@ -99,6 +99,35 @@ def test_columns_in_memory_are_read_with_their_units():
         si.read({'voltage': time, 'load_position': time}, BENCH)
 
 
+def test_a_recording_is_given_out_as_columns_and_read_back(data):
+    table = data.table(1)
+    (again,) = si.read(table, BENCH)
+    assert set(table) >= {'t', 'voltage', 'load_position'}
+    assert again['load_position'] == pytest.approx(data[1]['load_position'])
+
+
+def test_it_reads_checks_and_writes_without_ros_and_without_what_is_extra(data, tmp_path):
+    missing = ['rclpy', 'ament_index_python', 'servo_twin_msgs', 'torch', 'pysindy', 'control',
+               'matplotlib', 'distributed', 'dask', 'fmpy', 'mujoco', 'sklearn']
+    write_recording(tmp_path / 'bag', data[0])
+    path = BENCH.save(tmp_path / 'servo.yaml')
+    program = f"""
+import sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] in {missing}:
+            raise ModuleNotFoundError(f'no module named {{name}}', name=name)
+sys.meta_path.insert(0, Absent())
+import servo_identify as si
+servo = si.load_servo({str(path)!r})
+print(si.check(si.read({str(tmp_path / 'bag')!r}, servo), servo))
+import servo_identify.diagnose.diagnose
+"""
+    said = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    assert 'green' in said.stdout
+
+
 def test_a_table_with_columns_as_of_pandas_is_read_as_they_are():
     class Frame:
         columns = ('t', 'voltage', 'load_position')

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import overload
+
+import numpy as np
 
 from servo_twin.recording.recording import COLUMNS, Recording
 
@@ -46,17 +48,14 @@ class Recordings(Sequence[Recording]):
         """Return those of one excitation family."""
         return Recordings(tuple(one for one in self.items if one.family == family))
 
-    def frame(self, index: int = 0) -> Any:
+    def table(self, index: int = 0) -> dict[str, np.ndarray]:
         """
-        Return one recording as a pandas DataFrame: the measured channels over t in s.
+        Return one recording as columns: ``t`` in s and the channels that were measured.
 
-        Raises ImportError where pandas is not installed.
+        Each is of shape (samples,); ``pandas.DataFrame(data.table())`` makes a frame of it.
         """
-        from pandas import DataFrame, Index
-
         one = self.items[index]
-        return DataFrame({name: one[name] for name in COLUMNS if one.has(name)},
-                         index=Index(one.time, name='t'))
+        return {'t': one.time} | {name: one[name] for name in COLUMNS if one.has(name)}
 
     def _rows(self) -> list[tuple[str, ...]]:
         return [(one.name, one.family or '-', f'{one.duration:.3g}', f'{1.0 / one.period:.5g}',
