@@ -1,5 +1,6 @@
 """A mechanism that comes as an FMU: beside the built-in one of the same values."""
 
+from dataclasses import replace
 import subprocess
 import sys
 
@@ -141,6 +142,19 @@ def test_the_command_replays_a_bag_and_again_to_the_last_bit(fmus, tmp_path, cap
     assert main(['replay', str(tmp_path / 'answered'), '--servo', str(file), '--compare',
                  '--quiet']) == 0
     assert 'identical to the last bit' in capsys.readouterr().out
+
+
+def test_a_bag_runs_no_code_and_a_servo_file_says_so_before_it_does(fmus, tmp_path, capfd):
+    file = tmp_path / 'screw.yaml'
+    (tmp_path / 'own.fmu').write_bytes(fmus['two2'].read_bytes())
+    text = SERVO.format(mechanism=mapped(str(tmp_path / 'own.fmu')), step=1e-4, more='')
+    file.write_text(text)
+    write_recording(tmp_path / 'bag', replace(recording(), servo_file=text), 100)
+    assert main(['replay', str(tmp_path / 'bag'), '--quiet']) == 2
+    told = capfd.readouterr().err
+    assert 'give it by --servo' in told and 'is run in this process' not in told
+    assert main(['replay', str(tmp_path / 'bag'), '--servo', str(file), '--quiet']) == 0
+    assert 'own.fmu: the code of this FMU is run in this process' in capfd.readouterr().err
 
 
 def test_a_copy_of_a_state_goes_on_where_the_fmu_can_return_and_is_refused_where_not(

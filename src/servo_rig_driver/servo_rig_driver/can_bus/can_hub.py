@@ -75,6 +75,7 @@ class CanHub:
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         listener.bind(str(self.path))
+        self.path.chmod(0o600)  # whoever may write to it commands the drive
         listener.listen(64)
         listener.setblocking(False)
         return listener
