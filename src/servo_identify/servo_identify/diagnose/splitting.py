@@ -12,6 +12,8 @@ from servo_twin.recording.recording import Recording
 
 HELD_OUT_FIRST = ('multisine', 'sine', 'chirp', 'square', 'ramps', 'turns')
 """Families that are missed least in the selection when each was recorded once."""
+RESTS = 0.01  # share of the travel within which a machine rests where it begins or ends
+REST = 0.5  # s of rest that are kept before and after
 
 
 @dataclass(frozen=True)
@@ -72,10 +74,29 @@ def _missed(recording: Recording) -> int:
     return HELD_OUT_FIRST.index(family) if family in HELD_OUT_FIRST else len(HELD_OUT_FIRST)
 
 
+def _moving(recording: Recording) -> tuple[int, int]:
+    """Return the samples from which and to which a machine moves: nothing is judged at rest."""
+    size, inside = len(recording), []
+    for name in ('motor_position', 'load_position'):
+        x = recording[name][np.isfinite(recording[name])]
+        if len(x) and np.ptp(x) > 0.0:
+            away = RESTS * np.ptp(x)
+            x = recording[name]
+            moved = [np.flatnonzero(np.abs(x - end) > away) for end in (
+                x[np.isfinite(x)][0], x[np.isfinite(x)][-1])]
+            inside.append((moved[0][0], moved[1][-1] + 1))
+    if not inside:
+        return 0, size
+    spare = round(REST / recording.period)
+    return (max(0, min(first for first, _ in inside) - spare),
+            min(size, max(last for _, last in inside) + spare))
+
+
 def _cut(recording: Recording) -> Split:
     """Cut one recording in time: three fifths select, a fifth accepts, a fifth reports."""
-    size = len(recording)
-    edges = [0, int(0.6 * size), int(0.8 * size), size]
+    first, last = _moving(recording)
+    size = last - first
+    edges = [first, first + int(0.6 * size), first + int(0.8 * size), last]
     parts = []
     for purpose, first, last in zip(('screen', 'accept', 'report'), edges[:-1], edges[1:],
                                     strict=True):

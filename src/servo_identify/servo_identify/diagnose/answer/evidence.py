@@ -49,10 +49,11 @@ class Evidence:
 
     @property
     def named(self) -> list[Finding]:
-        """The missing effects that have a name and stand the comparison."""
+        """The missing effects that have a name and stand the comparison, the plant's first."""
         taken = {id(one.part) for one in self.handover.added}
-        return [one for one in self.findings
-                if id(one.part) in taken and one.part.mechanism.name != UNKNOWN]
+        several = [one for one in self.findings
+                   if id(one.part) in taken and one.part.mechanism.name != UNKNOWN]
+        return sorted(several, key=lambda one: one.part.mechanism.site == 'controller')
 
     @property
     def worse(self) -> bool:

@@ -72,10 +72,11 @@ def _listed(words: Sequence[str], last: str = 'and') -> str:
 
 def size_of(parameters: dict[str, dict], curve: dict | None) -> str:
     """Return the size of an effect with its unit: its first value, or the span of its curve."""
-    first = [(name, p) for name, p in parameters.items() if '[' not in name and p['std']]
+    first = [(name, p) for name, p in parameters.items() if '[' not in name]
     if first:
         name, p = first[0]
-        value = f'{p["value"]:.3g} +- {p["std"]:.1g} {p["unit"]}'.strip()
+        sure = f' +- {p["std"]:.1g}' if p['std'] and p['std'] < abs(p['value']) else ''
+        value = f'{p["value"]:.3g}{sure} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
     if curve:
         return (f'{curve["y"][0]:.3g} to {curve["y"][-1]:.3g} {curve["y_unit"]} from '

@@ -141,6 +141,10 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
     full = reported['given'].gap.total() or 1.0
     realised = (dropped.total() - reported['patch'].gap.total()) / full
     interval = shrink_interval(dropped, reported['patch'].gap)
+    predicted = evidence.accepted[id(one.part)]
+    if mechanism.site == 'controller':  # no simulation under the recorded command shows it
+        predicted = realised = _closed(evidence, 'controller')
+        interval = (realised, realised)
     parameters = _parameters(evidence, added)
     drawn = None if curve is None else {
         'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
@@ -149,13 +153,21 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
                                      tell(mechanism.name, r.mechanism.name))
                          for r in one.rivals)
     return MissingEffect(
-        mechanism.name, mechanism.site, parameters, evidence.accepted[id(one.part)], realised,
+        mechanism.name, mechanism.site, parameters, predicted, realised,
         interval,
         tuple(a.effect for a in alternatives), rung,
         {name: round(confidence[name], 3) for name in RUNGS},
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
         added.law, drawn, alternatives, size_of(parameters, drawn))
+
+
+def _closed(evidence: Evidence, equation: str) -> float:
+    """Return the share of the gap of one equation that the explanation closes."""
+    at = evidence.found.search.regression.equations.index(EQUATIONS.index(equation))
+    search, fit = evidence.found.search, evidence.found.explanation.smallest
+    before, after = (search.excess(one)[at] for one in (search.nothing, fit))
+    return float(1.0 - after / before) if before > 0.0 else 0.0
 
 
 def _parameters(evidence: Evidence, added: Added) -> dict[str, dict]:

@@ -250,10 +250,10 @@ def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
     if servo.mechanism is not Rigid:
         return Added(part)
     if part.curve is not None:  # a curve over torque or acceleration: its slope, the compliance
-        x, y = part.curve.x, part.curve.y
+        x, y, often = part.curve.x, part.curve.y, part.curve.density
         if part.curve.variable == 'acceleration':
             x = x * float(servo.values['mechanism.load_inertia'])
-        amplitudes = np.array([abs(float(x @ y) / float(x @ x)), 0.0])
+        amplitudes = np.array([abs(float((often * x) @ y) / float((often * x) @ x)), 0.0])
     bounds = {n: TwoInertia.parameters[n].bounds for n in ('stiffness', 'damping')}
     stiffness = float(np.clip(1.0 / max(amplitudes[0], 1e-12), *bounds['stiffness']))
     relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (

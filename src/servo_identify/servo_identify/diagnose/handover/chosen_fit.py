@@ -11,6 +11,7 @@ from servo_twin.physics.servo import Provenance, Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
+from ..decisions import PRACTICAL
 from .added import Added, servo_with
 from .output_error import Diverged, Gap, refitted, simulated
 
@@ -54,10 +55,13 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     They are fitted together with the values within tolerance, so that neither hides in the other.
     On the accept recordings the better of these values and those of the equations are kept, and
     of a law and its flexible form the one that predicts better, the law where they are alike. An
-    effect whose removal does not hurt there is dropped.
+    effect whose removal does not hurt there is dropped. What the controller does otherwise is
+    taken as its equation shows it: the plant runs under the recorded command.
     """
     short, warnings = shortened(fitting), []
     several = [one for one in several if one.acts]
+    loop = [one for one in several if one.part.mechanism.site == 'controller']
+    several = [one for one in several if one not in loop]
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, short, tolerated)
@@ -77,19 +81,28 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         tick(0.6)
         best = _best(servo, added, joint, short, accepting)
         best = best and _lawful(servo, best, short, accepting)
-        if best is None or best.gap.total() >= given.total():
+        judged, most = servo, given.total()
+        if best is not None and joint is not None and best.gap.total() >= most:
+            # beside values that are off it may take those moved as well to do any good
+            judged = _moved(servo, tolerated, joint.servo)
+            most = _total(within.servo if within else servo, accepting)
+            best = _tried(judged, _at_values(best.added, joint.servo), joint, accepting) or best
+        helps = best is not None and best.gap.total() < most
+        if best is None or len(added) == 1 and not helps:
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
                             'recordings; the file stays as given')
             added, joint = (), None
             break
-        needless = _needless(servo, best, accepting) if len(best.added) > 1 else None
+        most = best.gap.total() + PRACTICAL * given.total() if helps else np.inf
+        needless = _needless(judged, best, most, accepting) if len(added) > 1 else None
         if needless is None:
             added, chosen = best.added, best.estimate
             break
         warnings.append(f'{needless.part.mechanism.label} is not taken: without it the '
                         'simulation is as near to the rig on the accept recordings')
         added = tuple(one for one in best.added if one is not needless)
+    added = (*added, *loop)
     patch = _signed(servo_with(servo, added), chosen)
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given, 'patch': _gap(patch, accepting) or given}
@@ -112,9 +125,25 @@ def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short,
     alone = refitted(servo_with(servo, added), short, [p for one in added for p in one.free])
     several = [(added, None)] + [(_at_values(added, by.servo), by)
                                  for by in (joint, alone) if by is not None]
-    tried = [Tried(one, gap, by) for one, by in several
-             for gap in [_gap(_built(servo, one), accepting)] if gap is not None]
-    return min(tried, key=lambda one: one.gap.total(), default=None)
+    tried = [_tried(servo, one, by, accepting) for one, by in several]
+    return min((one for one in tried if one), key=lambda one: one.gap.total(), default=None)
+
+
+def _tried(servo: Servo, added: tuple[Added, ...], by: Estimate | None,
+           accepting) -> Tried | None:
+    gap = _gap(_built(servo, added), accepting)
+    return None if gap is None else Tried(added, gap, by)
+
+
+def _moved(servo: Servo, paths: Sequence[str], to: Servo) -> Servo:
+    """Return the servo as given with some of its values as in another."""
+    return replace(servo, values={**servo.values, **{p: to.values[p] for p in paths
+                                                     if p in to.values}})
+
+
+def _total(servo: Servo, recordings: Sequence[Recording]) -> float:
+    gap = _gap(servo, recordings)
+    return np.inf if gap is None else gap.total()
 
 
 def _lawful(servo: Servo, best: Tried, short, accepting) -> Tried:
@@ -129,12 +158,12 @@ def _lawful(servo: Servo, best: Tried, short, accepting) -> Tried:
     return best
 
 
-def _needless(servo: Servo, best: Tried, accepting) -> Added | None:
-    """Return the effect whose removal hurts least, if it does not hurt at all."""
+def _needless(servo: Servo, best: Tried, most: float, accepting) -> Added | None:
+    """Return the effect whose removal hurts least, if what is left then is at most ``most``."""
     rests = []
     for one in best.added:
         rest = _gap(_built(servo, [o for o in best.added if o is not one]), accepting)
-        if rest is not None and rest.total() <= best.gap.total():
+        if rest is not None and rest.total() <= most:
             rests.append((rest.total(), one))
     return min(rests, key=lambda pair: pair[0])[1] if rests else None
 

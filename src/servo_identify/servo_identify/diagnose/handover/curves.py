@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import nnls
 
+from servo_twin.balances.goodness_of_fit import shown_unit
+
 from ..decisions import WORTH
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
@@ -16,7 +18,9 @@ from ..selection.explain import Explained
 POINTS = 41  # of a curve
 ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
 BAND = (5.0, 95.0)  # percentiles of the redrawn curves
+RARE = 0.2  # share of the time in which friction may be less than what is there elsewhere
 BELLS = 8  # speeds within which friction may fall
+GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,9 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
     y = table @ amplitudes
     half = 0.5 * (x[1] - x[0])
     density = np.histogram(seen, np.append(x - half, x[-1] + half))[0].astype(float)
-    return Curve(one.form.variable, one.form.unit, one.form.y_unit, x, y, np.minimum(low, y),
+    servo = found.samples.servo
+    unit, y_unit = (shown_unit(u, servo.linear) for u in (one.form.unit, one.form.y_unit))
+    return Curve(one.form.variable, unit, y_unit, x, y, np.minimum(low, y),
                  np.maximum(high, y), density + 0.01 * density.mean())
 
 
@@ -94,8 +100,9 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     Return the effects that a chosen hypothesis is made of, the largest first.
 
     A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
-    as much as each takes. What resists alike everywhere is Coulomb friction, the rest is what
-    varies. A part that does less than WORTH of the whole is not worth naming.
+    as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
+    alike at all angles is Coulomb friction, the rest is what varies. A part that does less than
+    WORTH of the whole is not worth naming.
     """
     one = found.hypotheses[number]
     curve = curve_of(found, number, draws)
@@ -108,8 +115,10 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3:
         named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
                  'asymmetric_friction': curve.y}
-    elif one.mechanism.name in ('position_dependent_friction', 'load_dependent_friction'):
-        common = _common(curve.y)
+    elif one.mechanism.name == 'load_dependent_friction':
+        named = _over_load(curve)
+    elif one.mechanism.name == 'position_dependent_friction':
+        common = _common(curve)
         named = {'coulomb_friction': np.full(len(curve.x), common),
                  one.mechanism.name: curve.y - common}
     else:
@@ -124,21 +133,36 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     return sorted(parts, key=lambda part: -part.curve.size()) or [whole]
 
 
-def _common(y: np.ndarray) -> float:
-    """Return what a curve has in common everywhere: 0 where its sign changes."""
-    least = float(y[np.argmin(np.abs(y))])
-    return least if np.all(np.sign(y) == np.sign(least)) else 0.0
+def _common(curve: Curve) -> float:
+    """Return what resists nearly everywhere: the level that most of the curve is beyond."""
+    order = np.argsort(curve.y)
+    passed = np.cumsum(curve.density[order]) / curve.density.sum()
+    low, high = (float(curve.y[order][np.searchsorted(passed, share)])
+                 for share in (RARE, 1.0 - RARE))
+    return max(0.0, low) + min(0.0, high)
 
 
 def _over_speed(curve: Curve) -> dict[str, np.ndarray]:
-    """Return what each friction law over speed takes of a curve: amounts of one sign."""
+    """Return what each friction law over speed takes of a curve."""
     speed, top = curve.x, float(np.max(curve.x)) or 1.0
     falls = np.geomspace(0.02, 0.5, BELLS) * top
-    tables = {
+    return _amounts(curve, {
         'coulomb_friction': np.ones((len(speed), 1)),
         'viscous_friction': speed[:, None] / top,
         'quadratic_drag': (speed[:, None] / top) ** 2,
-        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}
+        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)})
+
+
+def _over_load(curve: Curve) -> dict[str, np.ndarray]:
+    """Return what of a curve over the load is there without any, and what grows with it."""
+    share = np.abs(curve.x) / (float(np.max(np.abs(curve.x))) or 1.0)
+    return _amounts(curve, {
+        'coulomb_friction': np.ones((len(share), 1)),
+        'load_dependent_friction': share[:, None] ** GROWTH})
+
+
+def _amounts(curve: Curve, tables: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return what each of some laws takes of a curve: amounts of one sign."""
     table = np.hstack(list(tables.values()))
     sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
     best = None

@@ -81,10 +81,16 @@ class Simulated:
     outputs: list[dict[str, np.ndarray]]
 
 
+def mode_of(recordings: Sequence[Recording]) -> str:
+    """Return what drives the twin: the recorded command, or the current where none is."""
+    commanded = all(one.has('voltage') for one in recordings)
+    return 'measured_input' if commanded else 'forced_current'
+
+
 def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
     """Run a twin over recordings from estimated starts; raises Diverged."""
-    shooting = Shooting(servo, courses_of(servo, recordings, 'measured_input', None, None),
-                        'measured_input')
+    mode = mode_of(recordings)
+    shooting = Shooting(servo, courses_of(servo, recordings, mode, None, None), mode)
     try:
         nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
         problem = Problem(shooting, nothing, False, False)
@@ -179,7 +185,7 @@ def refitted(servo: Servo, recordings: Sequence[Recording],
     if not free:
         return None
     try:
-        return fit(servo, list(recordings), free, iterations=STEPS,
+        return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
                    tolerance=True)
     except (ValueError, np.linalg.LinAlgError):
         return None

@@ -29,8 +29,9 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
             continue
         yield from filter(None, (
             off(f'{sensor}_offset', channel, ('constant',), 'even',
-                lambda one: np.ones((full(one), 1))),
-            _gain(builder, f'{sensor}_gain', channel)))
+                lambda one: np.ones((full(one), 1))),))
+        if channel == 'torque' or 'drive' in builder.samples.present:
+            yield from filter(None, (_gain(builder, f'{sensor}_gain', channel),))
     if {'motor_position', 'load_position'} <= has:
         yield from filter(None, (
             off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
@@ -45,7 +46,8 @@ def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
 
     A current is what the motion asks for, or what the drive makes: its reading would explain its
     own noise. The reading of the torque is smoothed over the test function, and what the motion
-    asks for hangs on the friction of the load.
+    asks for hangs on the friction of the load. Without the drive's command the gain of a current
+    sensor cannot be told from the torque constant.
     """
     mechanism = Mechanism(name, 'sensor', channel, (channel,), 'odd')
     if channel == 'torque':

@@ -28,10 +28,11 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     top = builder.scales.torque
     if not builder.samples.servo.mechanism.compliant:
         yield from filter(None, (_compliance(builder),))
-    elif top > 0.0:  # what bends or has a loop needs an elasticity to be bent
-        yield from filter(None, (_bent(builder, top), _hysteresis(builder, top)))
+    elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
+        yield from filter(None, (_bent(builder, top), _hysteresis(builder, top),
+                                 _by_load(builder, top)))
     if top > 0.0:
-        yield from filter(None, (_backlash(builder), _by_load(builder, top)))
+        yield from filter(None, (_backlash(builder),))
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
                           ('angle', 'load'), 'odd')
         yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',

@@ -311,12 +311,13 @@ class EquationErrors:
         It is what the load equation says without the torque sensor. Effects that depend on the
         load are evaluated with it: a regressor that is the measured torque itself would explain
         its own noise, and any friction as a loss of itself (instrumental variables: Janot,
-        Vandanjon, Gautier 2014).
+        Vandanjon, Gautier 2014). So it leaves out friction that an explanation put there: where
+        friction is most of the torque, each friction would be a share of itself.
         """
         motion, values = self.motion, self.servo.values
         out = dict(zip(FOLLOWED, self._followed_nominal.T, strict=True))
         own = values['mechanism.load_inertia'] * motion['load_acceleration']
-        more = self._inner(np.nan_to_num(self.unseen.get('load_torque', 0.0)), motion)
+        more = self._found('load_torque') - self._found('load_resistance')
         return own + motion['external'] - out['load_push'] - out['load_resistance'] - more
 
     @cached_property
@@ -327,12 +328,17 @@ class EquationErrors:
         lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
         rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
         sensed = 'torque' in self.measured.channels
-        felt = self.transmitted() if sensed else self.predicted_load
-        more = self._inner(np.nan_to_num(self.unseen.get('motor_torque', 0.0)), motion)
+        felt = self.transmitted() if sensed else (
+            self.predicted_load - self._found('load_resistance'))
+        more = self._found('motor_torque')
         speed_up = motion.test.smooth(bridged(self.angles()[0]), 2)
         torque = (rotor * speed_up + felt / lever
                       - out['motor_push'] - out['motor_resistance'] - more)
         return torque / values['drive.torque_constant']
+
+    def _found(self, signal: str) -> np.ndarray:
+        """Return what an explanation adds to a signal at the inner samples."""
+        return self._inner(np.nan_to_num(self.unseen.get(signal, 0.0)), self.motion)
 
     @cached_property
     def regressor_command(self) -> np.ndarray:

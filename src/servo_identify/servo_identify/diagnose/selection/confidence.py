@@ -85,7 +85,15 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     fits = [contest[key][0] for key in keys]
     lost = np.array([search.lost(fit, chosen) + fit.cost - chosen.cost for fit in fits])
     wins = np.bincount(np.argmin(lost[:, 1:], axis=0), minlength=len(keys)) / lost[:, 1:].shape[1]
-    alike = np.array([search.alike(fit, chosen) for fit in fits])
+    best = found.explanation.best
+    alike = np.array([search.alike(fit, best) and (
+        contest[key][0] is chosen or found.hypotheses[contest[key][1]].mechanism.name != UNKNOWN
+        or own.name == UNKNOWN) for key, fit in zip(keys, fits, strict=True)])
+    nameless = np.array([found.hypotheses[contest[key][1]].mechanism.name == UNKNOWN
+                         for key in keys])
+    if own.name != UNKNOWN and alike.any():  # a named one stands where it predicts alike
+        wins[alike] += wins[nameless].sum() / alike.sum()
+        wins[nameless] = 0.0
     if alike.any():  # what is told apart by less than a form may be off is not told apart
         wins[alike] = wins[alike].sum() * _shares(np.array(
             [search.evidence(fit) for fit, same in zip(fits, alike, strict=True) if same]))

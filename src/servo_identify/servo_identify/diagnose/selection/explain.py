@@ -84,6 +84,9 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
             shift += series
         else:
             unseen[columns.signal] = unseen.get(columns.signal, 0.0) + series
+            if answer.hypotheses[index].mechanism.port == 'friction':
+                rubs = columns.signal.replace('torque', 'resistance')
+                unseen[rubs] = unseen.get(rubs, 0.0) + series
     if not sensed:
         shift = shift - unseen.get('load_torque', 0.0)
     return replace(one, shift=shift, unseen=unseen)

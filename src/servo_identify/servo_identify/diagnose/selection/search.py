@@ -269,8 +269,16 @@ class Search:
             best = self._improved(grown[0])
             beam = [best, *(one for one in grown if one is not best)][:BEAM]
         best = self._pruned(best)
-        smallest = self._smaller(best)
-        return Explanation(best, self._smaller(self._improved(smallest)))
+        near = self._improved(self._smaller(best))
+        smallest = self._smaller(near)
+        for _ in range(MOST):  # until none with one member exchanged is preferred
+            for number in smallest.choice.numbers:
+                for choice in self.short_list(self.fitted(smallest.choice.minus(number))):
+                    self.fitted(choice)
+            before, smallest = smallest, self._smaller(near)
+            if smallest is before:
+                break
+        return Explanation(near, smallest)
 
     def _grown(self, beam: list[Fitted]) -> list[Fitted]:
         """Return the sets with one more mechanism than those of the beam, best first."""
