@@ -120,7 +120,7 @@ def test_force_writes_over_a_file(tmp_path):
 def examples():
     """Return the command blocks of the page that are to be run."""
     page = (ROOT / 'docs' / 'simulators.md').read_text()
-    return re.findall(r'```sh\n(.*?)```', page, re.S)
+    return re.findall(r'```sh\n(.*?)```', page, re.DOTALL)
 
 
 def test_the_page_has_examples():
