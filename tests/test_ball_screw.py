@@ -140,7 +140,7 @@ def test_a_ramp_is_followed_at_the_distance_that_the_position_gain_leaves():
     # the motor is sampled and its speed held: half a millisecond of way more
     assert behind[1300:].mean() == pytest.approx(speed / 120.0, rel=2e-3)
     play = y[:, 0] / 392.69908 - y[:, 1]
-    assert 8.5e-6 < play[1300:].mean() < 14e-6  # half the play, and what the friction bends
+    assert 8.5e-6 < play[1300:].mean() < 14e-6  # half the backlash, and what the friction bends
 
 
 def test_switching_the_inverter_moves_the_table_by_less_than_a_nanometre():

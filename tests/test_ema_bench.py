@@ -25,7 +25,7 @@ PLAIN = {'mesh.backlash_load': 0.0, 'mesh.backlash_position': 0.0, 'mesh.softeni
 
 
 def pushed(rig):
-    """Return the play of a rig, rad: its encoder pushed both ways while the motor holds."""
+    """Return the backlash of a rig, rad: its encoder pushed both ways while the motor holds."""
     bench, angles = Bench(rig), []
     for push in (1.0, -1.0):
         for _ in range(300):
@@ -37,7 +37,7 @@ def pushed(rig):
 
 def drawn_play(apart, radius=0.045, alpha=0.349, teeth=30):
     """
-    Return the play of two equal involute gears, rad, from drawn flanks.
+    Return the backlash of two equal involute gears, rad, from drawn flanks.
 
     A tooth of one stands in a space of the other; it is turned until a point of its flank touches.
     """

@@ -116,7 +116,7 @@ def test_the_page_tells_what_was_missed_and_rows_are_those_of_the_comparison():
     text = page(figures())
     assert "speed is beyond the paper's" in text and '0.03 %' in text
     assert 'transmission, 90 % of the gap' in text and 'backlash (80 %) or hysteresis' in text
-    assert '17.10' in text and '+51 %' in text  # the play, and what the drawing is off by
+    assert '17.10' in text and '+51 %' in text  # the backlash, and what the drawing is off by
     rows = comparison_rows(figures())
     assert {row['system'] for row in rows} == {s.name for s in SYSTEMS if s.part == 'ema_bench'}
     assert all(isinstance(text, str) for row in rows for text in row.values())

@@ -1,5 +1,6 @@
 """A mechanism that comes as an FMU: beside the built-in one of the same values."""
 
+from dataclasses import replace
 import subprocess
 import sys
 
@@ -143,6 +144,19 @@ def test_the_command_replays_a_bag_and_again_to_the_last_bit(fmus, tmp_path, cap
     assert 'identical to the last bit' in capsys.readouterr().out
 
 
+def test_a_bag_runs_no_code_and_a_servo_file_says_so_before_it_does(fmus, tmp_path, capfd):
+    file = tmp_path / 'screw.yaml'
+    (tmp_path / 'own.fmu').write_bytes(fmus['two2'].read_bytes())
+    text = SERVO.format(mechanism=mapped(str(tmp_path / 'own.fmu')), step=1e-4, more='')
+    file.write_text(text)
+    write_recording(tmp_path / 'bag', replace(recording(), servo_file=text), 100)
+    assert main(['replay', str(tmp_path / 'bag'), '--quiet']) == 2
+    told = capfd.readouterr().err
+    assert 'give it by --servo' in told and 'is run in this process' not in told
+    assert main(['replay', str(tmp_path / 'bag'), '--servo', str(file), '--quiet']) == 0
+    assert 'own.fmu: the code of this FMU is run in this process' in capfd.readouterr().err
+
+
 def test_a_copy_of_a_state_goes_on_where_the_fmu_can_return_and_is_refused_where_not(
         fmus, tmp_path):
     u = inputs_of(columns(400))
@@ -230,7 +244,7 @@ def test_fmpy_is_imported_only_where_a_servo_file_names_an_fmu():
 
 def test_a_servo_that_cannot_begin_is_refused_before_it_runs(fmus):
     servo = servo_of(mapped(fmus['two2'])).with_values({'mechanism.fails': 0.0})
-    warm_up(servo)  # a step that fails is met by beginning anew; the beginning itself is not
+    warm_up(servo)  # a step that fails is met by beginning again; the beginning itself is not
     y = run(servo_of(mapped(fmus['two2'], start='{}')))
     assert y[0, 1] == 0.7 and y[0, 0] == 4.0  # its own angles are counted from the state's
 

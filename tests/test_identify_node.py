@@ -72,7 +72,7 @@ def test_it_retrains_cancels_and_goes_back_while_the_twin_misses_nothing(graph, 
     answered = list(rig.predictions)
     assert all(first + size == then for (first, size), (then, _) in zip(
         answered, answered[1:], strict=False))
-    rig.wait(lambda: 'effects.coulomb.level' in rig.estimates[-1].name)  # tracked anew since
+    rig.wait(lambda: 'effects.coulomb.level' in rig.estimates[-1].name)  # tracked again since
     # a servo file that was just loaded has its first rows before it
     rig.wait(lambda: 15.0 < rig.estimates[-1].value[0] < 30.0
              and 0.0 < rig.estimates[-1].std[0] < 10.0)

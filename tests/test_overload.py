@@ -1,4 +1,4 @@
-"""A twin that cannot keep up says so, catches up by larger blocks, and in the end begins anew."""
+"""A twin that cannot keep up says so, catches up by larger blocks, and in the end begins again."""
 
 import os
 from pathlib import Path
@@ -57,7 +57,7 @@ def test_a_twin_that_was_held_up_says_how_far_it_is_behind(graph, held):  # noqa
         assert sum(len(m.current) for m in rig.predictions) == last + 1
         assert len(rig.predictions) < last / 10
     else:
-        rig.wait(lambda: any('began anew at the newest sample' in s.message for s in rig.told))
+        rig.wait(lambda: any('began again at the newest sample' in s.message for s in rig.told))
         facts = {v.key: v.value for v in rig.told[-1].values}
         answered = sum(len(m.current) for m in rig.predictions)
         assert int(facts['left out, overload']) + answered == last + 1

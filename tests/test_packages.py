@@ -19,6 +19,11 @@ KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip', 'jinja2': 'python3-jinja
 """Modules and their keys in rosdep's python.yaml."""
 PIP = {'backports': 'backports.zstd', 'fmpy': 'FMPy'}
 """Modules without a key whose distribution has another name; what is in neither is a package."""
+BY_PIP = PIP | {'can': 'python-can', 'ruamel': 'ruamel.yaml', 'sklearn': 'scikit-learn',
+                'yaml': 'pyyaml', 'fmpy': 'fmpy', 'compression': 'backports.zstd'}
+"""Modules whose distribution has another name on the package index."""
+BROUGHT = {'backports.zstd', 'dask', 'lz4', 'markupsafe', 'scikit-learn'}
+"""What comes with something pinned: rosbags, distributed, jinja2, pysindy."""
 ROS = {'ament_index_python', 'builtin_interfaces', 'diagnostic_msgs', 'lifecycle_msgs',
        'rcl_interfaces', 'rclpy', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
        'servo_twin_msgs', *PACKAGES}
@@ -70,6 +75,30 @@ def test_what_its_launch_files_need_is_declared(package):
         needed |= set(re.findall(r'find-pkg-(?:share|prefix) (\w+)', text))
         needed |= set(re.findall(r'pkg: (\w+)', text))
     assert needed - {package} <= declared(package)
+
+
+def required(package):
+    """Return the names of what pip installs with a package, and with its extras."""
+    tree = ast.parse((SOURCES / package / 'setup.py').read_text())
+    told = {node.targets[0].id: ast.literal_eval(node.value) for node in tree.body
+            if isinstance(node, ast.Assign) and node.targets[0].id in ('REQUIRES', 'EXTRAS')}
+    every = [*told['REQUIRES'], *(one for some in told.get('EXTRAS', {}).values() for one in some)]
+    return {re.match(r'[\w.-]+', one)[0] for one in every}
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_pip_brings_what_it_imports_and_nothing_else(package):
+    modules = imported(package)
+    others = {one for one in modules if one in PACKAGES}
+    assert {BY_PIP.get(module, module) for module in modules - ROS} | others == required(package)
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_what_pip_brings_is_pinned_in_requirements(package):
+    pinned = {re.match(r'[\w.-]+', line)[0].lower().replace('_', '-')
+              for file in (SOURCES.parent / 'requirements').glob('*.txt')
+              for line in file.read_text().splitlines() if line[:1].isalpha()}
+    assert required(package) - set(PACKAGES) - BROUGHT <= pinned
 
 
 def test_no_package_needs_one_that_needs_it():

@@ -99,7 +99,7 @@ def test_it_bridges_lost_samples_as_the_live_twin_does(recording, servo):
 def test_it_begins_anew_after_a_long_gap_and_says_so(recording, servo):
     again = answer(without(recording, slice(500, 900)), servo)
     assert again.restarts == 1
-    assert 'the twin began anew 1 times' in again.warnings[0]
+    assert 'the twin began again 1 times' in again.warnings[0]
 
 
 @pytest.mark.parametrize('lacking, said', [

@@ -243,7 +243,7 @@ def test_it_bridges_a_short_gap_and_begins_anew_after_a_long_one(graph):
     rig.wait(lambda: len(rig.predictions) == 6)
     assert [(m.sequence, m.restarts) for m in rig.predictions] == [
         (0, 0), (10, 0), (40, 0), (50, 0), (70, 0), (500, 1)]
-    rig.wait(lambda: any('began anew 1 times' in s.message for s in rig.told))
+    rig.wait(lambda: any('began again 1 times' in s.message for s in rig.told))
     facts = {v.key: v.value for v in rig.told[-1].values}
     assert (facts['bridged'], facts['restarts']) == ('30', '1')
     assert int(facts['blocks given up']) >= 1  # one, and what was said before all were linked

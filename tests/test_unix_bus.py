@@ -146,6 +146,16 @@ def test_a_second_hub_on_the_same_path_is_refused(hub, path):
         CanHub(path)
 
 
+def test_only_its_user_may_open_the_bus(hub, path):
+    assert Path(path).stat().st_mode & 0o777 == 0o600
+
+
+def test_the_hub_of_another_user_is_refused(hub, path, monkeypatch):
+    monkeypatch.setattr('servo_rig_driver.can_bus.unix_bus.owner_of', lambda client: 4711)
+    with pytest.raises(can.CanInitializationError, match='belongs to user 4711'):
+        opened(path, 0.1)
+
+
 def test_without_a_hub_the_error_says_how_to_start_one(path):
     with pytest.raises(can.CanError, match='python -m servo_rig_driver.can_bus.can_hub'):
         opened(path, wait=0.0)

@@ -5,6 +5,25 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = 'servo_identify'
+# What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
+REQUIRES = [
+    'jinja2',
+    'markupsafe',
+    'numba',
+    'numpy>=1.26.4',
+    'pyarrow',
+    'pyyaml',
+    'rich',
+    'rosbags',
+    'ruamel.yaml',
+    'scipy',
+    'servo_twin',
+]
+EXTRAS = {
+    'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
+    'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks
+    'plot': ['matplotlib'],  # pictures of curves, friction, the online estimator
+}
 
 
 def shared_files(folder):
@@ -32,7 +51,9 @@ setup(
         (f'share/{NAME}', ['package.xml']),
         *shared_files('launch'),
     ],
-    install_requires=['setuptools'],
+    python_requires='>=3.11',
+    install_requires=REQUIRES,
+    extras_require=EXTRAS,
     zip_safe=False,
     entry_points={
         'console_scripts': [

@@ -5,6 +5,15 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = 'servo_rig_driver'
+# What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
+REQUIRES = [
+    'canopen',
+    'numba',
+    'numpy>=1.26.4',
+    'python-can',
+    'pyyaml',
+    'rosbags',
+]
 
 
 def shared_files(folder):
@@ -40,7 +49,8 @@ setup(
         *shared_files('launch'),
         *configuration(),
     ],
-    install_requires=['setuptools'],
+    python_requires='>=3.11',
+    install_requires=REQUIRES,
     zip_safe=False,
     entry_points={
         'console_scripts': [

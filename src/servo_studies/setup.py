@@ -3,6 +3,21 @@
 from setuptools import find_packages, setup
 
 NAME = 'servo_studies'
+# What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
+REQUIRES = [
+    'matplotlib',
+    'numba',
+    'numpy>=1.26.4',
+    'pyyaml',
+    'rich',
+    'scikit-learn',
+    'scipy',
+    'servo_identify',
+    'servo_twin',
+]
+EXTRAS = {
+    'linear': ['control'],  # the linear forms of paper 004
+}
 
 
 setup(
@@ -18,7 +33,9 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
     ],
-    install_requires=['setuptools'],
+    python_requires='>=3.11',
+    install_requires=REQUIRES,
+    extras_require=EXTRAS,
     zip_safe=False,
     entry_points={
         'servo_identify.commands': [

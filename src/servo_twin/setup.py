@@ -5,6 +5,24 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = 'servo_twin'
+# What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
+REQUIRES = [
+    'backports.zstd; python_version < "3.14"',
+    'jinja2',
+    'lz4',
+    'markupsafe',
+    'numba',
+    'numpy>=1.26.4',
+    'pyyaml',
+    'rich',
+    'rosbags',
+    'scipy',
+]
+EXTRAS = {
+    'fmu': ['fmpy'],  # mechanisms that are FMUs
+    'linear': ['control', 'matplotlib'],  # servo-twin linearise
+    'simulators': ['mujoco>=3.2'],  # from-mjcf, from-urdf, export
+}
 
 
 def shared_files(folder):
@@ -31,9 +49,11 @@ setup(
         (f'share/{NAME}', ['package.xml']),
         *shared_files('launch'),
         *shared_files('../../config'),
+        *shared_files('../servo_twin_msgs/msg'),  # for bags, where ROS is not installed
     ],
-    install_requires=['setuptools'],
-    extras_require={'simulators': ['mujoco>=3.2']},
+    python_requires='>=3.11',
+    install_requires=REQUIRES,
+    extras_require=EXTRAS,
     zip_safe=False,
     entry_points={
         'console_scripts': [

@@ -5,7 +5,7 @@ The diagnosis on a second rig: other laws, other machines, other excitations tha
                                                 [--silent torque load_position]
 
 Draws cases from SEED: one of three machines whose values are drawn about those of a class, what
-its servo file lacks (--size times a tenth of the rated torque or wind-up, or what is as easily
+its servo file lacks (--size times a tenth of the rated torque or torsion, or what is as easily
 seen), and four to six families of recordings of ten seconds, three replicates each, which
 `diagnose` parts itself. Of eight cases four lack one thing and one lacks two, in two the true
 cause is taken out of the catalogue or was never in it, in one nothing is lacking. --silent takes

@@ -7,7 +7,7 @@ value in the new file has its standard error and the bags, with hash, that it co
 
 Many rigs, many bags: --each fits every bag by itself, --jobs FILE does the fits that a YAML file
 names (--jobs-help shows one). They run side by side on this machine, or on the Dask cluster at
---cluster; the output is then a folder with a servo file and an estimate for each, and a fit that
+--cluster. The output is then a folder with a servo file and an estimate for each. A fit that
 fails, or whose worker dies, costs itself only.
 """
 

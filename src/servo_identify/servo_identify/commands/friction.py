@@ -1,10 +1,10 @@
 """
 Learn friction from bags by every learner, and compare them.
 
-Writes into the output folder table.md and table.json (the learners of paper 003 and the classical
-laws on the same splits), friction_speed.png, and, where the bags hold steady turns in both
-directions, network.json with the figures of paper 000 table 1, friction_angle.png and servo.yaml,
-the servo with the learned friction.
+Writes into the output folder table.md and table.json, the learners of paper 003 and the classical
+laws on the same splits, and friction_speed.png. Where the bags hold steady turns in both
+directions, it also writes network.json with the figures of paper 000 table 1, friction_angle.png,
+and servo.yaml, the servo with the learned friction.
 """
 
 from __future__ import annotations

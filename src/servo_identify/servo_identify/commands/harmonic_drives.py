@@ -3,8 +3,8 @@ Which model of a harmonic drive explains a rig best.
 
 Each of the five models of paper 004, and the linear one, is fitted to the same recordings in the
 place of the one that the servo file has; all that the file gives a tolerance moves within it. Then
-each is run anew, as a diagnosis does, over recordings that no fit has seen, and they are ranked by
-the gap that remains. The servo file of the best is written.
+each is run again, as a diagnosis does, over recordings that no fit has seen, and they are ranked
+by the gap that remains. The servo file of the best is written.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Ranked:
 
     ``gap`` is the root mean square error over channels, each as a share of its signal; ``shrink``
     what of the linear model's gap above the noise is gone, ``interval`` (90 %) by recordings drawn
-    anew; ``errors`` by channel in its unit; ``free`` how many numbers were fitted.
+    again; ``errors`` by channel in its unit; ``free`` how many numbers were fitted.
     """
 
     name: str

@@ -1,5 +1,5 @@
 """
-Measure the play of bags, and the curve of it over the setting of a slide.
+Measure the backlash of bags, and the curve of it over the setting of a slide.
 
 Each bag goes both ways over the same angles, slowly. With --settings, one number a bag, m, and -o
 the servo file gets the curve (effect carrier_backlash).
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Print the play of each bag; write the curve."""
+    """Print the backlash of each bag; write the curve."""
     settings = list(arguments.settings)
     if settings and len(settings) != len(arguments.bags):
         raise ValueError(f'there are {len(arguments.bags)} bags and {len(settings)} settings; '
@@ -45,7 +45,7 @@ def main(arguments: argparse.Namespace) -> int:
     for k, (bag, play) in enumerate(zip(arguments.bags, plays, strict=True)):
         at = f' at {1e3 * settings[k]:g} mm' if settings else ''
         print(f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from cell to '
-              f'cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of wind-up')
+              f'cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of torsion')
     if arguments.output:
         write(with_curve(servo, dict(zip(settings, plays, strict=True)), recordings),
               arguments.output)

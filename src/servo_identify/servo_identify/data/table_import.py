@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,13 @@ import numpy as np
 import yaml
 
 from servo_twin.description import servo_file
+from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from .column_units import named_columns
 from .even_grid import even
-from .mapping import Mapping, read_mapping
+from .mapping import Mapping as ColumnMapping
+from .mapping import read_mapping
 from .messages import holds_messages, read_messages
 from .plausibility import check_angles
 from .tables import read_table, Table
@@ -41,8 +44,23 @@ def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
                          'says what its columns are')
     if not np.isfinite(period) or period < 0.0:
         raise ValueError(f'--period = {period} s, it must be positive')
-    warnings: list[str] = []
     table = _table(path, plan)
+    facts = (plan.describe(table) if plan else {}) | _beside(path)
+    facts |= {name: value for name, value in
+              (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
+    return recording_of(table, machine, servo.read_text('utf8'), facts, plan, period)
+
+
+def recording_of(table: Table, machine: Servo, servo_text: str, facts: Mapping[str, Any],
+                 plan: ColumnMapping | None = None, period: float = 0.0) -> Recording:
+    """
+    Return a table that was read as a recording of a machine, on an even grid.
+
+    ``facts`` may hold family, replicate and note; ``plan`` says which column is which channel,
+    without it they carry the names of channels; ``period`` in s, 0 takes it from the times.
+    Raises ValueError as :func:`import_table` does.
+    """
+    path, warnings = table.path, list[str]()
     columns = (plan.apply(table, warnings) if plan
                else named_columns(table, machine.linear, warnings))
     _check(path, columns, warnings)
@@ -50,17 +68,15 @@ def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     if not 1e-6 <= step <= 1.0:
         warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')
-    facts = _facts(path, plan, table)
-    facts |= {name: value for name, value in
-              (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
+    facts = dict(facts)
     if not 0 <= facts.get('replicate', 0) < 2**32:
         raise ValueError(f'replicate = {facts["replicate"]}, it must be 0 (not said) or more')
     facts['note'] = '\n'.join([facts.get('note', ''), *warnings]).strip()
     return Recording(path.stem, step, columns, start=max(start, 0.0), servo=machine.name,
-                     servo_file=servo.read_text('utf8'), warnings=tuple(warnings), **facts)
+                     servo_file=servo_text, warnings=tuple(warnings), **facts)
 
 
-def _table(path: Path, plan: Mapping | None) -> Table:
+def _table(path: Path, plan: ColumnMapping | None) -> Table:
     if not holds_messages(path):
         return read_table(path, plan.rows if plan else '')
     if plan is None or 'source' not in plan.columns['t']:
@@ -86,11 +102,6 @@ def _check(path: Path, columns: dict[str, np.ndarray], warnings: list[str]) -> N
         if len(absent) and name != 't':
             warnings.append(f'{name} is missing in {len(absent)} rows, the first is row '
                             f'{absent[0] + 1}; they stay NaN')
-
-
-def _facts(path: Path, plan: Mapping | None, table: Any) -> dict[str, Any]:
-    facts = plan.describe(table) if plan else {}
-    return facts | _beside(path)
 
 
 def _beside(path: Path) -> dict[str, Any]:

@@ -116,7 +116,7 @@ class Guard:
         return ''
 
     def forget(self) -> None:
-        """Begin the window of the speed anew, as after samples that were lost."""
+        """Begin the window of the speed again, as after samples that were lost."""
         self._angles.clear()
 
     def at_rest(self) -> bool:

@@ -60,8 +60,8 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     file's tolerance; ``channels`` to compare (None: all measured); ``delays``: estimate how late
     each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
     ``weights``: 'noise' divides a channel by its noise floor, 'residual' by what the best fit
-    leaves where that is larger, 'whitened' does so after taking out what each residual shares with
-    the one before (errors that drift then no longer drown those that swing); ``on``: switches of
+    leaves where that is larger. 'whitened' does so after taking out what each residual shares with
+    the one before. Errors that drift then no longer mask those that swing. ``on``: switches of
     the effects. ``progress`` is told before the first step (with the warnings) and after each, and
     may raise to stop.
     Raises ValueError (ServoError) for what cannot be fitted.

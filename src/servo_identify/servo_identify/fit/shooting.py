@@ -1,7 +1,7 @@
 """
 Simulated trajectories that restart from measured states, and their derivatives.
 
-Some numbers a horizon stay unknown: how far angle, speed, wind-up and rate of wind-up at its start
+Some numbers a horizon stay unknown: how far angle, speed, torsion and rate of torsion at its start
 are from what encoders and filters say (:data:`OFFSETS`); and one a recording: the zero between its
 two encoders. They are estimated along and eliminated, so that they neither bias nor flatter the
 parameters, and so that a horizon may begin in the middle of a ringing step.
@@ -108,7 +108,7 @@ class Shooting:
             x[state.ZERO] = self._aligned(theta, x, torque)
             x[state.TORQUE] = torque
         elif self.servo.mechanism.compliant and np.isfinite(row[4]):
-            # the torque sensor knows the wind-up better than two encoders and a stiff mesh do
+            # the torque sensor knows the torsion better than two encoders and a stiff mesh do
             small = 3.0 * _finite(course.noise[2])
             flanks = []
             for carried in (min(torque, -small) if torque < -small else -small,
@@ -134,7 +134,7 @@ class Shooting:
         return scratch[state.ZERO]
 
     def compliance(self, torque: float = 1.0) -> float:
-        """Return the wind-up that one more N m costs, rad at the load."""
+        """Return the torsion that one more N m costs, rad at the load."""
         zeros = []
         for carried in (torque, 2.0 * torque):
             x = fresh_state(self.kernel)

@@ -17,9 +17,10 @@ def learn(what: str, servo: Servo, recordings: list[Recording], told: Told | Non
     Learn one kind of effect; return the servo that has it and sentences for a person.
 
     ``what`` is friction, backlash, transmission_error, current_loop, presliding, residual or
-    deviation; the loss that is ``told`` is the mean square error on what is kept back, in N2 m2,
-    arcmin2, arcmin2, A2 (of all), 1 - R of free runs, N2 m2, and rad2 (or m2) at the load.
-    Raises ValueError where the recordings do not hold the experiment that it takes.
+    deviation. The loss that is ``told`` is the mean square error on what is kept back. Its units
+    are, in this order, N2 m2, arcmin2, arcmin2, A2 (of all), 1 - R of free runs, N2 m2, and rad2
+    (or m2) at the load. Raises ValueError where the recordings do not hold the experiment that it
+    takes.
     """
     return _LEARNERS[what](servo, recordings, told or (lambda share, loss: None))
 

@@ -5,7 +5,7 @@ It keeps the last minutes of the rig's samples; offers the actions `retrain` and
 work is done by processes of their own; publishes `twin/estimate`; and says on /diagnostics which
 balance changed and which servo file the twin runs. A new servo file is on trial: where its
 residuals are worse, the node goes back to the old one. Services: `identify/go_back` loads the
-servo file before, `identify/relearn` has the change detector learn anew.
+servo file before, `identify/relearn` has the change detector learn again.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class IdentifyNode(Node):
         if self._detector is not None:
             self._detector.relearn()
         response.success = self._detector is not None
-        response.message = ('learning anew' if response.success
+        response.message = ('learning again' if response.success
                             else 'nothing is watched: no residuals came, or watch.on is false')
         return response
 
@@ -159,7 +159,7 @@ class IdentifyNode(Node):
         self._stale = True
 
     def _hear(self, message: DiagnosticArray) -> None:
-        """Learn anew when the twin runs another servo file, whoever loaded it."""
+        """Learn again when the twin runs another servo file, whoever loaded it."""
         twin = f'{self.get_namespace().rstrip("/")}/twin: twin'
         for status in message.status:
             if status.name == twin:

@@ -5,7 +5,7 @@ The hub of a Unix bus: what one client sends, all the others get, in one order f
 
 A packet that holds no CAN frames is refused, told once a client and counted. A client that stops
 reading is let go once BACKLOG packets wait for it, so that no frame is lost without a word and the
-others are never held up. The hub may be stopped and started again; clients open the bus anew.
+others are never held up. The hub may be stopped and started again; clients open the bus again.
 """
 
 from __future__ import annotations
@@ -75,6 +75,7 @@ class CanHub:
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         listener.bind(str(self.path))
+        self.path.chmod(0o600)  # whoever may write to it commands the drive
         listener.listen(64)
         listener.setblocking(False)
         return listener

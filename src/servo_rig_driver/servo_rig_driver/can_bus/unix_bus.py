@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+import os
 import select
 import socket
+import struct
 import time
 
 import can
@@ -43,6 +45,7 @@ def connect(path: str, wait: float) -> socket.socket:
         try:
             client.connect(check_path(path))
             client.settimeout(max(0.1, deadline - time.monotonic()))
+            _check_owner(path, owner_of(client))
             if client.recv(LARGEST) == can_frames.GREETING:
                 return client
             raise ConnectionError('what answers is no CAN hub')
@@ -53,6 +56,18 @@ def connect(path: str, wait: float) -> socket.socket:
                     f'no CAN hub answers at {path} ({error.strerror or error}); start one with '
                     f'"python -m servo_rig_driver.can_bus.can_hub {path}"') from error
         time.sleep(0.01)
+
+
+def owner_of(client: socket.socket) -> int:
+    """Return the user id of the process at the other end of a connection."""
+    credentials = client.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize('3i'))
+    return struct.unpack('3i', credentials)[1]
+
+
+def _check_owner(path: str, owner: int) -> None:
+    """Refuse the hub of another user: a path below /tmp is free for anybody to take."""
+    if owner not in (os.geteuid(), 0):
+        raise PermissionError(0, f'it belongs to user {owner}, and you are {os.geteuid()}')
 
 
 class UnixBus(can.BusABC):

@@ -181,7 +181,7 @@ class RigFrames:
         return frames
 
     def forget(self) -> None:
-        """Say everything anew at the next tick, as after a restart of the rig."""
+        """Say everything again at the next tick, as after a restart of the rig."""
         self._told = ()
 
     @staticmethod

@@ -148,7 +148,7 @@ class RigLink:
                 phase = self._reopening
             except Exception as error:
                 self.health.trouble('bus.thread', f'the link has stopped: {error!r}; configure '
-                                    'the driver anew', self.now())
+                                    'the driver again', self.now())
                 self._idle.set()
                 raise
 
@@ -292,7 +292,7 @@ class RigLink:
             return self._waking
         if self.sampler.waiting * self.settings.period > UNANSWERED_AT_MOST:
             self.health.event('samples.stuck', f'{self.sampler.waiting} SYNCs are not answered in '
-                              'full; the nodes are started anew', now)
+                              'full; the nodes are started again', now)
             self._rest()
             return self._waking
         return None

@@ -91,7 +91,7 @@ class RigWatch:
                             f'register 0x{data[2]:02X}', now)
 
     def silent(self, now: int) -> bool:
-        """Whether a node has fallen silent; says which, and that the others are heard."""
+        """Whether a node has gone silent; says which, and that the others are heard."""
         late = self.beats.late(now)
         for node, name in self._nodes.items():
             if node in late:

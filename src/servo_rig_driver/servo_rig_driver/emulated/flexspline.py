@@ -32,7 +32,7 @@ def kinematic_error(P, motor, load):
 
 @nb.njit
 def cup(P, wind_up, torque):
-    """Return torque and slope (N m/rad) at a wind-up, starting from a torque near by."""
+    """Return torque and slope (N m/rad) at a torsion, starting from a torque near by."""
     angle = P.flexspline_stiffening * P.flexspline_tooth_angle
     soft = P.flexspline_tooth_torque
     slope = P.machine_stiffness
@@ -47,7 +47,7 @@ def cup(P, wind_up, torque):
 
 @nb.njit
 def flexspline(P, S):
-    """Set wind-up, transmitted torque and slope; return the torques on load and motor."""
+    """Set torsion, transmitted torque and slope; return the torques on load and motor."""
     error, over_motor, over_load = kinematic_error(P, S.motor_angle, S.load_angle)
     wind_up = S.motor_angle / P.machine_ratio - S.load_angle - error
     moved = wind_up - S.wind_up

@@ -1,16 +1,16 @@
 r"""
-Friction by bristles: elasto-plastic elements (Maxwell slip), a budget that breathes.
+Friction by elasto-plastic elements (Maxwell slip) whose budget varies.
 
 An element follows the shaft and slips at its share of the budget: :math:`|k_i z_i| \le F_i`. The
 budget of the load bearing is a product,
 
 .. math:: F = F_0\,A(a)\,P(\theta)\,D(\omega)\,e^{-\gamma\Delta T} + \mu(\sqrt{T^2+T_0^2}-T_0)
 
-with the ageing of the contacts :math:`A = 1 + B \ln(1 + \omega_s a)`,
-:math:`\dot a = 1/d - |\omega| a / d` (rate and state, Dieterich 1979, Ruina 1983), so that the
-level falls with the logarithm of speed and lags behind it; bumps over the turn in the form of von
-Mises' density; lubricant that thins as Eyring's fluid,
-:math:`c\,\omega_e \mathrm{asinh}(\omega/\omega_e)`.
+with the ageing of the contacts :math:`A = 1 + B \ln(1 + \omega_s a)`, :math:`\dot a = 1/d -
+|\omega| a / d` (rate and state, Dieterich 1979, Ruina 1983), so that the level falls with the
+logarithm of speed and lags behind it. The level varies over the turn in the form of von Mises'
+density. The lubricant thins as Eyring's fluid, :math:`c\,\omega_e
+\mathrm{asinh}(\omega/\omega_e)`.
 """
 
 from math import asinh, cos, exp, log1p, pi, sqrt
@@ -29,7 +29,7 @@ MESH_REACHES = (0.4, 1.0, 2.0)
 
 @nb.njit
 def slide(deflections, shares, reaches, move, budget, reach):
-    """Move bristles and let them slip; return their force and the stiffness of those that hold."""
+    """Move elements and let them slip; return their force and the stiffness of those that hold."""
     force, held = 0.0, 0.0
     for k in range(len(shares)):
         limit = reaches[k] * reach
@@ -87,7 +87,7 @@ def brake(P, S):
     Return what the disc brake holds with, N m at the motor.
 
     The mean is what was asked; the disc wobbles, the control of its force oscillates and is
-    begun anew, somewhere in its period, each time the rig is switched on.
+    begun again, somewhere in its period, each time the rig is switched on.
     """
     if P.brake_torque == 0.0:
         return 0.0

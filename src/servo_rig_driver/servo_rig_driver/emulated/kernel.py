@@ -3,7 +3,7 @@ One substep and many: positions and speeds in turn (Strang splitting, second ord
 
 Half a step of current, half a step of everything that is proportional to speed (exactly), half a
 kick by the torques that depend on position, a drift, and the same backwards. The damping steps are
-exact exponentials, so no damping is ever too large for the step, and bristles slip exactly.
+exact exponentials, so no damping is ever too large for the step, and elements slip exactly.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def payload_stiffness(P):
 
 @nb.njit
 def forces(P, S, load_move, motor_move):
-    """Set the torques that depend on positions; the bristles move by what the shafts did."""
+    """Set the torques that depend on positions; the elements move by what the shafts did."""
     on_load, on_motor = _mesh(P, S)
     least = max(P.friction_presliding, 0.02)
     reach = P.friction_presliding_angle * least
@@ -104,7 +104,7 @@ def kick(P, S, h):
 
 @nb.njit
 def couple(P, S, damping, h):
-    """Damp the wind-up rate by an exact exchange of momentum between the shafts."""
+    """Damp the torsion rate by an exact exchange of momentum between the shafts."""
     inertia = _load_inertia(P, S)
     inverse = 1.0 / (P.machine_rotor_inertia * P.machine_ratio ** 2) + 1.0 / inertia
     rate = S.motor_speed / P.machine_ratio - S.load_speed

@@ -1,12 +1,12 @@
 r"""
 The mesh: tooth pairs that come to bear one by one, each flank with an error of its own.
 
-Pair j bears on the forward flank once :math:`x_j = w - e_f(\theta_l) - b - s_j > 0` with
-:math:`w = \theta_m/N - \theta_l`, and on the reverse flank likewise with :math:`e_r`. The torque
-is the sum of their springs; where few pairs bear, the mesh is soft. The play 2b is larger under
-load, varies over the turn and opens with the slide that carries the encoder. The flanks' errors
-change the ratio at once, so the torque on the load is :math:`T(1 + e')` and the mesh neither makes
-nor loses energy by them.
+Pair j bears on the forward flank once :math:`x_j = w - e_f(\theta_l) - b - s_j > 0` with :math:`w
+= \theta_m/N - \theta_l`, and on the reverse flank likewise with :math:`e_r`. The torque is the sum
+of their springs; where few pairs bear, the mesh is soft. The backlash 2b is larger under load,
+varies over the turn and opens with the slide that carries the encoder. The flanks' errors change
+the ratio at once, so the torque on the load is :math:`T(1 + e')` and the mesh neither makes nor
+loses energy by them.
 """
 
 from math import acos, cos, sin, sqrt, tan
@@ -57,12 +57,12 @@ def involute(angle):
 @nb.njit
 def carrier_play(P):
     r"""
-    Return the play that the slide of the encoder opens, rad at the load.
+    Return the backlash that the slide of the encoder opens, rad at the load.
 
     Two equal involute gears whose shafts are :math:`a' = a + x` apart bear at the pressure angle
-    :math:`\cos\alpha' = (a / a') \cos\alpha` and have the play
+    :math:`\cos\alpha' = (a / a') \cos\alpha` and have the backlash
     :math:`2 a' (\mathrm{inv}\,\alpha' - \mathrm{inv}\,\alpha)` on circles of radius a'/2.
-    Flanks that are arcs leave them at root and tip, so the play is larger at both ends.
+    Flanks that are arcs leave them at root and tip, so the backlash is larger at both ends.
     """
     x = P.carrier_setting - P.carrier_zero
     if x <= 0.0:
@@ -104,7 +104,7 @@ def flank(P, wind_up, play):
 
 @nb.njit
 def mesh(P, S):
-    """Set wind-up, transmitted torque and slope; return the torques on load and motor."""
+    """Set torsion, transmitted torque and slope; return the torques on load and motor."""
     if P.flexspline_fitted > 0.0:
         return flexspline(P, S)
     wind_up = S.motor_angle / P.machine_ratio - S.load_angle

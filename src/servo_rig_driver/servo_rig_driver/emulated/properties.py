@@ -1,9 +1,9 @@
 """
 Everything that the emulated rig can be told: one line a property.
 
-A property of kind "scale" turns one trait of the rig: 0 off, 1 as on the bench, 2 twice as strong.
-The others are quantities with a unit. `withheld.*` are traits that the bench does not have, 0 off;
-they exist to be found. The keys of config/rigs/*.yaml are the paths here.
+A property of kind "scale" turns one effect of the rig: 0 off, 1 as on the bench, 2 twice as
+strong. The others are quantities with a unit. `withheld.*` are effects that the bench does not
+have, 0 off; they exist to be found. The keys of config/rigs/*.yaml are the paths here.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ PROPERTIES = (
     Property('carrier.pressure_angle', 0.349, 'rad', 0.1, 0.7, 'Of the teeth.'),
     Property('carrier.depth', 0.006, 'm', 1e-4, 0.1, 'Way of the slide from flanks that touch to '
              'teeth that part.'),
-    _scale('carrier.arc', 'Flanks that are arcs and no involutes; 1 is 0.25 mm of play.'),
+    _scale('carrier.arc', 'Flanks that are arcs and no involutes; 1 is 0.25 mm of backlash.'),
     _scale('carrier.waviness', 'Printed flanks: play that swings as it opens; 1 is 0.03 mm.'),
 
     Property('thermal.capacity', 600.0, 'J/K', 1e-3, BIG, 'Of the gearbox.'),
@@ -107,13 +107,13 @@ PROPERTIES = (
     _scale('thermal.heating', 'Heat of friction that stays in the gearbox.'),
 
     Property('mesh.gap', 2.6e-4, 'rad', 0.0, 1.0, 'Free play at the load without torque.'),
-    Property('mesh.stagger', 8e-5, 'rad', 0.0, 1.0, 'Wind-up until the last tooth pair bears.'),
+    Property('mesh.stagger', 8e-5, 'rad', 0.0, 1.0, 'Torsion until the last tooth pair bears.'),
     Property('mesh.opening_torque', 30.0, 'N m', 1e-9, BIG, 'Where half the growth is reached.'),
     Property('mesh.slip_torque', 1.0, 'N m', 0.0, BIG, 'Of all micro-slip contacts.'),
-    Property('mesh.slip_angle', 4e-5, 'rad', 1e-9, 1.0, 'Wind-up in which they slip.'),
+    Property('mesh.slip_angle', 4e-5, 'rad', 1e-9, 1.0, 'Torsion in which they slip.'),
     _scale('mesh.backlash', 'Free play.'),
-    _scale('mesh.backlash_load', 'Growth of the play with the torque; 1 is up to 50 %.'),
-    _scale('mesh.backlash_position', 'Variation of the play over the turn; 1 is 35 %.'),
+    _scale('mesh.backlash_load', 'Growth of the backlash with the torque; 1 is up to 50 %.'),
+    _scale('mesh.backlash_position', 'Variation of the backlash over the turn; 1 is 35 %.'),
     _scale('mesh.softening', 'Softness at small torque: tooth pairs that bear one by one.'),
     _scale('mesh.hysteresis', 'Micro-slip in the mesh.'),
     _scale('mesh.damping', 'Damping of the mesh.'),
@@ -127,7 +127,7 @@ PROPERTIES = (
 
     _scale('flexspline.fitted', '1: a harmonic drive in place of the toothed mesh, 0: none.', 0.0),
     Property('flexspline.tooth_angle', 2e-4, 'rad', 0.0, 1.0,
-             'Wind-up of its teeth for an e-fold of torque.'),
+             'Torsion of its teeth for an e-fold of torque.'),
     Property('flexspline.tooth_torque', 5.0, 'N m', 1e-9, BIG, 'From where teeth come to bear.'),
     Property('flexspline.error_amplitude', 2e-4, 'rad', 0.0, 1.0,
              'Twice a turn of the wave generator, seen from the load.'),

@@ -5,7 +5,7 @@ The emulated rig as a process of its own: an RV-reducer bench (or another one) o
         --channel /tmp/rig.can
 
 It answers SYNC, so its time is that of the driver. SIGUSR1 reads the rig file again and turns
-the traits of the running rig; a bus that goes away is opened again when it is back.
+the effects of the running rig; a bus that goes away is opened again when it is back.
 """
 
 from __future__ import annotations

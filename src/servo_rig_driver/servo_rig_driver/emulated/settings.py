@@ -1,4 +1,4 @@
-"""Reads a rig file: the machine to emulate and how strong each of its traits is."""
+"""Reads a rig file: the machine to emulate and how strong each of its effects is."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ STATE = np.dtype([
     ('flex_torque', 'f8'), ('creep_torque', 'f8'),         # N m, of the flexspline
     ('other_angle', 'f8'), ('other_speed', 'f8'),          # of the other axis, from its start
     ('reaction', 'f8'),                                    # N m, that the other axis feels
-    ('slow_torque', 'f8'),                                 # N m, magnitude that opens the play
+    ('slow_torque', 'f8'),                                 # N m, magnitude that opens the backlash
     ('current', 'f8'), ('current_integral', 'f8'),         # A, V
     ('brake_phase', 'f8'),                                 # rad, of its control at the start
     ('external', 'f8'), ('external_rate', 'f8'), ('external_target', 'f8'),

@@ -31,7 +31,7 @@ _METHOD = (
     'detectable severity. *removed*: the true cause is taken out of the catalogue. *foreign*: a '
     'trait that the catalogue never had. *pair*, *triple*: several at 2 or 4 times. In all but '
     'null cases the other values lie within 25 % of the tolerances. Each case has five families '
-    'of excitation, their settings drawn anew: two replicates to select, one to accept, one of '
+    'of excitation, their settings redrawn: two replicates to select, one to accept, one of '
     'other settings (a chirp for the multisine) to report.',
     '- **Smallest detectable severity**: found on the rig alone, without twin or diagnosis. In '
     'one signal of one family the rms of what the trait changes, less what tolerances could make '

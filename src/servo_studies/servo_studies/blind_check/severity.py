@@ -2,10 +2,10 @@ r"""
 The smallest severity at which a trait shows, found on the rig alone: no twin, no diagnosis.
 
 The rig is run twice with the same commands and without noise, with and without the trait. Of each
-recording family five signals are compared, as means over 10 ms: command, current, torque, wind-up
+recording family five signals are compared, as means over 10 ms: command, current, torque, torsion
 and motor speed. From the difference that is taken which the tolerances of the servo file could
 make up for: the rig's own differences for each tolerated value, bounded by its tolerance (and a
-constant wind-up, since the zeros of two encoders are never the same). What is left of a signal
+constant torsion, since the zeros of two encoders are never the same). What is left of a signal
 counts in units of
 
 .. math:: \max(3\,\text{noise floor},\ 5\,\%\ \text{of the signal's own rms})
@@ -101,7 +101,7 @@ class Workbench:
 
     @cached_property
     def tolerances(self) -> np.ndarray:
-        """What each tolerance can move, in units: columns, the last one a constant wind-up."""
+        """What each tolerance can move, in units: columns, the last one a constant torsion."""
         columns = []
         for path in self.machine.tolerated:
             step = 0.5 * self.machine.share(path)

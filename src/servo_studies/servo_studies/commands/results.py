@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='folder of recordings and figures (default %(default)s)')
     parser.add_argument('--parts', nargs='*', choices=PARTS, metavar='PART', help=(
                         f'of {", ".join(PARTS)}; default: all that can be made; with none, '
-                        'the pages alone are written anew from the figures in WORK'))
+                        'the pages alone are written again from the figures in WORK'))
     parser.add_argument('--seconds', type=float, default=60.0,
                         help='of the processor at most, for each learner (default %(default)g)')
 

@@ -57,7 +57,7 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
 
 def two_inertias(servo: Servo) -> Servo:
     """
-    Return the feed drive with its screw as two inertias, without the play of its nut.
+    Return the feed drive with its screw as two inertias, without the backlash of its nut.
 
     Effects within the mesh, as that play, are refused beside an FMU. All that turns with the motor
     is one of the inertias, the table, in kg and m, the other one; the spring is as stiff as the

@@ -86,7 +86,7 @@ def state_space(servo: Servo) -> control.StateSpace:
     .. math:: J_l\dot\omega_l = T - b_l\omega_l, \quad
               T = K w + d\,\dot w, \quad \dot w = \omega_m/N - \omega_l
 
-    The states are wind-up w, speeds of motor and load, and the current. Paper 004 eq. 1 to 3 and
+    The states are torsion w, speeds of motor and load, and the current. Paper 004 eq. 1 to 3 and
     sec. II E, friction as damping; the damping of the spring is that of eq. 4.
     """
     p = _values(servo)
@@ -160,7 +160,7 @@ def comparison_rows(found: Mapping) -> list[dict[str, str]]:
              'runs': 'both by `servo-twin linearise`, beside the equations by hand and the '
                      "emulated rig's frequency response",
              'ours': f'poles within {hand["poles"]:.1g} of the equations, gain '
-                     f'{hand["gain"]:.1g}, matrices {hand["matrices"]:.1g}; response within '
+                     f'{hand["gain"]:.1g}, matrices {hand["matrices"]:.1g}. Response within '
                      f'{rig["size"]:.2f} dB and {rig["phase"]:.1f} deg of the rig (median of '
                      f'the {clear} of {all_} tones that are coherent, {first:.2g} to {last:.2g} '
                      f'Hz), {rig["worst"]:.1f} dB at worst (at {rig["at"]:.0f} Hz); resonance '

@@ -48,8 +48,8 @@ def _open_loop(found: Mapping, models: list[str]) -> str:
 Goodness of fit R (eq. 13) of free runs: the twin begins where the rig begins, is given the voltage
 for eleven seconds and is never corrected. The paper records the angular velocity and titles the
 table with the angular response, so both are here: the speed of the load, and its angle from the
-start, into which every error of speed adds up (nothing holds it in open loop; below zero the
-drift is larger than the motion).
+start. Every error of speed adds up in the angle, since nothing holds it in open loop. Below zero
+the drift is larger than the motion.
 
 *Traditional* is Stribeck friction, a fixed dead zone and second-order harmonics of transmission
 error, on the mechanism of eq. 1; its friction, both inertias and the torque constant were fitted
@@ -86,7 +86,8 @@ def _ladder(found: Mapping) -> str:
 - **Friction that grows with load**: {_share(share)}
   from turns under five loads that resist either way. A friction network of angle and speed
   cannot know it: its steady turns carry no load.
-- **Presliding**: bristles carry {bristle['level']:.3g} N m of the learned level and slip after
+- **Presliding**: LuGre friction carries {bristle['level']:.3g} N m of the learned level and slips
+  after
   {1e6 * bristle['breakaway']:.3g} urad; found on the open-loop training runs, whose mean R it
   takes from {bristle['before']:.4f} to {bristle['after']:.4f}.
 """
@@ -171,7 +172,7 @@ def _learners(found: Mapping) -> str:
     return f"""## Learners of friction
 
 Features of paper 003 (speed, acceleration, current; windows of 20 samples) on the friction
-experiment and the open-loop training runs: {count['train']} windows to train,
+experiment and the open-loop training runs. There are {count['train']} windows to train,
 {count['validation']} to stop by, {count['test']} to test (the last fifth of each run),
 {count['beyond']} faster than any trained on. Training ends when the validation error has
 stopped falling, or after {found['limit']:.0f} s. Evaluation is one call of the exported, compiled

@@ -93,7 +93,7 @@ def recorded(folder: Path, told: Told | None = None, parts: Sequence[Part] | Non
     Return the recordings of each part, making those that ``folder`` does not hold yet.
 
     ``servo`` and ``rig`` name shipped files, ``turned`` properties of the rig such as
-    friction.level=1.5. A bag is made anew when its set-points, its seed, the rig file or these
+    friction.level=1.5. A bag is regenerated when its set-points, its seed, the rig file or these
     have changed since.
     """
     parts = plan() if parts is None else tuple(parts)

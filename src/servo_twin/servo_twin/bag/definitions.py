@@ -43,6 +43,7 @@ def _candidates() -> Iterator[Path]:
         yield parent / PACKAGE / 'msg'
         yield parent / 'share' / PACKAGE / 'msg'
         yield parent / PACKAGE / 'share' / PACKAGE / 'msg'
+        yield parent / 'share' / 'servo_twin' / 'msg'  # as pip installs them, without ROS
 
 
 @cache

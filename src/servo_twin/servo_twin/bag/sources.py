@@ -168,7 +168,8 @@ def open_source(path: Path) -> Source:
         raise BagError(f'{path} does not exist')
     information = _metadata(path)
     listed = [path / name for name in information.get('relative_file_paths') or []]
-    files = [file for file in listed if file.is_file()] if listed else _natural(path)
+    inside = [file for file in listed if path.resolve() in file.resolve().parents]
+    files = [file for file in inside if file.is_file()] if listed else _natural(path)
     if information.get('compression_mode') or any(file.suffix != '.mcap' for file in files):
         return ForeignSource(path)
     missing = [file.name for file in listed if file not in files]

@@ -56,9 +56,9 @@ class ControllerLaw:
     """
     The control law of a servo, run over blocks of samples.
 
-    The integral of the rig's controller at the first sample is not known: it is taken such that
-    the law agrees in the mean of what was seen, of the last FOLLOW seconds when that is longer;
-    so rounding cannot pile up either. Raises ValueError for a servo without a controller.
+    The integral of the rig's controller at the first sample is not known. It is taken such that
+    the law agrees in the mean of what was seen, of the last FOLLOW seconds when that is longer. So
+    rounding cannot pile up either. Raises ValueError for a servo without a controller.
     """
 
     def __init__(self, servo: Servo, period: float) -> None:
@@ -90,7 +90,7 @@ class ControllerLaw:
         self._memory[:] = other._memory
 
     def forget(self) -> None:
-        """Begin anew at the next sample."""
+        """Begin again at the next sample."""
         self._memory[:] = 0.0
 
 

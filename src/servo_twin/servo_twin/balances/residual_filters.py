@@ -73,7 +73,7 @@ class Balances:
         self.__dict__ = fresh.__dict__
 
     def finish(self) -> np.ndarray:
-        """Return the answers still owed, which are NaN, and begin anew."""
+        """Return the answers still owed, which are NaN, and begin again."""
         owed = min(self._seen, self.half)
         self._tail = self._tail[:, :0]
         self._seen = 0

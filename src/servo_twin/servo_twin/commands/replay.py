@@ -104,7 +104,7 @@ def servo_of(recording: Recording, given: str | None) -> Servo:
         return load(servo_at(given))
     if not recording.servo_file:
         raise ServoError(f'{recording.name}: no servo file is stored in it; give one by --servo')
-    return loads(recording.servo_file, f'servo file in {recording.name}')
+    return loads(recording.servo_file, f'servo file in {recording.name}', code=False)
 
 
 def say_differences(found: dict[str, int]) -> int:

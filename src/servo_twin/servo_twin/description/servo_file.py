@@ -53,14 +53,16 @@ def load(path: str | Path) -> Servo:
     return loads(text, str(path), Path(path).parent)
 
 
-def loads(text: str, origin: str = 'servo file', folder: str | Path = '.') -> Servo:
+def loads(text: str, origin: str = 'servo file', folder: str | Path = '.',
+          code: bool = True) -> Servo:
     """
     Read a servo from YAML text; raises ServoError.
 
-    ``origin`` is named in errors; files that the text names are looked for in ``folder``.
+    ``origin`` is named in errors; files that the text names are looked for in ``folder``. Without
+    ``code`` a text that names an FMU is refused: nothing but an FMU brings code of its own.
     """
     try:
-        return _servo(_mapping(read_yaml(text), 'the file'), Path(folder))
+        return _servo(_mapping(read_yaml(text), 'the file'), Path(folder), code)
     except NotPlain as problem:
         raise ServoError(f'{origin}: {problem}') from None
     except yaml.YAMLError as problem:
@@ -148,7 +150,7 @@ def _choice(given, choices, where: str):
     return given
 
 
-def _servo(tree: dict, folder: Path) -> Servo:
+def _servo(tree: dict, folder: Path, code: bool) -> Servo:
     for section in tree:
         _choice(section, _SECTIONS, 'section')
     for needed in ('servo', 'drive', 'mechanism'):
@@ -179,6 +181,9 @@ def _servo(tree: dict, folder: Path) -> Servo:
         kind = body.pop('type', 'none' if section == 'controller' else None)
         chosen[section] = registry[_choice(kind, registry, f'{section}.type')]
         if chosen[section] is Fmu:
+            if not code:
+                raise ServoError('mechanism.type = fmu: the code of an FMU is run only where a '
+                                 'servo file is named; give it by --servo')
             from ..fmu.mapping import mechanism_of
             chosen[section] = mechanism_of(body, folder)
         take(section, body, chosen[section].parameters)

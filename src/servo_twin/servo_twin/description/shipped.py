@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
-
 from ..physics.servo import ServoError
 
 
 def shipped(name: str) -> Path:
     """Return a file below config/; raises ServoError where it is not installed."""
-    try:
-        path = Path(get_package_share_directory('servo_twin')) / 'config' / name
-    except PackageNotFoundError:
-        raise ServoError(f'config/{name} is not installed: source env.sh, or name a '
-                         f'file') from None
+    folder = _share()
+    if folder is None:
+        raise ServoError(f'config/{name} is not installed: source env.sh, or name a file')
+    path = folder / 'config' / name
     if not path.exists():
         known = sorted(file.stem for file in path.parent.glob('*.yaml'))
         raise ServoError(f'{path.stem!r} is neither a file nor shipped; shipped are {known}')
@@ -46,3 +43,16 @@ servo_at = servo_file
 def shipped_servos() -> list[str]:
     """Return the names of the shipped servo files."""
     return sorted(file.stem for file in shipped('servos/rv_bench.yaml').parent.glob('*.yaml'))
+
+
+def _share() -> Path | None:
+    """Return the share folder of the package: by ROS's index, else where pip put it, or None."""
+    try:
+        from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+    except ImportError:
+        around = (folder / 'share' / 'servo_twin' for folder in Path(__file__).resolve().parents)
+        return next((one for one in around if (one / 'config').is_dir()), None)
+    try:
+        return Path(get_package_share_directory('servo_twin'))
+    except PackageNotFoundError:
+        return None

@@ -10,6 +10,7 @@ import hashlib
 import os
 from pathlib import Path
 import shutil
+import sys
 from types import MappingProxyType
 import zipfile
 
@@ -118,6 +119,7 @@ def _opened(path: Path, digest: str) -> OpenedFmu:
         more = '; it has sources: `fmpy compile` makes a binary of them' if sources else ''
         raise FmuError(f'{path}: it has no binary for this machine ({place}); it has '
                        f'{there or "none"}{more}')
+    print(f'{path}: the code of this FMU is run in this process', file=sys.stderr)
     return OpenedFmu(
         path, digest, version, _unpacked(path, digest), runs.modelIdentifier, described.guid,
         bool(runs.canGetAndSetFMUstate),

@@ -6,7 +6,7 @@ length is taken out by Richardson's extrapolation, so that the continuous laws r
 
 .. math:: A = \lim_{h\to 0} \frac{1}{h}\left(\frac{\partial F_h}{\partial x} - I\right)
 
-Numbers of the state that the step sets anew each time (the current of a drive without inductance,
+Numbers of the state that the step sets again each time (the current of a drive without inductance,
 the load of a rigid mechanism, the torque) are not states of the linear form and are solved for.
 Source of the extrapolation: Hairer, Norsett, Wanner: Solving ODE I, 1993, sec. II.9.
 """
@@ -62,7 +62,7 @@ def matrices_of(still: Still, inputs: tuple[str, ...], outputs: tuple[str, ...])
     a, b, c, d = (_extrapolated(*three) for three in zip(*parts, strict=True))
 
     # what is smaller than the rounding of its difference is nothing
-    kept = [i for i, anew in zip(live, set_anew, strict=True) if not anew]
+    kept = [i for i, again in zip(live, set_anew, strict=True) if not again]
     changes = _changes(still, kept)
     least = 1024.0 * np.finfo(float).eps * (np.abs(still.x[kept]) + changes)[:, None] / longest
     a[np.abs(a) < least / changes] = 0.0
@@ -123,14 +123,14 @@ def _differences(still: Still, live: list[int], columns: list[int], h: float
     return by_state, by_input
 
 
-def _continuous(found, anew: np.ndarray, h: float) -> tuple[np.ndarray, ...]:
-    """Return A, B, and how the numbers set anew follow from states and inputs."""
+def _continuous(found, again: np.ndarray, h: float) -> tuple[np.ndarray, ...]:
+    """Return A, B, and how the numbers set again follow from states and inputs."""
     by_state, by_input = found
-    goes = ~anew
-    settled = np.linalg.inv(np.eye(int(anew.sum())) - by_state[np.ix_(anew, anew)])
-    of_states = settled @ by_state[np.ix_(anew, goes)]
-    of_inputs = settled @ by_input[anew]
-    through = by_state[np.ix_(goes, anew)]
+    goes = ~again
+    settled = np.linalg.inv(np.eye(int(again.sum())) - by_state[np.ix_(again, again)])
+    of_states = settled @ by_state[np.ix_(again, goes)]
+    of_inputs = settled @ by_input[again]
+    through = by_state[np.ix_(goes, again)]
     a = by_state[np.ix_(goes, goes)] - np.eye(int(goes.sum())) + through @ of_states
     b = by_input[goes] + through @ of_inputs
     return a / h, b / h, of_states, of_inputs
@@ -147,9 +147,9 @@ def _readings(still: Still, live: list[int], columns: list[int], outputs: tuple[
     return rows
 
 
-def _with_outputs(found, read: np.ndarray, anew: np.ndarray) -> tuple[np.ndarray, ...]:
+def _with_outputs(found, read: np.ndarray, again: np.ndarray) -> tuple[np.ndarray, ...]:
     a, b, of_states, of_inputs = found
-    return a, b, read[:, ~anew] + read[:, anew] @ of_states, read[:, anew] @ of_inputs
+    return a, b, read[:, ~again] + read[:, again] @ of_states, read[:, again] @ of_inputs
 
 
 def _names(still: Still, kept: list[int]) -> list[str]:

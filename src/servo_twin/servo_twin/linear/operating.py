@@ -22,7 +22,7 @@ WITHOUT_SLOPE = {
     'encoder_counts': _ROUNDING,
     'drive_dead_band': 'the command is taken to be outside the band, where the slope is 1',
     'network_deviation': 'follows the reference too; what is made linear is the model below it',
-    'hysteresis': 'depends on the way that the wind-up came, not on its value',
+    'hysteresis': 'depends on the way that the torsion came, not on its value',
 }
 """Effects that the linear form leaves out, and why; those of the port `clearance` besides."""
 
@@ -38,12 +38,12 @@ class Point:
     """
     Where the servo is made linear.
 
-    ``speed`` in rad/s of the load (m/s of a linear axis), ``angle`` of the load in rad,
-    ``torque`` the external torque on the load in N m, ``coupled`` the angle in rad of an axis that
-    changes the inertia of this one, ``temperature`` in degC.
-    ``friction``: `sliding`: both shafts move at ``speed`` and friction is its slope there, a
-    constant being balanced by the command; `none`: no friction at all; `stuck`: friction holds the
-    load fast, and the motor, without friction, turns against the mesh.
+    ``speed`` is in rad/s of the load (m/s of a linear axis); ``angle`` of the load in rad;
+    ``torque`` is the external torque on the load in N m; ``coupled`` the angle in rad of an axis
+    that changes the inertia of this one; ``temperature`` is in degC. ``friction``: `sliding`: both
+    shafts move at ``speed`` and friction is its slope there, a constant being balanced by the
+    command; `none`: no friction at all; `stuck`: friction holds the load fast, and the motor,
+    without friction, turns against the mesh.
     """
 
     friction: str = 'sliding'

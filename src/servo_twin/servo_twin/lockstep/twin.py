@@ -25,7 +25,7 @@ from ..recording.samples import (
 LIVE_MODES = ('measured_input', 'closed_loop', 'observer')
 """The ways of running that need nothing but the past; `forced_current` looks one sample ahead."""
 
-_CHUNK = 8192  # samples a call of the kernel: bounds what is run anew when a state blows up
+_CHUNK = 8192  # samples a call of the kernel: bounds what is run again when a state blows up
 
 
 def prepare(servo: Servo) -> None:
@@ -94,7 +94,7 @@ class Twin:
         self.restarts = self.bridged = self.samples = 0
         self.why = ''
         self.breaks: tuple[int, ...] = ()
-        """Rows of the last block at which samples were missing before, or the state began anew."""
+        """Rows of the last block before which samples were missing or the state began again."""
         self.next: int | None = None
         """Running number that the next sample should have."""
         self._x: np.ndarray | None = None
@@ -175,7 +175,7 @@ class Twin:
         Run another servo from the next sample on; raises ServoError, changing nothing.
 
         Keeps angles, speeds and the memories of effects that both have when the mechanism and its
-        ratio are the same, and says True; starts anew otherwise. Call :func:`prepare` before.
+        ratio are the same, and says True; starts again otherwise. Call :func:`prepare` before.
         """
         check_mode(servo, self._mode)
         before, x = self.servo, self._x

@@ -55,7 +55,7 @@ def answer(recording: Recording, servo: Servo, settings: Settings = _AS_DECLARED
     fill(line.finish())
     warnings = []
     if line.twin.restarts:
-        warnings.append(f'the twin began anew {line.twin.restarts} times: {line.twin.why}')
+        warnings.append(f'the twin began again {line.twin.restarts} times: {line.twin.why}')
     if not present.all():
         warnings.append(f'{int((~present).sum())} samples are missing; '
                         f'{line.twin.bridged} were bridged')

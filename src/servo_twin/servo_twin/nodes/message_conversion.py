@@ -63,8 +63,8 @@ class Outgoing:
     """
     One kind of answer on its way out.
 
-    The message is the same object each time, filled anew: what is published is serialised at once,
-    and making a message costs as much as sending it.
+    The message is the same object each time, filled again: what is published is serialised at
+    once, and making a message costs as much as sending it.
     """
 
     def __init__(self, kind: type[Prediction] | type[Residual], frame: str) -> None:

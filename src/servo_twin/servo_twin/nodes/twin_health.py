@@ -106,13 +106,13 @@ class TwinHealth:
             return STALE, 'no samples since the last report'
         said = []
         if new['left out, overload'] > 0:
-            said.append(f'too slow for the rig: {self._lag:.1f} s behind, began anew at the '
+            said.append(f'too slow for the rig: {self._lag:.1f} s behind, began again at the '
                         f'newest sample, {new["left out, overload"]} left out')
         elif self._lag > JOINS_FROM:
             said.append(f'behind the rig by {self._lag:.2f} s at worst, catching up by larger '
                         'blocks')
         if new['restarts'] > 0:
-            said.append(f'began anew {new["restarts"]} times: {twin.why}')
+            said.append(f'began again {new["restarts"]} times: {twin.why}')
         if new['bridged'] > 0:
             said.append(f'bridged {new["bridged"]} missing samples')
         if new['blocks given up'] > 0:

@@ -266,7 +266,7 @@ class TwinNode(LifecycleNode):
         finally:
             self._declaring = False
         self._health.loaded += 1
-        how = 'its state was kept' if kept else 'it begins anew'
+        how = 'its state was kept' if kept else 'it begins again'
         said = f'{servo.name} runs in place of {before.name}; {how}'
         self.get_logger().info(said)
         self._happened(events.SERVO_FILE, said, servo_file.dumps(servo))

@@ -30,7 +30,7 @@ def declare(node: Node) -> None:
         additional_constraints=f'one of {list(LIVE_MODES)}'))
     node.declare_parameter('bridge', 50, ParameterDescriptor(
         description='Missing samples that are stepped over with the last input held; after more '
-                    'of them the twin begins anew. Unit: samples.',
+                    'of them the twin begins again. Unit: samples.',
         integer_range=[IntegerRange(from_value=0, to_value=100_000, step=1)]))
     node.declare_parameter('catch', 0.1, ParameterDescriptor(
         description='How long the twin runs as an observer after it began, so that it takes up '
@@ -42,7 +42,7 @@ def declare(node: Node) -> None:
         floating_point_range=[FloatingPointRange(from_value=0.0, to_value=1.0)]))
     node.declare_parameter('overload', 2.0, ParameterDescriptor(
         description='How far the twin may fall behind the rig and catch up by larger blocks; '
-                    'beyond, it begins anew at the newest sample and counts what it left out. '
+                    'beyond, it begins again at the newest sample and counts what it left out. '
                     'Unit: s.',
         floating_point_range=[FloatingPointRange(from_value=0.1, to_value=60.0)]))
     node.declare_parameter('autostart', False, ParameterDescriptor(

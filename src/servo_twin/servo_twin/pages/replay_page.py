@@ -23,7 +23,7 @@ WITHOUT_TORQUE = (*CHAIN[:2], ('motor, load', 'torque_balance'), CHAIN[3], CHAIN
 """The chain of a rig without torque sensor: what acts on either shaft cannot be told apart."""
 
 ANSWERS_TO = {
-    'controller': 'gain, filter, wind-up, sample time',
+    'controller': 'gain, filter, integrator windup, sample time',
     'drive': 'gain, bandwidth, saturation, dead band, delay',
     'motor': 'motor-side friction, cogging, torque constant, rotor inertia',
     'transmission': 'backlash, stiffness, hysteresis, transmission error',

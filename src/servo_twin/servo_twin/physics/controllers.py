@@ -2,8 +2,8 @@
 Controllers: from a reference and the readings to the command.
 
 What is added to the output of a controller (``added``, in the unit of the command) stands before
-its limit, as the torque offset of a drive does (CiA 402-2, objects 60B2h and 6072h) and the torque
-fed forward in the firmware of robot joints: what is limited is what the drive is told.
+its limit: what is limited is what the drive is told. The torque offset of a drive acts so (CiA
+402-2, objects 60B2h and 6072h), and the torque fed forward in the firmware of robot joints.
 """
 
 from math import exp
@@ -123,8 +123,8 @@ class Cascade(Controller):
     .. math:: \omega_w = \mathrm{clip}(k_p (\theta_r - \theta_l), \omega_{max}), \quad
               u = k_v (\omega_w - \hat\omega_m / N) + k_i \int (\omega_w - \hat\omega_m / N)\,dt
 
-    The play of the transmission lies inside the outer loop. The integral stands still while the
-    output is at its limit.
+    The backlash of the transmission lies inside the outer loop. The integral stands still while
+    the output is at its limit.
     """
 
     source = 'closed loop of position over an encoder at the output, paper 002 (bench and model)'

@@ -73,12 +73,13 @@ class Effect(Declared):
 
     A subclass of one of the ports of :mod:`.ports`, in a file of its own. It declares parameters,
     ``memory`` (how many numbers it remembers from step to step), ``source``, and the static
-    ``law(p, s, motion, h)``: ``p`` its parameters by name, ``s`` its memory (an array of shape
-    (memory,), zero at the start, updated in place), ``motion`` what its port shows it, ``h`` the
-    time since the law was last asked, s. The law is compiled by numba: scalars and math only.
-    ``candidate`` says whether a diagnosis may propose it: not a learned one, nor plain rounding;
-    ``replaces`` names simpler effects at the same site whose amplitude it may take over, and
-    ``leaves`` amplitudes of its own that it leaves to another effect of the catalogue.
+    ``law(p, s, motion, h)``. Of these ``p`` holds its parameters by name; ``s`` is its memory, an
+    array of shape (memory,), zero at the start, updated in place; ``motion`` is what its port
+    shows it; ``h`` is the time since the law was last asked, s. The law is compiled by numba:
+    scalars and math only. ``candidate`` says whether a diagnosis may propose it: not a learned
+    one, nor plain rounding; ``replaces`` names simpler effects at the same site whose amplitude it
+    may take over, and ``leaves`` amplitudes of its own that it leaves to another effect of the
+    catalogue.
     """
 
     source: ClassVar[str] = ''

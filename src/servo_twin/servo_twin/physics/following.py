@@ -1,9 +1,9 @@
 """
 What the laws of a servo say along a motion that was measured, part by part.
 
-Nothing is integrated here but the memories of the laws and the current: each part of the servo is
-shown what its neighbours were measured to do, so an error of one part does not spread to the
-others and nothing drifts. Copied into each kernel, as :mod:`.rollout` is.
+Nothing is integrated here but the memories of the laws and the current. Each part of the servo is
+shown what its neighbours were measured to do. So an error of one part does not spread to the
+others, and nothing drifts. Copied into each kernel, as :mod:`.rollout` is.
 """
 # ruff: noqa: F821
 
@@ -21,7 +21,7 @@ def follow(theta, on, x, motion, out, h):
     """
     Evaluate the laws along `motion`, shape (samples, len(MOTION)); fill `out`, likewise FOLLOWED.
 
-    The wind-up is ``motor / ratio - load`` with its zero taken off; torque (N m on the load) may
+    The torsion is ``motor / ratio - load`` with its zero taken off; torque (N m on the load) may
     be NaN, then it is what the load side takes. ``lost`` is the kinematic error and ``half_gap``
     half the clearance (rad at the load), ``spring`` the torque of the effects in the mesh. A
     resistance is signed against the motion. While a shaft stands still its resistance is the

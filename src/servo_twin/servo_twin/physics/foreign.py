@@ -2,7 +2,7 @@
 A mechanism that somebody else compiled: its C functions, called from within a compiled kernel.
 
 The functions of an FMU, and where its variables lie, stand in a row of integers in memory, the
-table; the state of a servo holds the address of its table, so that a kernel that was compiled and
+table. The state of a servo holds the address of its table, so that a kernel that was compiled and
 cached yesterday calls what is loaded today. Calls follow the C convention: FMI 2.0.4, sec. 2.1.7
 and 4.2, FMI 3.0.1, sec. 2.2.6 and 4.2.
 """

@@ -51,7 +51,7 @@ class Kernel:
 
     ``run(theta, on, x, u, y, substeps, h, mode)`` advances ``x`` in place over the samples of
     ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
-    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the wind-up.
+    :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the torsion.
     ``follow``, ``lose``, ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured
     motion, see :mod:`.following`. Each is compiled when it is first called, releases the GIL and
     may run on several threads.

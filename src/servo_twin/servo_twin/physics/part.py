@@ -42,12 +42,12 @@ class Mechanism(Part):
     ``step(p, theta, on, x, current_torque, external, temperature, h)`` advances the state in
     place; it is copied into the kernel and may use the names of :mod:`.folds`. ``x[ADDED]`` is the
     inertia (kg m2) that the load has beside the mechanism's own, ``x[SWELL]`` its growth.
-    ``rest(p, torque)`` returns the wind-up (rad at the load) that carries a torque at rest,
+    ``rest(p, torque)`` returns the torsion (rad at the load) that carries a torque at rest,
     ``pull(p, wind_up, rate)`` the torque of the linear mesh. What it remembers, zero at the start,
     begins at ``x[MECHANISM]``. ``slides`` says that the load of a turning motor moves straight:
-    what stands in rad, N m and kg m2 at the load is in m, N and kg there, ``correctable`` that
-    angles and speeds in the state may be pulled by measurements, ``restartable`` that it begins
-    at any of them.
+    what stands in rad, N m and kg m2 at the load is in m, N and kg there. ``correctable`` says
+    that angles and speeds in the state may be pulled by measurements, ``restartable`` that it
+    begins at any of them.
     """
 
     compliant: ClassVar[bool]

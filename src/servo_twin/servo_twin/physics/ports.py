@@ -2,7 +2,7 @@
 Where an effect can act, what its law is shown there, what it returns and how several combine.
 
 Signs, once for all: positive angle, speed and torque point the same way on both shafts; the
-wind-up is ``motor_angle / ratio - load_angle - error``; the transmitted torque is the torque on
+torsion is ``motor_angle / ratio - load_angle - error``; the transmitted torque is the torque on
 the load; friction resists; an external torque resists the load.
 """
 
@@ -120,7 +120,7 @@ class Clearance(Effect):
     Width of the gap in which the teeth do not touch, rad at the load shaft; several add up.
 
     As friction is a budget of torque, clearance is a budget of angle: the mechanism takes from the
-    wind-up what the gap swallows, up to half the width to either side. The sum is cut at zero.
+    torsion what the gap swallows, up to half the width to either side. The sum is cut at zero.
     """
 
     port = 'clearance'
@@ -130,7 +130,7 @@ class Clearance(Effect):
 
 
 class Mesh(Effect):
-    """Torque on the load by the wind-up, N m, beside the linear stiffness; several add up."""
+    """Torque on the load by the torsion, N m, beside the linear stiffness; several add up."""
 
     port = 'mesh'
     motion = WindUp

@@ -10,7 +10,7 @@ from math import exp
 
 
 def align(theta, on, x, torque):
-    """Set the zero of the wind-up so that the state as it stands carries `torque` (N m)."""
+    """Set the zero of the torsion so that the state as it stands carries `torque` (N m)."""
     mechanism = mechanism_of(theta)
     teeth = Teeth(x[MOTOR_ANGLE], x[LOAD_ANGLE], x[LOAD_DIRECTION], 0.0, torque)
     lost = mesh_error(theta, on, x, teeth, 0.0)

@@ -68,7 +68,7 @@ def initial_state(servo: Servo, motor: float = np.nan, load: float = np.nan,
     Return the state in which a recording begins.
 
     Angles in rad as the encoders read (NaN: not measured, follows from the other one), ``torque``
-    in N m on the load, speed in rad/s at the load. The zero of the wind-up is set so that the
+    in N m on the load, speed in rad/s at the load. The zero of the torsion is set so that the
     state carries ``torque`` at rest: the zeros of two encoders are never the same.
     """
     kernel = kernel_of(servo)

@@ -15,7 +15,7 @@ class Joiner(Generic[Message]):
 
     Each topic comes in its own order. When a number is complete, every topic is past all smaller
     ones, so what still waits with a smaller number has lost a part and is given up: ``given_up``
-    counts. A topic whose numbers go back has begun anew: what waited of it is forgotten.
+    counts. A topic whose numbers go back has begun again: what waited of it is forgotten.
     """
 
     def __init__(self, topics: Sequence[str]) -> None:

@@ -19,7 +19,7 @@ class Winding:
     ``resistance`` in ohm, ``inductance`` in H, ``constant`` in N m/A and V s/rad, ``gear`` in
     turns of the motor for one of the joint. Cogging is ``cogging * sin(order * angle + phase)``.
     LuGre friction has ``bristle`` (N m/rad), ``bristle_damping`` (N m s/rad), ``coulomb`` and
-    ``static`` (N m) and ``stribeck`` (rad/s); a bristle of zero is none, all torques in N m.
+    ``static`` (N m) and ``stribeck`` (rad/s); stiffness of zero is none, all torques in N m.
     """
 
     resistance: float
@@ -47,9 +47,9 @@ class Joint:
     .. math:: \tau = \mathrm{clip}\left(g\,u - e\,\dot q + k_p (q^* - q)
               + k_d (k_f\,\dot q^* - \dot q),\ \tau_{max}\right)
 
-    ``inertia`` J is that of what the joint carries about its axis, ``armature`` A that of the
-    motor, ``damping`` b, ``friction`` f, ``stiction`` what resists at rest above f, ``stiffness``
-    k and ``rest`` q_0 of a spring, ``cosine`` and ``sine`` the gravity torque. ``gain`` g is the
+    ``inertia`` J is that of what the joint carries about its axis; ``armature`` A that of the
+    motor; ``damping`` b; ``friction`` f; ``stiction`` what resists at rest above f; ``stiffness``
+    k and ``rest`` q_0 of a spring; ``cosine`` and ``sine`` the gravity torque. ``gain`` g is the
     torque for one of the command u, ``command_limit`` the largest of it, ``back_emf`` e what a
     held command loses with speed; ``lag`` (s) and ``delay`` (s) act on the command. SI units; of a
     joint that ``slides`` rad reads m, N m reads N, kg m2 reads kg, and ``cosine`` is the force at

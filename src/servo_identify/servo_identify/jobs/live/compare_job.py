@@ -7,7 +7,7 @@ that a balance that either misses by far does not hide the others.
 
 What is lost between the shafts hangs on where the load stands to a fraction of a tooth, and a twin
 that runs freely is soon elsewhere. The balances of the transmission and of the load encoder are
-therefore taken from twins that an observer keeps at the rig's angles: they compare angles of both
+therefore taken from twins that an observer keeps at the rig's angles. They compare angles of both
 shafts with the torque between them, which the observer's correction does not enter. The zeros of
 the encoders are arbitrary, so the mean of the transmission's balance does not count.
 """

@@ -12,7 +12,7 @@ from servo_twin.recording.samples import CHANNELS
 RUNNING = 'running'
 """The excitation family of what was taken of a running rig."""
 
-_BRIDGED = 0.1  # s of missing samples that are kept as NaN; after more of them it begins anew
+_BRIDGED = 0.1  # s of missing samples that are kept as NaN; after more of them it begins again
 
 
 class Ring:

@@ -1,9 +1,9 @@
 """
 The part of friction that bends before it slips, found from open-loop runs.
 
-Steady turns say nothing of presliding: a bristle that slips resists as Coulomb friction does. What
-tells it is when a shaft leaves its dead zone. So a share of the level that the networks learned
-is handed to bristles (LuGre without a static excess); how much, and how far they bend, is what
+Steady turns say nothing of presliding: what slips resists as Coulomb friction does. What tells it
+is when a shaft leaves its dead zone. So a share of the level that the networks learned is handed
+to presliding friction (LuGre without a static excess). How much, and over what angle, is what
 makes the free runs over the recordings fit best (paper 000 eq. 13).
 """
 
@@ -31,7 +31,7 @@ EVALUATIONS = 40
 
 @dataclass(frozen=True)
 class Presliding:
-    """``level`` N m that the bristles carry, ``breakaway`` rad; mean R before and after."""
+    """``level`` N m that presliding carries, ``breakaway`` rad; mean R before and after."""
 
     level: float
     breakaway: float
@@ -43,7 +43,7 @@ class Presliding:
 def learned_presliding(servo: Servo, recordings: Sequence[Recording], friction: str = 'friction',
                        told: Callable[[float], None] | None = None) -> Presliding:
     """
-    Find the bristles at the shaft of the friction networks named ``friction``.
+    Find the presliding friction at the shaft of the friction networks named ``friction``.
 
     ``told`` is given the mean R of each trial. Raises ValueError where the servo has no such
     networks, and where no recording has a command.
@@ -102,7 +102,7 @@ def least_level(servo: Servo, friction: str) -> float:
 
 
 def without_presliding(servo: Servo, friction: str = 'friction') -> Servo:
-    """Return the servo whose friction networks have the level of any bristles back."""
+    """Return the servo whose friction networks have the level of any presliding friction back."""
     if NAME not in {p.name for p in servo.effects}:
         return servo
     level = servo.values[f'effects.{NAME}.level']
@@ -113,7 +113,7 @@ def without_presliding(servo: Servo, friction: str = 'friction') -> Servo:
 
 
 def with_presliding(servo: Servo, found: Presliding, friction: str = 'friction') -> Servo:
-    """Return the servo whose friction networks hand the level of the bristles over to them."""
+    """Return the servo whose friction networks hand their level over to presliding friction."""
     servo = without_presliding(servo, friction)
     site = next(p.site for p in servo.effects if p.name == friction)
     thresholds = {f'effects.{friction}.{way}_level':

@@ -4,8 +4,8 @@ Backlash over angle and load, as in paper 000 section 3.2.
 Under a constant load the transmission error is measured in both directions; forward less reverse
 is the backlash. Its low orders are kept: the high ones are those of the transmission error. A gap
 is crossed only where the teeth change flanks, so a forward pass that carries positive torque is
-paired with a reverse pass that carries as much negative torque; where a load simulator pulls one
-way only, that takes two recordings, and encoders that keep their zero between them.
+paired with a reverse pass that carries as much negative torque. Where a load simulator pulls one
+way only, this takes two recordings, and encoders that keep their zero between them.
 """
 
 from __future__ import annotations

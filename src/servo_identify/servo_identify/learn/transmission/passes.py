@@ -5,7 +5,7 @@ A pass is one stretch in one direction at a steady speed. What is lost between t
 
 .. math:: e(\\theta_l) = \\theta_m / N - \\theta_l - T / K_{eq}
 
-with the wind-up that the torque explains taken off, is averaged in equal cells of the load's turn.
+with the torsion that the torque explains taken off, is averaged in equal cells of the load's turn.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@ r"""
 Play from one recording that goes both ways, and its curve over what it is set by.
 
 What is lost between the shafts, :math:`\theta_m / N - \theta_l`, is averaged in cells of the angle
-of the load, forward and reverse apart. Forward less reverse is the play and what the teeth wind
-up by the friction of the load, :math:`2 \tau_f / K`, which the servo file tells and which is
-taken off; what the shape of the teeth loses is the same both ways. Holds where the motion is slow:
+of the load, forward and reverse apart. Forward less reverse is the backlash and what the teeth
+wind up by the friction of the load, :math:`2 \tau_f / K`, which the servo file tells and which is
+taken off. What the shape of the teeth loses is the same both ways. Holds where the motion is slow:
 a load that its own inertia carries through the gap bears on neither flank.
 """
 
@@ -30,12 +30,12 @@ SHY = 1e-4  # of the prior that holds the variation over the turn small, against
 @dataclass(frozen=True)
 class Play:
     """
-    The play in one recording, rad at the load.
+    The backlash in one recording, rad at the load.
 
     ``width`` its mean over the cells that were passed both ways, ``std`` the standard error of
     that mean, ``varies`` its standard deviation from cell to cell, ``wound`` what the teeth wind
     up between the two directions (not part of ``width``). ``angles`` and ``widths`` of shape
-    (cells,): the middle of each cell, rad at the load, and the play there.
+    (cells,): the middle of each cell, rad at the load, and the backlash there.
     """
 
     width: float
@@ -48,7 +48,7 @@ class Play:
 
 def measured_play(servo: Servo, recording: Recording, cells: int = CELLS) -> Play:
     """
-    Measure the play of a recording that moved both ways over the same angles.
+    Measure the backlash of a recording that moved both ways over the same angles.
 
     Raises ValueError where an encoder is missing, or too little was passed both ways.
     """
@@ -100,7 +100,7 @@ def _friction(servo: Servo, slow: float, fast: float) -> float:
 def with_curve(servo: Servo, plays: Mapping[float, Play], recordings: Sequence[Recording]
                ) -> Servo:
     """
-    Return the servo with the play over the setting of its slide, m, as measured.
+    Return the servo with the backlash over the setting of its slide, m, as measured.
 
     Raises ServoError where the servo has no effect carrier_backlash, or fewer than two settings
     were measured.
@@ -131,7 +131,7 @@ def _over_the_turn(plays: Sequence[Play]) -> tuple[float, float, float]:
     """
     Return how play varies over the turn: a factor of the mean, and relative cosine and sine.
 
-    One shape for all settings, each counting as its play is wide. On a small arc a cosine is
+    One shape for all settings, each counting as its backlash is wide. On a small arc a cosine is
     hardly different from a constant: it is held small by a weak prior.
     """
     size = np.concatenate([np.full(len(p.widths), abs(p.width)) for p in plays])

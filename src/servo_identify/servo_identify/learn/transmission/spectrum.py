@@ -44,9 +44,9 @@ def dominant(passes: Sequence[np.ndarray], most: int = 60) -> list[int]:
     Return the orders that repeat from pass to pass, largest first; their number by the data.
 
     An order is kept where it lowers the squared error of predicting a pass from the mean of the
-    others by four times its own scatter (cross-validation over whole passes, so correlated
-    residuals within a pass do not count as evidence), and where it carries more than
-    :data:`MATTERS` of the energy. With one pass the floor is five times the median amplitude.
+    others by four times its own scatter. It also has to carry more than :data:`MATTERS` of the
+    energy. The scatter is by cross-validation over whole passes, so correlated residuals within a
+    pass do not count as evidence. With one pass the floor is five times the median amplitude.
     """
     spectra = np.array([amplitudes(p) for p in passes])
     mean = spectra.mean(axis=0)

@@ -13,13 +13,13 @@ friction is a residual that turns with the direction),
 
 .. math:: z = \frac{\sum g_q e}{s\sqrt{P_{qq} + P_q^T M^{-1} P_q}}, \quad P = \sum g g^T
 
-over the window, :math:`M` the same sum over learning: the generalised likelihood ratio of a
-change within the last L blocks, with what learning left uncertain. :math:`P_{qq}` is widened
-where windows of learning spread more than white innovations would. The threshold is the union
-bound: a window of L blocks is judged every L/2 blocks, so judging all windows of all regressors
-at :math:`P(|t_\nu| > h_L)` gives at most the stated rate of false alarms, if innovations are
-normal, with Student's t for the :math:`\nu` degrees of freedom that learning left. Innovations
-are cut at :data:`.chart.MOST` deviations first, so that one wild block is not taken for a change.
+over the window, :math:`M` the same sum over learning: the generalised likelihood ratio of a change
+within the last L blocks, with what learning left uncertain. :math:`P_{qq}` is widened where
+windows of learning spread more than white innovations would. The threshold is the union bound. A
+window of L blocks is judged every L/2 blocks. Judging all windows of all regressors at
+:math:`P(|t_\nu| > h_L)` gives at most the stated rate of false alarms, if innovations are normal,
+with Student's t for the :math:`\nu` degrees of freedom that learning left. Innovations are cut at
+:data:`.chart.MOST` deviations first, so that one wild block is not taken for a change.
 
 It says nothing of a rig that is driven beyond what was seen while learning: such blocks are
 passed over. A slow drift is followed by nothing here and is found in the end.
@@ -106,7 +106,7 @@ class ChangeDetector:
         self.relearn()
 
     def relearn(self) -> None:
-        """Forget everything and learn what is usual anew."""
+        """Forget everything and learn what is usual again."""
         self.alarms: dict[str, Alarm] = {}
         self.passed_over = 0
         self._learned: list[tuple[np.ndarray, np.ndarray]] = []
@@ -135,7 +135,7 @@ class ChangeDetector:
 
         ``covariates`` (n, m): how the rig is driven (speed, torque ...), any unit. NaN: not
         known; a balance that is never known is not watched. Samples that are missing begin a
-        block anew.
+        block again.
         """
         if self._next is not None and sequence != self._next:
             self._held.clear()

@@ -1,10 +1,10 @@
 """
 The online estimator: samples in, slowly varying quantities of the servo file out.
 
-It tracks what the servo file has of: the level of Coulomb friction, the slope of viscous
-friction, the play of the transmission (`backlash`), and the gain of a drive that sets a current.
-Other friction of the servo file, such as its variation over the turn, is not taken out: the level
-then is that of its mean over the time constant.
+It tracks what the servo file has of: the level of Coulomb friction, the slope of viscous friction,
+the backlash of the transmission (`backlash`), and the gain of a drive that sets a current. Other
+friction of the servo file, such as its variation over the turn, is not taken out: the level then
+is that of its mean over the time constant.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 r"""
-Recursive least squares that forgets by time, and only what it learns anew.
+Recursive least squares that forgets by time, and only what it learns again.
 
 With information :math:`R`, regressor :math:`\varphi` and variance :math:`\sigma^2` of a row,
 

@@ -1,4 +1,4 @@
-"""The play of a transmission, measured at each reversal of the torque that it carries."""
+"""The backlash of a transmission, measured at each reversal of the torque that it carries."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from math import isfinite
 
 import numpy as np
 
-_SETTLED = 0.05  # s on a flank before its wind-up is taken
+_SETTLED = 0.05  # s on a flank before its torsion is taken
 _NEAR = 0.02  # rad of the load between both flanks, or the transmission error spoils it
 
 
 class Reversals:
     """
-    Finds changes of the flank in a stream of wind-up and torque.
+    Finds changes of the flank in a stream of torsion and torque.
 
-    ``least`` N m makes a flank. The wind-up of a flank is the mean over the last, or the first,
+    ``least`` N m makes a flank. The torsion of a flank is the mean over the last, or the first,
     0.05 s on it; a change whose flanks lie too far apart gives nothing.
     """
 
@@ -28,7 +28,7 @@ class Reversals:
         self._told = False
 
     def forget(self) -> None:
-        """Begin anew, as after samples that were lost."""
+        """Begin again, as after samples that were lost."""
         self._flank, self._left, self._told = 0, None, False
         self._on.clear()
 

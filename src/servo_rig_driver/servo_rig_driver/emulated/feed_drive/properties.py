@@ -1,7 +1,7 @@
 """
 Everything that the emulated feed drive can be told: one line a property, as in ..properties.
 
-A property of kind "scale" turns one trait: 0 off, 1 as the machine is, 2 twice as strong. Values
+A property of kind "scale" turns one effect: 0 off, 1 as the machine is, 2 twice as strong. Values
 without a source are assumed, of catalogues for a machine of this size; paper 001 gives table 2.
 """
 

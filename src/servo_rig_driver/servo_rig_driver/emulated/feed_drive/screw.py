@@ -6,8 +6,9 @@ the screw's give along and its warmth leave between screw and table presses the 
 
 .. math:: F = C\,(|\delta| - b/2)_+^{3/2}\,(1 + c\,\dot\delta)\,\mathrm{sgn}\,\delta
 
-(Hertz 1882; Hunt and Crossley 1975). All dry friction is by bristles that slip one by one; that of
-the ways knows place, warmth and the age of its contacts, and their grease thins as Eyring's fluid.
+(Hertz 1882; Hunt and Crossley 1975). All dry friction is by elements that slip one by one. That of
+the ways depends on place, temperature and the age of its contacts, and their grease thins as
+Eyring's fluid.
 """
 
 from __future__ import annotations

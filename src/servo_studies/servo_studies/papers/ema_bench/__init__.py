@@ -1,7 +1,7 @@
 """
 The part of the result that the EMA bench of paper 002 gives: its page, its row in the comparison.
 
-`make` records, measures the play over the slide, identifies, judges the grid and draws.
+`make` records, measures the backlash over the slide, identifies, judges the grid and draws.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ The model under the operating conditions of a recording, and what is identified 
 As paper 002: the command is a sinusoid whose frequency, phase, amplitude and offset come from the
 record; the model gets that sinusoid and nothing else, and runs in closed loop. Where in its gap
 the mesh begins cannot be known from one sample, so that one angle is taken from the record as
-well: the zero of the wind-up is set such that the median of the angle lost between the shafts
+well: the zero of the torsion is set such that the median of the angle lost between the shafts
 agrees.
 """
 
@@ -49,7 +49,7 @@ class Conditions:
         columns['reference_position'] = self.command(recording.time)
         self.inputs = inputs_of(columns)
         self.measured = np.column_stack([recording[name] for name in COLUMNS])
-        self.shift = 0.0  # rad at the load, of the zero of the wind-up
+        self.shift = 0.0  # rad at the load, of the zero of the torsion
 
     def rolled(self, servo: Servo, theta: np.ndarray | None = None) -> np.ndarray:
         """Run the servo, set as the bench was, from the first sample; (samples, OUTPUTS)."""

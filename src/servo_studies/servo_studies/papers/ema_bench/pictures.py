@@ -14,7 +14,7 @@ from .judged import Judged, SIGNALS
 
 
 def play(drawing: Servo, plays: Mapping[float, Play], path: Path) -> None:
-    """Draw the play over the setting of the slide, measured and as drawn (figure 5.1)."""
+    """Draw the backlash over the setting of the slide, measured and as drawn (figure 5.1)."""
     figure, axes = _figure(1, 1, (6.4, 4.2))
     axes = axes[0, 0]
     settings = np.array(sorted(plays))

@@ -1,8 +1,8 @@
 """
 The recordings of the EMA bench: three purposes that share neither settings nor set-points.
 
-The grid is what is judged. The curve of the play and the identification use other settings of the
-slide and of the brake, other amplitudes and other frequencies.
+The grid is what is judged. The curve of the backlash and the identification use other settings of
+the slide and of the brake, other amplitudes and other frequencies.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def grid(settings: Sequence[float] = SETTINGS, brakes: Sequence[float] = BRAKES,
 
 
 def curve(settings: Sequence[float] = CURVE) -> list[Case]:
-    """Return the cases of the play: without brake, slow."""
+    """Return the cases of the backlash: without brake, slow."""
     return [Case(f'play_{1e3 * s:g}mm', s, 0.0, 0.6, 0.08, 3000 + i, duration=25.0)
             for i, s in enumerate(settings)]
 
@@ -91,7 +91,7 @@ def recorded(cases: Sequence[Case], folder: Path, told: Callable[[str, float], N
     """
     Return the recordings of cases, making those that ``folder`` does not hold yet.
 
-    A bag is made anew when its set-points, its seed, its settings or the rig file have changed.
+    A bag is regenerated when its set-points, its seed, its settings or the rig file have changed.
     """
     rig = rig or shipped(RIG)
     folder.mkdir(parents=True, exist_ok=True)

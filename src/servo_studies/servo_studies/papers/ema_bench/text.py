@@ -40,7 +40,7 @@ def _head(found: Mapping) -> str:
 
 Made by `servo-identify results --parts ema_bench`; nothing here is written by hand. A servo motor
 with a disc brake drives a printed planetary gearbox; the encoder that closes the position loop
-meshes with it by a gear on a slide, which sets the play. The bench is the emulated one
+meshes with it by a gear on a slide, which sets the backlash. The bench is the emulated one
 (`config/rigs/ema_bench.yaml`), which shares no law with the model
 (`config/servos/ema_bench.yaml`); the text of the paper has no table of values, so both are of the
 classes of its parts.
@@ -52,13 +52,14 @@ servo-identify sinusoid BAG                                  # frequency and pha
 servo-identify play BAG... --servo S.yaml --settings M... -o NEW.yaml
 ```
 
-Worst cases over the grid of brake by play, model against bench. *Standard error* is the paper's,
+Worst cases over the grid of brake by backlash, model against bench. *Standard error* is the
+paper's,
 sqrt(MSE / (n - 1)), here with n = {found['grid'][0]['signals']['position']['n']}
 (1 kHz); it falls with the number of samples whatever a model does, and the paper's n is not in its
-text. So the plain RMS error stands beside it, and the floor: by how much the bench differs from
-itself, switched on again at the same settings (two more times; a model can seem better than that
-by chance, as the swing of the brake begins anywhere). Per cent are of the RMS of the bench's
-signal about its mean.
+text. So the plain RMS error stands beside it, and the floor. The floor is how much the
+bench differs from itself, switched on again at the same settings (two more times). A model can
+seem better than that by chance, as the swing of the brake begins anywhere. Per cent are of
+the RMS of the bench's signal about its mean.
 
 {table(['signal', 'paper, worst SE', 'here, worst SE', 'at', 'worst RMS error', 'floor there',
         'n for the SE of the paper'], rows)}
@@ -113,12 +114,12 @@ def _play(found: Mapping) -> str:
 
 Without brake, {duration:g} s of {amplitude:g} rad at {frequency:g} Hz at settings that the grid
 does not have. What is lost between motor and encoder, forward less reverse, in cells of the angle;
-the wind-up by the encoder's friction ({1e3 * found['play'][0]['wound']:.2f} mrad by the servo
+the torsion by the encoder's friction ({1e3 * found['play'][0]['wound']:.2f} mrad by the servo
 file) taken off. The drawing knows involute teeth that touch at 9.6 mm, and no printing: as in the
 paper, what was made is off most where the teeth hardly leave each other.
 
 {table(['slide, mm', 'drawing, mrad', 'measured, mrad', '±', 'from cell to cell', 'off by'], rows)}
-The gears do not run true: over the turn the play varies as 1 {turn['cosine']:+.3f} cos
+The gears do not run true: over the turn the backlash varies as 1 {turn['cosine']:+.3f} cos
 {turn['sine']:+.3f} sin of the angle, at every setting alike.
 
 ![Play over the setting](pictures/ema_bench_play.png)
@@ -128,14 +129,15 @@ The gears do not run true: over the turn the play varies as 1 {turn['cosine']:+.
 def _identified(found: Mapping) -> str:
     rows = [[f'`{name}`', f'{before:.4g}', f'{after:.4g}', f'{std:.1g}', unit or '-']
             for name, before, after, std, unit in found['identified']]
-    used = '; '.join(f'{1e3 * s:g} mm, {b:g} N m, {a:g} rad, {f:g} Hz'
+    used = '.\n'.join(f'{1e3 * s:g} mm, {b:g} N m, {a:g} rad, {f:g} Hz'
                      for s, b, a, f in found['learned'])
     return f"""## Identification
 
-On recordings whose settings, amplitudes and frequencies the grid does not have: {used}.
+The recordings are these, with settings, amplitudes and frequencies that the grid does not have.
+{used}.
 Closed-loop runs over each whole recording; the errors are those of independent residuals, the
-least there can be. The force control of the brake swings, is begun anew at each start and is in no
-record: the model has its mean.
+least there can be. The force control of the brake swings, is begun again at each start and is in
+no record: the model has its mean.
 
 {table(['parameter', 'servo file', 'found', '±', 'unit'], rows)}"""
 
@@ -205,7 +207,7 @@ def comparison_rows(found: Mapping) -> list[dict[str, str]]:
                 f'{worst["signals"][name]["n"]}); plain RMS {wide["signals"][name]["rmse"]:.2g} %')
 
     grid, plays = found['grid'], found['play']
-    model = 'closed-loop model on a grid of brake by play'
+    model = 'closed-loop model on a grid of brake by backlash'
     return [
         row('frequency and phase of the command recovered',
             'spectrum, then constrained optimisation, on any recording',

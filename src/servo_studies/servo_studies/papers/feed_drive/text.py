@@ -46,9 +46,10 @@ screw and a table with a linear scale. The **twin** (`config/servos/feed_drive.y
 
 {table(['part', 'where', 'paper'], _PARTS)}
 The **emulated rig** (`config/rigs/feed_drive.yaml`, `feed_drive_y.yaml`) shares no law with it:
-see [emulated_rig.md](emulated_rig.md). Table 2 sets its drive; its mechanics are assumed, as the
-paper gives none, so that the errors of the analytical twin are of the size of the paper's is
-choice; what can be judged is how far the network takes them down at speeds it has not seen.
+see [emulated_rig.md](emulated_rig.md). Table 2 sets its drive. Its mechanics
+are assumed, as the paper gives none. They were chosen so that the errors of the analytical twin
+are of the size of the paper's. What can be judged is how far the network reduces these errors at
+speeds it has not seen.
 
 ```
 servo-twin run --rig config/rigs/feed_drive.yaml --servo feed_drive --mode closed_loop \\

@@ -19,10 +19,11 @@ _HEAD = """# The geared DC motor of paper 003
 Made by `servo-identify results --parts geared_dc`; nothing here is written by hand.
 
 A 12 V motor with a gear of 30:1 whose winding takes the voltage of an amplifier, with one
-incremental encoder on its shaft and a current sensor: `config/rigs/dc_gearmotor.yaml` is the
-emulated one (bristle friction with ageing contacts, thinning grease, play, tooth error, cogging),
-`config/servos/dc_gearmotor.yaml` the twin's data sheet. The paper gives no data of its motor; its
-RMSE at its R2 implies friction that varies by 0.089 N m, and the emulated motor was chosen so
+incremental encoder on its shaft and a current sensor. `config/rigs/dc_gearmotor.yaml` is the
+emulated one: presliding friction with ageing contacts, thinning grease, backlash, tooth error,
+cogging. `config/servos/dc_gearmotor.yaml` is the twin's data sheet. The paper gives no
+data of its motor; its RMSE at its R2 implies friction that varies by 0.089 N m, and the emulated
+motor was chosen so
 that its friction varies about that much.
 
 ```
@@ -65,8 +66,9 @@ def _learners(found: Mapping) -> str:
     sindy = next((row['sentence'] for row in learned['rows'] if row['name'] == 'sindy'), '')
     return f"""## Friction by every learner
 
-Features of eq. 5 (speed, acceleration, current) at 100 Hz, windows of 20 samples; the same rows
-for every learner: {count['train']} windows to train, {count['validation']} to stop by,
+Features of eq. 5 (speed, acceleration, current) at 100 Hz, in windows of 20 samples,
+the same for every learner. There are {count['train']} windows to train,
+{count['validation']} to stop by,
 {count['test']} in the last fifth of each training recording (the paper's kind of split), and
 {count['unseen']} of recordings that were not trained on at all. Friction varies there by
 {1e3 * learned['spread']:.0f} mN m. The last column says which of the paper's three figures are
@@ -98,9 +100,8 @@ def _motion(found: Mapping) -> str:
     return f"""## Friction from the motion alone
 
 The same rows and learners, given speed and acceleration only, which is what a friction law in a
-twin has. While the motor stands, friction is whatever the current asks of it, and no motion tells;
-what memory of the motion tells (the presliding of bristles) is in the window, or in Dahl's and
-LuGre's state.
+twin has. While the motor stands, friction is whatever the current asks of it, and no motion tells.
+What memory of the motion tells (presliding) is in the window, or in Dahl's and LuGre's state.
 
 {_scores(learned)}
 Least error on unseen recordings: {learned['best']}.
@@ -163,8 +164,10 @@ constant are known, so that one stays. *Augmented* is what `servo-identify diagn
 {table(['parameter', 'data sheet', 'fitted', 'standard error', 'unit'], values)}
 ![Twin and rig](pictures/geared_dc_twin.png)
 
-`servo-identify diagnose`, given the data sheet, half of the training recordings to select by, the
-other half to accept by and the unseen ones to report on: *{said['sentence']}*
+`servo-identify diagnose` was given the data sheet. It had half of the training recordings to
+select by, the other half to accept by and the unseen ones to report on. It says:
+
+> {said['sentence']}
 
 Effects found: {causes}; on the unseen recordings the gap shrinks by {100 * said['shrink']:.0f} %
 against the twin whose values were fitted within their tolerances.
@@ -188,7 +191,7 @@ def comparison_rows(found: Mapping) -> list[dict[str, str]]:
 
     def both(group: list[str]) -> str:
         return (f'with the current among the features, of which the target is a sum: '
-                f'{said("equation_5", group)}; from the motion alone: {said("motion", group)}')
+                f'{said("equation_5", group)}. From the motion alone: {said("motion", group)}')
 
     ours = (both(groups[0]), both(groups[1]), said('motion', groups[2]))
     runs = ('rig, twin, fit, diagnosis; the LSTM of table 1, unseen recordings',

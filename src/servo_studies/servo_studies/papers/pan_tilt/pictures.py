@@ -61,7 +61,7 @@ def ranking(order: Sequence[Ranked], path: Path) -> None:
 
 
 def loops(servos: Mapping[str, Servo], recording: Recording, path: Path) -> None:
-    """Draw torque over wind-up of a twisted output: the rig in grey, a panel a model."""
+    """Draw torque over torsion of a twisted output: the rig in grey, a panel a model."""
     figure, panels = _figure(2, 3, (11.0, 6.2), sharex=True, sharey=True)
     rows = slice(len(recording) // 2, None)
     for axes, (name, servo) in zip(np.ravel(panels), servos.items(), strict=False):
@@ -72,7 +72,7 @@ def loops(servos: Mapping[str, Servo], recording: Recording, path: Path) -> None
         axes.plot(_arcmin((y[:, 0] / ratio - y[:, 1])[rows]), y[rows, 2], color='tab:red', lw=0.9)
         axes.set_title(name, fontsize=9)
     for axes in panels[-1]:
-        axes.set_xlabel('wind-up, arcmin')
+        axes.set_xlabel('torsion, arcmin')
     for axes in panels[:, 0]:
         axes.set_ylabel('torque, N m')
     figure.savefig(path)

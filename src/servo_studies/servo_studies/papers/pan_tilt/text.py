@@ -15,9 +15,9 @@ _HEAD = """# Pan-and-tilt with harmonic drives (paper 004)
 Made by `servo-identify results --parts pan_tilt`; nothing here is written by hand. The paper gives
 curves and no numbers of its machine, so the emulated rig (`config/rigs/pan_tilt_azimuth.yaml`,
 `pan_tilt_elevation.yaml`) has the paper's 2 A amplifier and 25 kg payload and the values of a
-small harmonic drive. It shares no law with the twin: its flexspline twists by a logarithm of the
-torque and creeps, its friction is that of bristles on a wave generator that the teeth's load
-brakes, its kinematic error swings with the load. Fits saw the training recordings only.
+small harmonic drive. It shares no law with the twin. Its flexspline twists by a logarithm of the
+torque and creeps. Its presliding friction acts on a wave generator that the teeth's load brakes.
+Its kinematic error swings with the load. Fits saw the training recordings only.
 
     servo-twin run --rig config/rigs/pan_tilt_azimuth.yaml --servo pan_tilt_azimuth
     servo-identify harmonic-drives BAG... --servo S.yaml --held-out BAG... -o BEST.yaml
@@ -61,7 +61,7 @@ its largest speed is below.
 
 def _ranking(found: Mapping) -> str:
     channels = {'load_position': ('load, mrad', 1e3), 'torque': ('torque, N m', 1.0),
-                'wind_up': ('wind-up, arcmin', 3437.7), 'current': ('current, mA', 1e3)}
+                'wind_up': ('torsion, arcmin', 3437.7), 'current': ('current, mA', 1e3)}
     rows = []
     for one in found['ranking']:
         low, high = one['interval']
@@ -76,17 +76,17 @@ def _ranking(found: Mapping) -> str:
     return f"""## Which of the five models explains the rig best
 
 Every model was fitted to the same recordings, with all that the servo file gives a tolerance, and
-run anew as the diagnosis does over recordings that no fit has seen: from measured states every
+run again as the diagnosis does over recordings that no fit has seen: from measured states every
 0.4 s, the rest free. The remaining gap is the root mean square error over all channels, each as a
-share of its signal; the shrink is what of the linear model's gap above the noise is gone (90 %, by
-recordings drawn anew); models whose intervals overlap are not told apart with certainty. Best:
+share of its signal. The shrink is what of the linear model's gap above the noise is gone (90 %, by
+recordings redrawn). Models whose intervals overlap are not told apart with certainty. Best:
 **{found['best']}**.
 
 {table(['model', 'remaining gap', 'shrink', *(title for title, _ in channels.values()),
         'numbers fitted'], rows)}
 ![Shrink of each model](pictures/pan_tilt_models.png)
 
-Torque over wind-up of an output that is twisted while the motor holds; grey is the rig. Here only
+Torque over torsion of an output that is twisted while the motor holds; grey is the rig. Here only
 the models run freely for the whole recording.
 
 ![Loops](pictures/pan_tilt_loops.png)
@@ -103,9 +103,13 @@ def _diagnosis(found: Mapping) -> str:
     causes = ', '.join(said['causes']) or 'none'
     return f"""## What the best model still lacks
 
-`servo-identify diagnose` on the best model: {said['sentence']} Accepted causes: {causes}. Balances
+`servo-identify diagnose` says on the best model:
+
+> {said['sentence']}
+
+Missing effects accepted: {causes}. Balances
 with a gap (in noise floors): {where}. Its gap is {100.0 * said['before']:.1f} % as fitted and
-{100.0 * said['after']:.1f} % with the accepted causes, the noise {100.0 * said['floor']:.1f} %.
+{100.0 * said['after']:.1f} % with the accepted effects, the noise {100.0 * said['floor']:.1f} %.
 """
 
 

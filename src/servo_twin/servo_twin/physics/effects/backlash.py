@@ -10,7 +10,7 @@ class Backlash(Clearance):
 
     .. math:: \theta_h = 2 b
 
-    The teeth carry no torque while the wind-up is inside the gap.
+    The teeth carry no torque while the torsion is inside the gap.
     """
 
     source = 'Nordin, Gutman: Automatica 38(10), 2002, dead-zone model; paper 001 eq. 9'

@@ -21,7 +21,7 @@ class CarrierBacklash(Clearance):
     candidate = False
 
     setting = Parameter(0.01, 'm', (0.0, 10.0), 'Where the slide stands.')
-    settings = Parameter((0.009, 0.015), 'm', (0.0, 10.0), 'At which the play is known.')
+    settings = Parameter((0.009, 0.015), 'm', (0.0, 10.0), 'At which the backlash is known.')
     widths = Parameter((0.0, 0.08), 'rad', (0.0, 1.0), 'From flank to flank there.', off=0.0)
 
     cosine = Parameter(0.0, '', (-10.0, 10.0), 'Relative, over the turn of the load.')

@@ -1,4 +1,4 @@
-"""A mesh whose loop is damping that levels out with the rate of the wind-up."""
+"""A transmission whose loop is damping that levels out with the rate of the torsion."""
 
 from math import sqrt
 
@@ -8,7 +8,7 @@ from ..ports import Mesh
 
 class DissipativeHysteresis(Mesh):
     r"""
-    The dissipation of Ghorbel and Dhaouadi: what the rate of the wind-up costs.
+    The dissipation of Ghorbel and Dhaouadi: what the rate of the torsion costs.
 
     .. math:: T = g^{-1}\!\left[\frac{\dot\varphi}{h(\varphi)}\right], \quad
               g^{-1}(y) = \tau_d\,\frac{y}{\sqrt{1 + y^2}}, \quad
@@ -16,7 +16,7 @@ class DissipativeHysteresis(Mesh):
 
     The paper leaves g and h open, and asks for an increasing g through zero and a positive h;
     these are ours. Well above the rate v_d the loop is as high at every rate; at rest there is no
-    torque, so a wind-up that is held does not stay where a spring with dry friction would. No
+    torque, so a torsion that is held does not stay where a spring with dry friction would. No
     candidate of a diagnosis: there `hysteresis` stands for loops. The rate acts explicitly: with
     the smaller inertia J seen from the load, keep the step below J v_d / level.
     """
@@ -26,8 +26,8 @@ class DissipativeHysteresis(Mesh):
     candidate = False
 
     level = Parameter(1.0, 'N m', (0.0, 1e5), 'Half the height of a fast loop.', off=0.0)
-    rate = Parameter(0.01, 'rad/s', (1e-6, 1e3), 'Of the wind-up, at which it levels out.')
-    reach = Parameter(1e-3, 'rad', (1e-8, 10.0), 'Wind-up from which it takes higher rates.')
+    rate = Parameter(0.01, 'rad/s', (1e-6, 1e3), 'Of the torsion, at which it levels out.')
+    reach = Parameter(1e-3, 'rad', (1e-8, 10.0), 'Torsion from which it takes higher rates.')
 
     @staticmethod
     def law(p, s, motion, h):

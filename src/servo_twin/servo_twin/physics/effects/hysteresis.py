@@ -1,4 +1,4 @@
-"""A mesh whose torque depends on where the wind-up last turned round."""
+"""A transmission whose torque depends on where the torsion last turned round."""
 
 from ..effect import Parameter
 from ..ports import Mesh
@@ -12,7 +12,7 @@ class Hysteresis(Mesh):
               d_i = \frac{i}{4} d, \quad
               z_i \leftarrow \min(\max(z_i + \Delta\varphi, -d_i), d_i)
 
-    Independent of rate, with closed minor loops (Masing); relaxed at zero wind-up in the
+    Independent of rate, with closed minor loops (Masing); relaxed at zero torsion in the
     beginning. Holds while creep of the material does not matter.
     """
 
@@ -21,7 +21,7 @@ class Hysteresis(Mesh):
     memory = 5
 
     level = Parameter(5.0, 'N m', (0.0, 1e5), 'Half the height of a wide loop.', off=0.0)
-    travel = Parameter(1e-4, 'rad', (1e-9, 10.0), 'Wind-up by which all elements slip.',
+    travel = Parameter(1e-4, 'rad', (1e-9, 10.0), 'Torsion by which all elements slip.',
                        grid=(3e-5, 1e-4, 3e-4))
 
     @staticmethod

@@ -14,10 +14,10 @@ class NetworkResidual(Torque):
               x_2 = \frac{\omega - \omega_c}{\omega_s}
 
     The paper adds its network, of command and analytical position, to the position that the
-    analytical model gives; here it adds to the torque, of the command as it arrives (a current)
-    and the model's own speed, so that its correction passes the mechanism and nothing jumps. All
-    rows are as long as there are hidden nodes (paper: 10). Nothing keeps it from driving: it holds
-    for motions like those it was trained on.
+    analytical model gives. Here it adds to the torque, so that its correction passes the mechanism
+    and nothing jumps. Its inputs are the command as it arrives (a current) and the model's own
+    speed. All rows are as long as there are hidden nodes (paper: 10). Nothing keeps it from
+    driving: it holds for motions like those it was trained on.
     """
 
     source = 'paper 001 eq. 22 to 25 and 27'

@@ -1,4 +1,4 @@
-"""A mesh that is softer at small torque or harder at large torque than its linear stiffness."""
+"""A transmission softer at small, or harder at large, torque than its linear stiffness."""
 
 from math import sqrt
 
@@ -12,15 +12,15 @@ class NonlinearStiffness(Mesh):
 
     .. math:: T = k_3\,\varphi^3 - \frac{k_s\,\varphi}{\sqrt{1 + (\varphi/\varphi_0)^2}}
 
-    Conservative. ``soft`` must stay below the linear stiffness, or the mesh would push the teeth
-    apart; the cubic holds for wind-ups that were measured, not beyond.
+    Conservative. ``soft`` must stay below the linear stiffness, or the transmission would push the
+    teeth apart; the cubic holds for torsions that were measured, not beyond.
     """
 
     source = 'paper 004 eq. 7 (Tjahjowidodo, Al-Bender, Van Brussel) for the cubic'
 
     cubic = Parameter(0.0, 'N m/rad3', (-1e18, 1e18), 'Hardening, or softening below 0.', off=0.0)
     soft = Parameter(1e5, 'N m/rad', (0.0, 1e10), 'Stiffness that lacks at zero torque.', off=0.0)
-    reach = Parameter(1e-4, 'rad', (1e-9, 10.0), 'Wind-up over which the lack is made up.',
+    reach = Parameter(1e-4, 'rad', (1e-9, 10.0), 'Torsion over which the lack is made up.',
                       grid=(3e-5, 1e-4, 3e-4))
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""A mesh whose stiffness grows in proportion to how far it is wound up."""
+"""A transmission whose stiffness grows in proportion to its torsion."""
 
 from ..effect import Parameter
 from ..ports import Mesh
@@ -10,8 +10,8 @@ class StiffeningSpring(Mesh):
 
     .. math:: K(\varphi) = K + k_1\,|\varphi|, \quad T = k_1\,|\varphi|\,\varphi
 
-    Conservative; not smooth at zero, where a real mesh is. No candidate of a diagnosis: there
-    `nonlinear_stiffness` says the same with fewer assumptions. Holds for wind-ups that were
+    Conservative; not smooth at zero, where a real transmission is. No candidate of a diagnosis:
+    there `nonlinear_stiffness` says the same with fewer assumptions. Holds for torsions that were
     measured, not beyond.
     """
 

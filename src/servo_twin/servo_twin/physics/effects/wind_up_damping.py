@@ -1,4 +1,4 @@
-"""Damping of the mesh that rises with the rate of the wind-up."""
+"""Damping of the transmission that rises with the rate of the torsion."""
 
 from ..effect import Parameter
 from ..ports import Mesh

@@ -84,8 +84,8 @@ class BallScrew(Mechanism):
               \frac{1}{\eta K_T}\right)
 
     The load is the table, in m and N, and the flanks' stiffness and damping are given as seen from
-    there: what the play of the nut (an effect of the mesh, b of eq. 9)
-    leaves of the wind-up presses the flanks. S' follows the force at once, so the spring of the
+    there: what the backlash of the nut (an effect of the mesh, b of eq. 9)
+    leaves of the torsion presses the flanks. S' follows the force at once, so the spring of the
     flanks is in series with it. The paper lets the screw give way twice, in K_L and in S';
     ``deformation`` 0 leaves the second out. Efficiency is that of driving either way. The damping
     of the twist is not the paper's, and zero there. Semi-implicit Euler.
@@ -135,13 +135,13 @@ class BallScrew(Mechanism):
 
     @staticmethod
     def rest(p, torque):
-        """Return the wind-up (m) that carries a force on the table (N) at S = 0."""
+        """Return the torsion (m) that carries a force on the table (N) at S = 0."""
         flank = p.ratio * p.ratio / p.stiffness + p.deformation * compliance(p, 0.0)
         return torque * flank / (p.efficiency * p.ratio * p.ratio)
 
     @staticmethod
     def pull(p, wind_up, rate):
-        """Return the force on the table (N) at a wind-up (m) and its rate (m/s), at S = 0."""
+        """Return the force on the table (N) at a torsion (m) and its rate (m/s), at S = 0."""
         series = 1.0 + p.deformation * p.stiffness * (1.0 / p.ratio**2) * compliance(p, 0.0)
         return p.efficiency * (p.stiffness * wind_up + p.damping * rate) / series
 

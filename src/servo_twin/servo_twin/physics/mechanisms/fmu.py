@@ -77,7 +77,7 @@ class Fmu(Mechanism):
 
     @staticmethod
     def rest(p, torque):
-        """Wind-up that carries ``torque`` (N m), rad; none where the stiffness is not told."""
+        """Torsion that carries ``torque`` (N m), rad; none where the stiffness is not told."""
         return torque / p.stiffness if p.stiffness > 0.0 else 0.0
 
     @staticmethod

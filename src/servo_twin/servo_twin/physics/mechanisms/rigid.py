@@ -25,7 +25,7 @@ from .slide import slide
 
 class Rigid(Mechanism):
     r"""
-    One degree of freedom: the wind-up is always zero.
+    One degree of freedom: the torsion is always zero.
 
     .. math:: (J_m + J_l/N^2)\,\ddot\theta_m = K_m i - T_{ext}/N, \quad
               \theta_l = \theta_m/N - e
@@ -47,12 +47,12 @@ class Rigid(Mechanism):
 
     @staticmethod
     def rest(p, torque):
-        """Wind-up that carries ``torque`` (N m), rad: none."""
+        """Torsion that carries ``torque`` (N m), rad: none."""
         return 0.0
 
     @staticmethod
     def pull(p, wind_up, rate):
-        """Torque of the mesh (N m): not given by the wind-up, which is always zero."""
+        """Torque of the mesh (N m): not given by the torsion, which is always zero."""
         return 0.0
 
     @staticmethod

@@ -63,12 +63,12 @@ class TwoInertia(Mechanism):
 
     @staticmethod
     def rest(p, torque):
-        """Wind-up that carries ``torque`` (N m), rad."""
+        """Torsion that carries ``torque`` (N m), rad."""
         return torque / p.stiffness
 
     @staticmethod
     def pull(p, wind_up, rate):
-        """Torque on the load (N m) of the linear mesh at a wind-up (rad) and its rate (rad/s)."""
+        """Torque on the load (N m) of the linear mesh at a torsion (rad) and its rate (rad/s)."""
         return p.stiffness * wind_up + p.damping * rate
 
     @staticmethod
@@ -76,7 +76,7 @@ class TwoInertia(Mechanism):
         turns = 1.0 / p.ratio  # quotients of constants are taken once, before the first step
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
 
-        # the mesh: what error and clearance leave of the wind-up carries torque
+        # the mesh: what error and clearance leave of the torsion carries torque
         teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
         wind_up = motor * turns - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))

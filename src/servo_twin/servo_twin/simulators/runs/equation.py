@@ -16,10 +16,10 @@ def equation_run(joint: Joint, excitation: Excitation) -> np.ndarray:
     r"""
     Return the positions of a joint over an excitation, rad, shape (samples,).
 
-    The equation is that of :class:`.joint.Joint`. Dry friction is a torque that stops the joint
-    if it can: at rest it holds up to ``friction + stiction``, in motion it takes ``friction``
-    (PhysX: static and dynamic friction effort; MuJoCo: frictionloss; URDF: friction, as the
-    simulators that read it take it). The controller runs once a sample, and what it asks for is
+    The equation is that of :class:`.joint.Joint`. Dry friction is a torque that stops the joint if
+    it can: at rest it holds up to ``friction + stiction``, in motion it takes ``friction``. PhysX
+    calls these static and dynamic friction effort, MuJoCo frictionloss, URDF friction, as the
+    simulators that read it take it. The controller runs once a sample, and what it asks for is
     held until the next one. Semi-implicit Euler.
     """
     steps = max(1, round(excitation.period / _STEP))

@@ -40,7 +40,7 @@ def dahl(p, speed, period):
 
 @njit(cache=True)
 def lugre(p, speed, period):
-    """Return LuGre friction: level, viscous, excess, fade, breakaway and lag of the bristles."""
+    """Return LuGre friction: level, viscous, excess, fade, breakaway and lag of the presliding."""
     out = np.empty(len(speed))
     z = 0.0
     h = period / SUBSTEPS

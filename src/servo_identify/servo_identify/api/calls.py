@@ -1,0 +1,118 @@
+"""What one does with recordings and a servo file: read, check, fit, diagnose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
+from servo_twin.physics.servo import Servo, ServoError
+from servo_twin.recording.recording import Recording
+
+from ..data.check import check as check_data
+from ..data.reading import read_recordings
+from ..data.table_import import recording_of
+from ..data.tables import Table
+from ..fit.output_error import fit as fit_output_error
+from .recordings import Recordings
+from .results import Answer, Checked, Fitted
+from .servo_text import ServoFile
+
+Machine = ServoFile | Servo | str | Path
+"""A machine: what :func:`load_servo` returned, a servo, a path, or the name of a shipped file."""
+
+
+def load_servo(name_or_path: str | Path) -> ServoFile:
+    """
+    Read a servo file by its path, or a shipped one by its name, such as ``rv_bench``.
+
+    Raises ServoError (a ValueError) that names the file, the value, its limits and the choice.
+    """
+    path = servo_at(name_or_path)
+    return ServoFile(servo_file.load(path), path.read_text('utf8'), path)
+
+
+def read(paths: str | Path | Sequence[str | Path] | Mapping[str, Any], servo: Machine,
+         mapping: str | Path | None = None, name: str = 'table', family: str = '') -> Recordings:
+    """
+    Read recordings: bags, tables, patterns of their names, or columns held in memory.
+
+    ``paths`` is one name or several; or columns by name, such as a pandas DataFrame or a
+    dictionary of arrays of shape (samples,): ``t`` in s and the channels in SI units, or with the
+    unit behind the name (``motor_position [deg]``). ``mapping`` is a mapping file for tables with
+    other names. ``name`` and ``family`` are those of columns in memory.
+    Raises ValueError or OSError that names the file or the column.
+    """
+    machine = _machine(servo)
+    if isinstance(paths, Mapping) or hasattr(paths, 'columns'):
+        columns = {str(one): np.asarray(paths[one], dtype=float) for one in paths}
+        table = Table(Path(name), columns)
+        facts = {'family': family} if family else {}
+        return Recordings((recording_of(table, machine.servo, machine.text, facts),))
+    several = [paths] if isinstance(paths, str | Path) else list(paths)
+    if machine.path is None:
+        raise ValueError(f'{machine.name} has no file; tables are read by one: save it and '
+                         'load_servo it')
+    return Recordings(tuple(read_recordings(several, machine.path, mapping)))
+
+
+def check(data: Sequence[Recording], servo: Machine) -> Checked:
+    """
+    Hold recordings against a servo file before anything is fitted.
+
+    Looks at units, signs, sampling, saturation and excitation. The answer prints one line a
+    finding and is true where no finding is red.
+    """
+    return Checked(check_data(list(data), _machine(servo).servo))
+
+
+def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
+        **how: Any) -> Fitted:
+    """
+    Fit parameters of a servo file to recordings, by output error.
+
+    ``free`` are paths of parameters; left out, all that have a tolerance in the servo file.
+    ``how`` are the options of :func:`servo_identify.fit.output_error.fit`: mode, horizon, bounds,
+    channels, robust, weights. Raises ValueError for what cannot be fitted.
+    """
+    machine = _machine(servo)
+    names = tuple(free) or tuple(machine.servo.tolerance)
+    if not names:
+        raise ServoError(f'{machine.name}: no parameter has a tolerance; name some as free')
+    estimate = fit_output_error(machine.servo, list(data), names, **{'delays': True, **how})
+    return Fitted(estimate, machine)
+
+
+def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Recording] = (),
+             report: Sequence[Recording] = (), without: Sequence[str] = (),
+             reach: Mapping[str, float] | None = None, despite_check: bool = False,
+             progress: Callable[[str, float], None] | None = None) -> Answer:
+    """
+    Say where a twin departs from its rig, which effect is missing, how far the gap shrinks.
+
+    ``accept`` and ``report`` are recordings held back to prove an effect and to measure the
+    shrink; left out, the recordings are split. ``without`` names effects that are not considered.
+    ``reach`` limits the next experiment: travel rad, speed rad/s, torque N m, amplitude V.
+    ``progress(stage, share)`` is told how far it is. Raises ValueError with a sentence for
+    recordings that cannot be judged, and for red findings of :func:`check` unless
+    ``despite_check``.
+    """
+    from ..diagnose.diagnose import diagnose as diagnose_recordings
+
+    machine = _machine(servo)
+    more = {} if progress is None else {'tick': progress}
+    found = diagnose_recordings(list(data), machine.servo, list(accept), list(report),
+                                tuple(without), reach=reach, despite=despite_check, **more)
+    return Answer(found, machine)
+
+
+def _machine(servo: Machine) -> ServoFile:
+    if isinstance(servo, ServoFile):
+        return servo
+    if isinstance(servo, Servo):
+        return ServoFile(servo, servo_file.dumps(servo))
+    return load_servo(servo)

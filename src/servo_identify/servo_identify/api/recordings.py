@@ -1,0 +1,69 @@
+"""Recordings of one machine, as a sequence that prints what it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+
+from servo_twin.recording.recording import COLUMNS, Recording
+
+from .html_table import html_table
+
+_HEADINGS = ('recording', 'family', 'seconds', 'Hz', 'channels')
+
+
+@dataclass(frozen=True, repr=False)
+class Recordings(Sequence[Recording]):
+    """
+    Recordings in the order in which they were read.
+
+    ``data[0]['current']`` is an array of shape (samples,) in the unit of
+    `servo_twin.recording.recording.COLUMNS`; ``data[1:]`` and ``data + more`` are recordings.
+    """
+
+    items: tuple[Recording, ...]
+
+    @overload
+    def __getitem__(self, index: int) -> Recording: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Recordings: ...
+
+    def __getitem__(self, index: int | slice) -> Recording | Recordings:
+        return Recordings(self.items[index]) if isinstance(index, slice) else self.items[index]
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def __iter__(self) -> Iterator[Recording]:
+        return iter(self.items)
+
+    def __add__(self, other: Sequence[Recording]) -> Recordings:
+        return Recordings((*self.items, *other))
+
+    def of_family(self, family: str) -> Recordings:
+        """Return those of one excitation family."""
+        return Recordings(tuple(one for one in self.items if one.family == family))
+
+    def table(self, index: int = 0) -> dict[str, np.ndarray]:
+        """
+        Return one recording as columns: ``t`` in s and the channels that were measured.
+
+        Each is of shape (samples,); ``pandas.DataFrame(data.table())`` makes a frame of it.
+        """
+        one = self.items[index]
+        return {'t': one.time} | {name: one[name] for name in COLUMNS if one.has(name)}
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [(one.name, one.family or '-', f'{one.duration:.3g}', f'{1.0 / one.period:.5g}',
+                 ', '.join(name for name in COLUMNS if one.has(name))) for one in self.items]
+
+    def __repr__(self) -> str:
+        lines = ['  '.join(row) for row in self._rows()]
+        return '\n'.join([f'{len(self)} recordings: {", ".join(_HEADINGS)}', *lines])
+
+    def _repr_html_(self) -> str:
+        return html_table(_HEADINGS, self._rows())
