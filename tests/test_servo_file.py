@@ -286,3 +286,10 @@ def test_an_effect_goes_with_all_that_was_said_of_it():
     assert more.values['effects.bearing_too.slope'] == 2.0
     assert more.without_effects(lambda one: one.name == 'bearing_too') == servo
     assert not more.without_effects(lambda one: one.site == 'load').provenance
+
+
+@pytest.mark.parametrize('written', ['1e-5', '1E-5', '1.0e-5', '+1e-05', '.1e-4', '0.00001'])
+def test_a_number_may_be_written_with_or_without_a_point(written):
+    text = SHIPPED[0].read_text()
+    head = '\n'.join(line for line in text.splitlines() if not line.startswith('step:'))
+    assert loads(f'{head}\nstep: {written}\n').step == 1e-5

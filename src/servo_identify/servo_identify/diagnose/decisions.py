@@ -25,8 +25,8 @@ WORTH = 0.1
 SOLVED = 0.8
 """Share of the gap above the noise floor that must be gone to call a gap explained."""
 
-LAWFUL = 0.2
-"""Share of a gap that may still follow a pattern where a mechanism is named without reserve."""
-
 SAMPLING = 0.7
 """Sample periods by which a channel may be read early or late without being at fault."""
+
+EVEN = 0.5
+"""Confidence, and share of the splits, from which a mechanism is named without reserve."""

@@ -18,6 +18,7 @@ from .answer.experiments import next_experiment
 from .answer.report import GapReport
 from .answer.verdict import report_of
 from .checks import CannotDiagnose, check, unsaturated
+from .decisions import EVEN
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
 from .handover.curves import parts_of
@@ -25,7 +26,7 @@ from .handover.output_error import Diverged, Simulated, simulated
 from .residuals.samples import residual_samples
 from .selection.confidence import redrawn, rivals_of
 from .selection.explain import Explained, explained
-from .selection.stability import halves
+from .selection.stability import halves, shares
 from .splitting import Split, split
 from .stages import Stages
 
@@ -77,6 +78,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('refit')
     acting = [replace(one, added=added) for one, added in zip(
         named, added_of(found, [one.part for one in named]), strict=True)]
+    acting = [one for one in acting if _stands(found, several, one)]
     accept = list(parts.accept) or selecting
     fitting = [one for one in selecting if all(one is not other for other in accept)] or selecting
     try:
@@ -119,6 +121,12 @@ def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
         several += [Finding(part, confidence, tuple(rivals), Added(part))
                     for part in parts_of(found, number, draws[:, at], without)]
     return several
+
+
+def _stands(found: Explained, several, one: Finding) -> bool:
+    """Tell whether a finding is worth simulating; no simulation judges what the loop does."""
+    return one.part.mechanism.site != 'controller' or shares(found, several).get(
+        one.part.mechanism.key, 0.0) >= EVEN
 
 
 def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding], several,

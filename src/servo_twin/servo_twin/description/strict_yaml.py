@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import yaml
@@ -39,6 +40,11 @@ class _Loader(yaml.SafeLoader):
             if name is not None:
                 taken.add(name)
         return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
+    list('-+.0123456789'))  # YAML 1.1 takes 1e-5 for a word: it wants 1.0e-5
 
 
 def read_yaml(text: str) -> Any:

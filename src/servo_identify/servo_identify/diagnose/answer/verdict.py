@@ -6,7 +6,7 @@ import numpy as np
 
 from servo_twin.balances.terms import EQUATIONS, UNITS
 
-from ..decisions import CALIBRATED, SOLVED
+from ..decisions import CALIBRATED, EVEN, SOLVED
 from ..handover.added import Added
 from ..handover.output_error import Gap, shrink, shrink_interval
 from ..selection.search import Fitted
@@ -18,7 +18,6 @@ from .telling import confirmations, tell
 
 CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torque': 'N m', 'current': 'A'}
 OPEN = 2.0  # noise floors: a residual that follows no pattern and is below is no gap
-EVEN = 0.5  # confidence from which a mechanism is named rather than its place alone
 SURE = 1.645  # standard deviations of a 90 % interval
 
 
