@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup run test fast checks types fuzz lint blind-check results clean
+.PHONY: help setup run demo test fast checks types fuzz lint blind-check results clean
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -12,8 +12,12 @@ help:     ## say what can be made
 setup:    ## set the workspace up: environment, messages, nodes
 	@sh tools/setup.sh
 
-run: setup  ## drive, twin, record and replay the emulated bench; BAG=... [SERVO=...] for a recording
+run: setup  ## drive, twin, record and replay the emulated bench, then diagnose one; BAG=... [SERVO=...] for a recording
 	@$(WITH_ENV) servo-twin run $(if $(BAG),--bag "$(BAG)") $(if $(SERVO),--servo "$(SERVO)") $(ARGS)
+	@$(if $(BAG)$(ARGS),,$(WITH_ENV) bash tools/demonstrate.sh)
+
+demo: setup  ## leave an effect out of a twin, record, diagnose: the answer beside the truth
+	@$(WITH_ENV) bash tools/demonstrate.sh
 
 test: setup  ## run the tests; ARGS=... goes to pytest
 	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)

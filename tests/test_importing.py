@@ -334,3 +334,14 @@ def test_a_mapping_is_refused_that_says_a_thing_twice_or_endlessly(tmp_path, tex
     (tmp_path / 'mapping.yaml').write_text(text)
     with pytest.raises(ValueError, match=word):
         read_mapping(tmp_path / 'mapping.yaml')
+
+
+def test_it_takes_the_name_of_a_shipped_servo_and_says_which_there_are(tmp_path, capsys):
+    table = tmp_path / 'a.csv'
+    table.write_text('t [s],voltage [V],motor_position [rad]\n' + ''.join(
+        f'{0.001 * k:.3f},1.0,{0.01 * k:.3f}\n' for k in range(200)))
+    ends = ['-o', str(tmp_path / 'bag')]
+    with pytest.raises(SystemExit):
+        main(['import', str(table), '--servo', 'gearmotor', *ends])
+    assert 'dc_gearmotor' in capsys.readouterr().err
+    assert main(['import', str(table), '--servo', 'dc_gearmotor', *ends]) == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from importlib import import_module
 from importlib.metadata import entry_points, version
+from pathlib import Path
 import sys
 
 COMMANDS = {
@@ -62,6 +63,15 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def named_servo(text: str) -> Path:
+    """Return the servo file that an argument names; the type of every such argument."""
+    from .description.shipped import servo_at
+    try:
+        return servo_at(text)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
 
 
 def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:

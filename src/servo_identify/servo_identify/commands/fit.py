@@ -20,6 +20,7 @@ import os
 from pathlib import Path
 import sys
 
+from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 
@@ -32,7 +33,8 @@ from ..jobs.fit_jobs import each, Job, LEARNED, read_jobs, run, Settings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('bags', type=Path, nargs='*', metavar='BAG')
-    parser.add_argument('--servo', type=Path, help='servo file to begin with')
+    parser.add_argument('--servo', type=named_servo,
+                        help='servo file to begin with, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path,
                         help='servo file to write; with --each or --jobs a folder')
     parser.add_argument('--free', nargs='+', metavar='PATH', default=(),

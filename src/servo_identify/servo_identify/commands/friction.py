@@ -15,6 +15,7 @@ from pathlib import Path
 import sys
 
 from servo_twin.bag import read_recording
+from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 
 from ..learn.friction.comparison import best_of, compared, markdown, plain
@@ -31,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--without', nargs='+', choices=FEATURES, default=[],
                         help='features that the learners shall not be given; without a torque '
                         'sensor friction is a sum of current and acceleration')
-    parser.add_argument('--servo', type=Path, required=True, help='servo file of the machine')
+    parser.add_argument('--servo', type=named_servo, required=True,
+                        help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path, required=True, help='folder to write to')
     parser.add_argument('--learners', nargs='+', choices=names(), default=names())
     parser.add_argument('--site', choices=('load', 'motor'), default='load')

@@ -20,6 +20,7 @@ import time
 import numpy as np
 
 from servo_twin.bag import read_recording
+from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harmonic_drive
 from servo_twin.physics.servo import Servo
@@ -168,7 +169,8 @@ def _gap(servo: Servo, recordings: Sequence[Recording]) -> Gap | None:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('bags', type=Path, nargs='+', metavar='BAG', help='recordings to fit to')
-    parser.add_argument('--servo', type=Path, required=True, help='servo file of the machine')
+    parser.add_argument('--servo', type=named_servo, required=True,
+                        help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('--held-out', type=Path, nargs='+', required=True, metavar='BAG',
                         help='recordings to rank by')
     parser.add_argument('--models', nargs='+', default=(), choices=list(models()), metavar='NAME',

@@ -15,6 +15,7 @@ from pathlib import Path
 import sys
 
 from servo_twin.bag import write_recording
+from servo_twin.cli import named_servo
 
 from ..data.table_import import import_table
 
@@ -23,7 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('file', type=Path, help='table: .csv, .parquet, .mat or .json; or a '
                         'rosbag2 folder of any messages, with a mapping')
-    parser.add_argument('--servo', type=Path, required=True, help='servo file of the machine')
+    parser.add_argument('--servo', type=named_servo, required=True,
+                        help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path, required=True, help='bag to create')
     parser.add_argument('--mapping', type=Path, help='how columns become those of a recording; '
                         'config/imports has some')

@@ -11,6 +11,7 @@ import argparse
 from pathlib import Path
 
 from servo_twin.bag import read_recording
+from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 
 from ..learn.transmission.play import measured_play, with_curve
@@ -20,7 +21,7 @@ from .fit import write
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
-    parser.add_argument('--servo', type=Path, required=True, metavar='S.yaml',
+    parser.add_argument('--servo', type=named_servo, required=True, metavar='S.yaml',
                         help='for the ratio, the stiffness and the friction of the load')
     parser.add_argument('--settings', type=float, nargs='+', metavar='M', default=(),
                         help='where the slide stood in each bag, m')
