@@ -43,7 +43,7 @@ HORIZON = 0.4  # s of free run between two starts
 WORKERS = 2  # processes that fit side by side
 FIXED = ('order', 'lag', 'exponent')
 """
-What is not fitted of a model: an order is counted, the lag of bristles is not seen, and the
+What is not fitted of a model: an order is counted, the lag of presliding is not seen, and the
 exponent of Stribeck friction is that of its author.
 """
 

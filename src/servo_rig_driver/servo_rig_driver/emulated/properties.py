@@ -76,7 +76,7 @@ PROPERTIES = (
     _scale('friction.viscous', 'Viscous friction of both shafts.'),
     _scale('friction.thinning', 'Lubricant that thins with speed; 0 is linear.'),
     _scale('friction.weakening', 'Excess at low speed and after rest (rate and state).'),
-    _scale('friction.presliding', 'Bristle compliance before sliding; 0 is nearly rigid.'),
+    _scale('friction.presliding', 'Compliance before sliding; 0 is nearly rigid.'),
     _scale('friction.position', 'Variation over the turn of the load; 1 is some 15 %.'),
     _scale('friction.load', 'Growth with the transmitted torque.'),
     _scale('friction.asymmetry', 'Difference by direction; 1 is 5 % to either side.'),

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--bag', type=Path, metavar='PATH',
                         help='a bag, or a table to import, instead of a rig')
     parser.add_argument('--mapping', type=Path,
-                        help='mapping file, for --bag with a foreign table (default: the shipped '
+                        help='mapping file, for --bag with a table (default: the shipped '
                              'one of the servo, for MAT and JSON)')
     parser.add_argument('--mode', choices=LIVE_MODES, default='measured_input',
                         help='the way the twin runs (default %(default)s)')

@@ -73,7 +73,7 @@ PROPERTIES = (
     Property('ways.dry', 118.0, 'N', 0.0, BIG, 'Wipers and rollers, warm and sliding.'),
     Property('ways.viscous', 640.0, 'N s/m', 0.0, BIG, 'Grease, cold and slow.'),
     Property('ways.thinning', 0.35, 'm/s', 1e-4, 1e3, 'Speed that thins it (Eyring).'),
-    Property('ways.reach', 9e-6, 'm', 1e-8, 1e-2, 'Travel in which bristles slip.'),
+    Property('ways.reach', 9e-6, 'm', 1e-8, 1e-2, 'Travel in which contacts slip.'),
     Property('ways.fade', 2.5e-3, 'm/s', 1e-6, 10.0, 'Where the ways weaken with speed.'),
     _scale('ways.weakening', 'Fall of the friction with the logarithm of speed.'),
     _scale('ways.place', 'Variation along the travel; 1 is some 15 %.'),
