@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup run demo test fuzz lint blind-check results clean
+.PHONY: help setup run demo test fast checks types fuzz lint blind-check results clean
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -21,6 +21,16 @@ demo: setup  ## leave an effect out of a twin, record, diagnose: the answer besi
 
 test: setup  ## run the tests; ARGS=... goes to pytest
 	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)
+
+fast: setup  ## run the tests that take less than five seconds each, in some two minutes
+	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow' $(ARGS)
+
+checks: lint types  ## check style, words, links, imports, packages, security and types; a minute
+	@$(WITH_ENV) python -m pytest -q tests/test_words.py tests/test_pages.py tests/test_imports.py \
+	    tests/test_packages.py tests/test_security.py
+
+types: setup  ## check the types of the physics and of the front door
+	@$(WITH_ENV) mypy
 
 fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; new ones each time
 	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/test_fuzz.py $(ARGS)

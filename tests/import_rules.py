@@ -94,6 +94,37 @@ def violations(src: Path) -> list[str]:
     return sorted(found)
 
 
+def circles(src: Path) -> list[list[str]]:
+    """
+    Return the circles of modules that import each other, each sorted.
+
+    Imports below `if TYPE_CHECKING` count; those inside functions, which are there to be late, do
+    not.
+    """
+    paths = dict(modules(src))
+    known = {module.removesuffix('.__init__') for module in paths}
+    graph = {}
+    for module, path in paths.items():
+        named = {entry.name for entry in imports_of(module, path) if not entry.lazy}
+        own = module.removesuffix('.__init__')
+        graph[own] = {name if name in known else name.rpartition('.')[0] for name in named}
+        graph[own] &= known - {own}
+    reached = {module: _reached(graph, module) for module in graph}
+    together = {tuple(sorted({module} | {other for other in reached[module]
+                                         if module in reached[other]}))
+                for module in graph if module in reached[module]}
+    return sorted(map(list, together))
+
+
+def _reached(graph: dict[str, set[str]], start: str) -> set[str]:
+    found, pending = set(), [start]
+    while pending:
+        for other in graph[pending.pop()] - found:
+            found.add(other)
+            pending.append(other)
+    return found
+
+
 def _suits_physics(entry: Import) -> bool:
     if any(entry.is_of(library) for library in PHYSICS_LIBRARIES):
         return True

@@ -267,6 +267,7 @@ def run(folder, *options):
         ['--reduced', '-o', str(folder), '--page', str(folder / 'page.md'), *options]))
 
 
+@pytest.mark.slow
 def test_it_runs_a_small_check_and_goes_on_where_it_stood(tmp_path, capsys):
     options = ('--case', 'null-01', '--case', 'single-gravity-4x')
     assert run(tmp_path, *options) == 0

@@ -105,6 +105,7 @@ def test_the_equations_of_a_rig_are_at_the_noise_floor_under_its_own_models():
         assert np.sqrt(np.mean(samples.base[samples.rows(equation)]**2)) < 1.3, equation
 
 
+@pytest.mark.slow
 def test_a_twin_that_matches_its_rig_within_tolerance_has_no_gap_and_comes_back_to_the_noise():
     inside = SERVO.with_values({'mechanism.load_inertia': 5.6, 'drive.torque_constant': 0.478})
     found = answered(inside)
@@ -120,6 +121,7 @@ def loaded_friction():
     return answered(with_effect('load_dependent_friction', 'load', share=0.12))
 
 
+@pytest.mark.slow
 def test_a_missing_effect_is_named_measured_and_located(loaded_friction):
     report, one = loaded_friction.report, loaded_friction.report.which[0]
     assert report.verdict['effects'] == ['load_dependent_friction']
@@ -130,6 +132,7 @@ def test_a_missing_effect_is_named_measured_and_located(loaded_friction):
     assert one.shrink_realised > 0.8 and report.gap['solved'] > 0.8
 
 
+@pytest.mark.slow
 def test_its_report_has_all_fields_of_the_schema(loaded_friction):
     tree = loaded_friction.report.as_dict()
     assert tree['schema'] == 'servo_gap/2'
@@ -152,6 +155,7 @@ def test_its_report_has_all_fields_of_the_schema(loaded_friction):
     assert tree['stability']['named_in']['load_dependent_friction'] >= 0.5
 
 
+@pytest.mark.slow
 def test_its_augmented_file_is_the_given_one_with_the_effect_and_nothing_else(loaded_friction):
     before = FILE.read_text()
     after = patched(before, SERVO, loaded_friction.augmented)
@@ -164,12 +168,14 @@ def test_its_augmented_file_is_the_given_one_with_the_effect_and_nothing_else(lo
                       rel=1e-5))
 
 
+@pytest.mark.slow
 def test_the_augmented_twin_has_no_gap_of_its_own(loaded_friction):
     again = answered(with_effect('load_dependent_friction', 'load', share=0.12),
                      loaded_friction.augmented)
     assert again.report.verdict['status'] == 'no_gap'
 
 
+@pytest.mark.slow
 def test_a_friction_of_no_formula_is_named_by_its_mechanism_and_handed_over_as_a_curve():
     """A level that rises, stays and rises again with the load: no law of the catalogue."""
     rig = with_effect('friction_over_load', 'load', low=0.0, high=120.0,
@@ -181,6 +187,7 @@ def test_a_friction_of_no_formula_is_named_by_its_mechanism_and_handed_over_as_a
     assert report.gap['solved'] > 0.5
 
 
+@pytest.mark.slow
 def test_a_missing_effect_that_is_left_out_is_called_unknown_with_its_variable():
     rig = with_effect('stribeck_friction', 'load', excess=9.0, fade=0.1)
     without = ('stribeck_friction', 'coulomb_friction', 'viscous_friction', 'quadratic_drag',
@@ -191,11 +198,13 @@ def test_a_missing_effect_that_is_left_out_is_called_unknown_with_its_variable()
     assert report.verdict['balance'] == 'load'
 
 
+@pytest.mark.slow
 def test_a_torque_that_reads_wrong_is_named_as_the_reading():
     report = answered(with_effect('torque_sensor_gain', 'torque', excess=0.12)).report
     assert report.verdict['effects'] == ['torque_sensor_gain']
 
 
+@pytest.mark.slow
 def test_one_more_order_of_what_the_file_has_is_found():
     known = SERVO.with_effects(Placed('te', find('transmission_error'), 'mesh'), values={
         'effects.te.order': 40.0, 'effects.te.cosine': (6e-5,)})
@@ -207,6 +216,7 @@ def test_one_more_order_of_what_the_file_has_is_found():
                                       else 'cosine[0]']['value'] != 0.0
 
 
+@pytest.mark.slow
 def test_what_cannot_be_judged_is_said():
     good = recorded(SERVO, 1)
     with pytest.raises(CannotDiagnose, match='different machines'):

@@ -133,6 +133,7 @@ def test_it_says_what_a_silent_channel_keeps_from_it(good, tmp_path):
         'motor', 'load'}
 
 
+@pytest.mark.slow
 def test_a_law_of_the_user_takes_part_and_its_servo_file_runs(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(catalogue, '_FOREIGN', {})
     folder = tmp_path / 'my_effects'

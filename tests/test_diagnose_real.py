@@ -13,6 +13,8 @@ from servo_twin.cli import main as twin
 from servo_twin.description import servo_file
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 
+pytestmark = pytest.mark.slow
+
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 
 

@@ -161,7 +161,7 @@ def test_a_rig_that_is_off_stays_where_it_is():
 
 
 SCALES = [item.path for item in PROPERTIES if item.unit == '' and item.default == 1.0
-          and item.path not in ('drive.current_loop',)]
+          and item.path != 'drive.current_loop']
 
 
 @pytest.mark.parametrize('path', [*SCALES, 'screw.expansion', 'drive.latency', 'nut.loss',

@@ -53,6 +53,7 @@ def run(servo, mode='measured_input', **more):
                     mode)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('version', ['two2', 'two3'])
 @pytest.mark.parametrize('mode', ['measured_input', 'closed_loop'])
 def test_an_fmu_of_two_inertias_goes_as_the_built_in_ones(fmus, version, mode):

@@ -161,12 +161,14 @@ def test_a_fit_prints_its_values_and_gives_a_servo_file_with_comments(data, tmp_
         '#' in line for line in BENCH.text.splitlines()) > 0
 
 
+@pytest.mark.slow
 def test_an_answer_prints_its_sentence_and_is_a_page_in_a_notebook(answer):
     assert repr(answer) == answer.sentence == answer.report.verdict['sentence']
     assert answer.page.lstrip().startswith('<!')
     assert answer._repr_html_().startswith('<iframe srcdoc=')
 
 
+@pytest.mark.slow
 def test_the_augmented_servo_has_what_was_missing(answer, tmp_path):
     assert answer.effects == ('gravity',)
     again = servo_file.load(answer.augmented.save(tmp_path / 'augmented.yaml'))
@@ -176,6 +178,7 @@ def test_the_augmented_servo_has_what_was_missing(answer, tmp_path):
         'augmented.yaml', 'report.html', 'report.json']
 
 
+@pytest.mark.slow
 def test_the_curve_of_an_effect_is_drawn(answer):
     figure = answer.plot('curve')
     assert figure.axes[0].get_title() == 'gravity'

@@ -117,6 +117,7 @@ def test_no_share_is_found_where_loads_do_not_differ():
     assert load_share(table) is None
 
 
+@pytest.mark.slow
 def test_presliding_is_found_from_free_runs():
     learned = with_friction(BENCH, flat(20.0))
     assert least_level(learned, 'friction') == pytest.approx(20.0)

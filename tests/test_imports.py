@@ -5,7 +5,7 @@ from pathlib import Path
 import subprocess
 import sys
 
-from import_rules import imports_of, modules, violations
+from import_rules import circles, imports_of, modules, violations
 import pytest
 
 SRC = Path(__file__).resolve().parent.parent / 'src'
@@ -18,6 +18,21 @@ def test_it_breaks_no_rule():
 def test_it_walks_every_package():
     assert {name.split('.')[0] for name, _ in modules(SRC)} == {
         'servo_rig_driver', 'servo_twin', 'servo_identify', 'servo_studies'}
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    assert circles(SRC) == []
+
+
+@pytest.mark.parametrize('back', ['from . import first', 'import servo_twin.first',
+                                  'if TYPE_CHECKING:\n    from .first import A'])
+def test_it_catches_a_circle(tmp_path, back):
+    _plant(tmp_path, 'servo_twin.first', 'from .second import B')
+    (tmp_path / 'servo_twin' / 'servo_twin' / 'second.py').write_text(back)
+    assert circles(tmp_path) == [['servo_twin.first', 'servo_twin.second']]
+    (tmp_path / 'servo_twin' / 'servo_twin' / 'second.py').write_text(
+        'def late():\n    from .first import A')
+    assert circles(tmp_path) == []
 
 
 def _plant(src: Path, module: str, text: str) -> None:

@@ -177,6 +177,7 @@ def made_by(model: str, volts: float, seed: int) -> Recording:
         family='sine', replicate=seed)
 
 
+@pytest.mark.slow
 def test_the_model_that_made_the_recordings_is_ranked_first():
     truth = 'tjahjowidodo'
     order = ranked(AZIMUTH, [made_by(truth, 4.0, 1)], [made_by(truth, 5.0, 2)],

@@ -6,6 +6,8 @@ import pytest
 from second_rig import record
 from second_rig_machines import CLASSES
 
+pytestmark = pytest.mark.slow
+
 SAMPLES = 3000
 
 

@@ -120,13 +120,14 @@ def test_force_writes_over_a_file(tmp_path):
 def examples():
     """Return the command blocks of the page that are to be run."""
     page = (ROOT / 'docs' / 'simulators.md').read_text()
-    return re.findall(r'```sh\n(.*?)```', page, re.S)
+    return re.findall(r'```sh\n(.*?)```', page, re.DOTALL)
 
 
 def test_the_page_has_examples():
     assert len(examples()) >= 3
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_page_run_as_they_stand(tmp_path):
     shutil.copytree(ROOT / 'config', tmp_path / 'config')
     script = 'set -e\n' + '\n'.join(examples())

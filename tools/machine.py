@@ -27,7 +27,7 @@ def version_of(command: str) -> str | None:
         return None
     try:
         answer = subprocess.run([command, '--version'], capture_output=True, text=True,
-                                timeout=30)
+                                timeout=30, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return answer.stdout.partition('\n')[0] if answer.returncode == 0 else None

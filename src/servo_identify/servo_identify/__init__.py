@@ -17,8 +17,11 @@ from __future__ import annotations
 
 import sys
 
-from .api.names import FrontDoor, NAMES
+from .api.names import FrontDoor
 
-__all__ = [*NAMES, '__version__']
+__all__ = [
+    'Answer', 'Checked', 'Fitted', 'Recordings', 'ServoFile', '__version__', 'check', 'diagnose',
+    'fit', 'load_servo', 'read',
+]
 
 sys.modules[__name__].__class__ = FrontDoor

@@ -49,8 +49,8 @@ def read(paths: str | Path | Sequence[str | Path] | Mapping[str, Any], servo: Ma
     """
     machine = _machine(servo)
     if isinstance(paths, Mapping) or hasattr(paths, 'columns'):
-        columns = {str(one): np.asarray(paths[one], dtype=float) for one in paths}
-        table = Table(Path(name), columns)
+        held: Any = paths
+        table = Table(Path(name), {str(one): np.asarray(held[one], dtype=float) for one in held})
         facts = {'family': family} if family else {}
         return Recordings((recording_of(table, machine.servo, machine.text, facts),))
     several = [paths] if isinstance(paths, str | Path) else list(paths)

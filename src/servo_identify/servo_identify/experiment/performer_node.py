@@ -136,7 +136,7 @@ class Performer(Node):
         until = monotonic() + 3.0
         while self._moving and monotonic() < until:
             self._say('off', np.zeros(1), True)
-            if self._wait(lambda: self.guard.at_rest(), 0.05):
+            if self._wait(self.guard.at_rest, 0.05):
                 self._wait(lambda: False, SETTLE)
                 break
         self._moving = False

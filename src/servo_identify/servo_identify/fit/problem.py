@@ -15,7 +15,7 @@ from .freedom import Freedom
 from .gram import grams
 from .segments import CHANNELS
 from .shooting import moved, Shooting, Unknowns
-from .starts import start_deviations
+from .start_deviations import start_deviations
 
 COARSE, FINE, FINEST = 3e-2, 3e-4, 3e-5
 """

@@ -20,10 +20,10 @@ SMALL = 1e-4
 def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
            held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, int]:
     """
-    Walk downhill until a step moves the shared numbers by less than ``tolerance`` of a standard
-    error (of independent residuals: the honest ones are larger) or none of them by more than
-    :data:`SMALL` of its scale.
+    Walk downhill until a step moves the shared numbers hardly at all.
 
+    That is by less than ``tolerance`` of a standard error (of independent residuals: the honest
+    ones are larger), or none of them by more than :data:`SMALL` of its scale.
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
     called at each accepted step and may raise to stop the fit. Returns the unknowns and how many
     steps were taken.

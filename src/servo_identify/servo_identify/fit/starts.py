@@ -1,5 +1,5 @@
 """
-The starts of the horizons: how unsure they are, and how to find them where slopes mislead.
+The starts of the horizons, found where slopes mislead.
 
 A shaft that sticks, or stops soon after its horizon began, answers to its start with a kink. So
 each horizon chooses among several trials by itself, and takes shorter steps where the linear model
@@ -9,33 +9,11 @@ was wrong.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .shooting import Shooting, Unknowns
-
-if TYPE_CHECKING:
-    from .problem import Problem
-
-
-def start_deviations(shooting: Shooting) -> tuple[np.ndarray, np.ndarray]:
-    """Return steps for differences and prior deviations of the starts, (horizons, offsets)."""
-    prior = []
-    compliance = shooting.compliance()
-    for course in shooting.courses:
-        ratio = shooting.servo.values['mechanism.ratio']
-        floors = [course.noise[1], course.noise[0] / ratio]
-        floor = max(f for f in floors if np.isfinite(f))
-        own = course.begin[:, 3] if np.isfinite(course.begin[:, 3]).any() else (
-            course.begin[:, 2] / ratio)
-        cutoff = 2.0 * np.pi * min(50.0, 0.2 / course.period)
-        wind_up = 3.0 * floor + 0.5 * course.begin[:, 7] * compliance
-        deviations = (2.0 * floor + np.abs(own) * course.period,
-                      floor * cutoff + 0.5 * course.begin[:, 6], wind_up, wind_up * cutoff)
-        prior.append(np.column_stack(deviations[:shooting.offsets]))
-    prior = np.maximum(np.concatenate(prior), 1e-12)
-    return 0.1 * prior, prior
+from .problem import Problem
+from .shooting import Unknowns
 
 
 def best_starts(problem: Problem, trials: list[Unknowns]) -> tuple[Unknowns, float]:

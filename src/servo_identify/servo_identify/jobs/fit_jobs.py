@@ -96,7 +96,9 @@ def each(servo: Path, bags: Sequence[Path], settings: Settings) -> dict[str, Job
 
 def read_jobs(path: Path, common: Mapping[str, Any] | None = None) -> dict[str, Job]:
     """
-    Read a file of jobs::
+    Read a file of jobs.
+
+    It says::
 
         settings: {mode: measured_input}    # of all fits; may be left out
         fits:

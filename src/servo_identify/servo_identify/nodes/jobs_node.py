@@ -33,9 +33,9 @@ _LOADING = 60.0  # s that the twin may take to compile and load
 
 class Jobs(Node):
     """
-    Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`,
-    and the judgement of a trial.
+    Retraining and diagnosis as actions, and the judgement of a trial.
 
+    Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`.
     One job at a time; each is a process, so that samples are never late and a cancel ends it at
     once. ``loaded`` is called, on a thread of this node, after the twin took another servo file.
     """

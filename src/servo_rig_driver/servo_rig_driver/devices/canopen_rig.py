@@ -196,9 +196,9 @@ class RigFrames:
                 row[_VELOCITY] = point.reference
             elif point.mode is Mode.POSITION:
                 row[_POSITION] = point.reference
-        if self._picks[_VOLTAGE] is None and self._rest is DriveMode.VOLTAGE:
-            if point is None or point.mode in (Mode.OFF, Mode.VOLTAGE):
-                row[_VOLTAGE] = point.reference if point else 0.0
+        unread = self._picks[_VOLTAGE] is None and self._rest is DriveMode.VOLTAGE
+        if unread and (point is None or point.mode in (Mode.OFF, Mode.VOLTAGE)):
+            row[_VOLTAGE] = point.reference if point else 0.0
         return row
 
 

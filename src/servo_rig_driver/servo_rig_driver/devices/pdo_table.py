@@ -137,7 +137,7 @@ class Frame:
         for k, field in enumerate(self.fields):
             if not field.low <= raw[k] <= field.high and raw[k] != field.not_measured:
                 if not clamp:
-                    self._refuse(field, values[k])
+                    raise self._refusal(field, values[k])
                 raw[k] = min(max(raw[k], field.low), field.high)
         for k in self._odd:
             raw[k] = raw[k].to_bytes(3, 'little', signed=self.fields[k].signed)
@@ -159,12 +159,12 @@ class Frame:
             return scaled
         if self.transmitted and isnan(scaled) and self._empty[k] is not None:
             return self._empty[k]
-        self._refuse(self.fields[k], value)
+        raise self._refusal(self.fields[k], value)
 
-    def _refuse(self, field: Field, value: float) -> None:
+    def _refusal(self, field: Field, value: float) -> FrameError:
         scale = 1 if field.factor is None else field.factor
-        raise FrameError(f'{self.name}: {field.name} = {value} {field.unit} is outside '
-                         f'[{field.low * scale:g}, {field.high * scale:g}]')
+        return FrameError(f'{self.name}: {field.name} = {value} {field.unit} is outside '
+                          f'[{field.low * scale:g}, {field.high * scale:g}]')
 
     def __repr__(self) -> str:
         """Name, identifier, direction and fields."""

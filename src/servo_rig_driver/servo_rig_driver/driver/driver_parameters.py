@@ -14,7 +14,7 @@ from rcl_interfaces.msg import (
 from rclpy.lifecycle import LifecycleNode
 from rclpy.parameter import Parameter
 
-from ..can_bus.opening import INTERFACES
+from ..can_bus.opening import BusSettings, INTERFACES
 from ..devices.object_dictionary import NODE_IDS
 from .setpoints import Limits
 
@@ -55,7 +55,7 @@ DECLARED = (
     Declared('bus.interface', 'unix_bus', '', 'python-can interface: unix_bus between processes '
              'of one machine, socketcan for hardware, virtual within a process',
              choices=INTERFACES),
-    Declared('bus.channel', '/tmp/servo_rig.can', '', 'Channel of the interface: the path of the '
+    Declared('bus.channel', BusSettings().channel, '', 'Channel of the interface: the path of the '
              "hub's socket, can0, or a name"),
     Declared('bus.bitrate', 1_000_000, 'bit/s', 'Bit rate, for interfaces that set one',
              10_000, 1_000_000),

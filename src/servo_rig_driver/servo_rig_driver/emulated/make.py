@@ -79,7 +79,7 @@ def write_table(path: Path, columns: dict[str, np.ndarray]) -> None:
         formats = ['' if gone else _DIGITS for gone in missing]
         line = ','.join(formats) + '\n'
         kept = rows[:, ~missing].tolist()
-        with open(path, 'w', encoding='utf-8') as file:
+        with path.open('w', encoding='utf-8') as file:
             file.write(','.join(COLUMNS) + '\n')
             file.writelines(line % tuple(row) for row in kept)
     else:

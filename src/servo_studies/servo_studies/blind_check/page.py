@@ -44,7 +44,7 @@ _METHOD = (
     "diagnosis is a miss. Located: the balance of the verdict is one of the trait's.",
     '- **Baselines** (`blind/baselines.py`) work on the balances of the same bags, tolerances '
     'fitted inside their bounds first.', '')
-_SPAN = re.compile(r'<!-- learned: (.+?) -->\n(.*?)<!-- end -->', re.S)
+_SPAN = re.compile(r'<!-- learned: (.+?) -->\n(.*?)<!-- end -->', re.DOTALL)
 
 
 def miss_of(one: Outcome) -> str:

@@ -9,5 +9,14 @@ from .events import read_changes
 from .reading import namespaces, read_predictions, read_recording
 from .writing import BagError, BagWriter, Samples, write_predictions, write_recording
 
-__all__ = ['BagError', 'BagWriter', 'namespaces', 'read_changes', 'read_predictions',
-           'read_recording', 'Samples', 'write_predictions', 'write_recording']
+__all__ = [
+           'BagError',
+           'BagWriter',
+           'Samples',
+           'namespaces',
+           'read_changes',
+           'read_predictions',
+           'read_recording',
+           'write_predictions',
+           'write_recording',
+]

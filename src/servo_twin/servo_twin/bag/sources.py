@@ -185,7 +185,8 @@ def open_source(path: Path) -> Source:
 def _metadata(path: Path) -> dict[str, Any]:
     """Return rosbag2's metadata, empty where a killed writer left none or half of it."""
     try:
-        content = yaml.load((path / 'metadata.yaml').read_text('utf8'), _Loader)
+        text = (path / 'metadata.yaml').read_text('utf8')
+        content = yaml.load(text, _Loader)  # noqa: S506  (SafeLoader, in C where it is there)
         return dict(content['rosbag2_bagfile_information'])
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError):
         return {}

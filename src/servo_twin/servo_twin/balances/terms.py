@@ -1,6 +1,8 @@
 r"""
-The equations of a servo, each as a list of terms: what the live twin, the online estimator,
-friction learning and the diagnosis all take their residuals from.
+The equations of a servo, each as a list of terms.
+
+The live twin, the online estimator, friction learning and the diagnosis all take their residuals
+from them.
 
 A term is ``factor`` times the ``order``-th time derivative of a signal. Signals that a rig
 measures have the names of a recording's columns. The others are what the models of the servo say:

@@ -119,7 +119,7 @@ def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
                '--servo', str(servo), '-o', str(bag)]
     if mapping:
         command += ['--mapping', str(mapping)]
-    if subprocess.run(command).returncode:
+    if subprocess.run(command, check=False).returncode:
         raise ProcessError(f'{given} was not imported')
     return bag
 

@@ -8,6 +8,7 @@ import importlib.util
 from pathlib import Path
 import pkgutil
 import sys
+from types import ModuleType
 
 from . import effects
 from .effect import Effect
@@ -55,6 +56,7 @@ def register(folder: str | Path) -> list[str]:
             raise ValueError(f'{file}: an effect {name!r} is in the catalogue already')
         if known is None or known.__module__ != module_name:
             spec = importlib.util.spec_from_file_location(module_name, file)
+            assert spec is not None and spec.loader is not None  # a .py file has both
             module = importlib.util.module_from_spec(spec)
             sys.modules[module_name] = module
             try:
@@ -72,7 +74,7 @@ def registered() -> list[type[Effect]]:
     return [_FOREIGN[name] for name in sorted(_FOREIGN)]
 
 
-def _only_effect(module, name: str) -> type[Effect]:
+def _only_effect(module: ModuleType, name: str) -> type[Effect]:
     for thing in vars(module).values():
         if isinstance(thing, type) and issubclass(thing, Effect) and thing.name == name:
             return thing

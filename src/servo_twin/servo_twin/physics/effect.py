@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 import re
 from types import MappingProxyType
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Declared:
     name: ClassVar[str] = ''
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
 
-    def __init_subclass__(cls, **keywords) -> None:
+    def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         for parent in cls.__mro__[1:]:
             if parent.__dict__.get('parameters'):
@@ -89,6 +89,9 @@ class Effect(Declared):
     leaves: ClassVar[tuple[str, ...]] = ()
     sites: ClassVar[tuple[str, ...]] = ()
     port: ClassVar[str] = ''
+    combine: ClassVar[str]
+    motion: ClassVar[Any]
+    law: ClassVar[Callable[..., float]]
 
     @classmethod
     def amplitudes(cls) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ class HarmonicDrive:
     members: tuple[Member, ...]
 
 
-_ERROR = {'order': 2.0, 'cosine': (5e-5, 1e-5), 'sine': (5e-5, 1e-5)}
+_ERROR: dict[str, Value] = {'order': 2.0, 'cosine': (5e-5, 1e-5), 'sine': (5e-5, 1e-5)}
 
 HARMONIC_DRIVES = {one.name: one for one in (
     HarmonicDrive(
@@ -111,7 +111,7 @@ def with_harmonic_drive(servo: Servo, name: str | None) -> Servo:
     None leaves the linear model. Values are those of the set. Raises ServoError.
     """
     members = harmonic_drive(name).members if name is not None else ()
-    values = {}
+    values: dict[str, Value] = {}
     for member in members:
         values |= member.placed.paths(member.values)
     return servo.without_effects(lambda placed: placed.name in NAMES).with_effects(

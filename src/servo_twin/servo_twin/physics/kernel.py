@@ -10,6 +10,7 @@ kernel.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 import hashlib
@@ -20,11 +21,13 @@ from pathlib import Path
 import sys
 import textwrap
 from types import FunctionType, ModuleType
+from typing import Any
 
 import numba
 import numpy as np
 
 from . import following, ports, rollout, state
+from .effect import Parameter
 from .folds import FOLDS
 from .mechanisms.fmu import Fmu
 from .part import Correction, DigitalDrive
@@ -57,13 +60,13 @@ class Kernel:
     may run on several threads.
     """
 
-    run: FunctionType
-    align: FunctionType
-    follow: FunctionType
-    lose: FunctionType
-    conduct: FunctionType
-    sense: FunctionType
-    govern: FunctionType
+    run: Callable[..., Any]
+    align: Callable[..., Any]
+    follow: Callable[..., Any]
+    lose: Callable[..., Any]
+    conduct: Callable[..., Any]
+    sense: Callable[..., Any]
+    govern: Callable[..., Any]
     state_size: int
     module: ModuleType
 
@@ -78,14 +81,14 @@ def kernel_of(servo: Servo) -> Kernel:
 class _Structure:
     """A servo, compared by its structure alone."""
 
-    def __init__(self, servo: Servo, key: tuple) -> None:
+    def __init__(self, servo: Servo, key: tuple[object, ...]) -> None:
         self.servo, self.key = servo, key
 
     def __hash__(self) -> int:
         return hash(self.key)
 
-    def __eq__(self, other) -> bool:
-        return self.key == other.key
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Structure) and self.key == other.key
 
 
 @lru_cache(maxsize=128)
@@ -95,7 +98,7 @@ def _kernel(structure: _Structure) -> Kernel:
     digest = hashlib.sha256(text.encode())
     digest.update(numba.__version__.encode())
     here = Path(__file__).parent
-    files = {Path(inspect.getsourcefile(owner)) for _, owner in servo.owners()}
+    files = {Path(inspect.getfile(owner)) for _, owner in servo.owners()}
     for file in sorted(files.union(here.glob('*.py'), here.glob('mechanisms/*.py'))):
         digest.update(file.read_bytes())  # all that laws may borrow from, not the laws alone
     name = f'servo_twin_kernel_{digest.hexdigest()[:24]}'
@@ -119,6 +122,7 @@ def _imported(name: str, text: str) -> ModuleType:
         draft.write_text(text)
         draft.replace(file)  # another process may be writing the same: the last one wins, whole
     spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None and spec.loader is not None  # a .py file has both
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
@@ -135,7 +139,7 @@ def _source(servo: Servo) -> tuple[str, int]:
     for kind, part in (('drive', servo.drive), ('mechanism', servo.mechanism),
                        ('controller', servo.controller), ('observer', Correction)):
         parts.append(f"{kind.title()} = namedtuple('{kind.title()}', {list(part.parameters)})\n")
-        values = _values(kind, part.parameters, slots, servo)
+        values = _values(kind, part.parameters, slots)
         body = f'    return {kind.title()}({values})' if values else f'    return {kind.title()}()'
         parts.append(f'@compiled\ndef {kind}_of(theta):\n{body}\n')
     parts.append(f"drives_own = compiled(servo.DRIVES[{_key_of('DRIVES', servo.drive)!r}].law)")
@@ -172,23 +176,25 @@ def starts(servo: Servo) -> tuple[int, int, int]:
 
 def _key_of(registry: str, part: type) -> str:
     from . import servo as module
-    return next(k for k, v in getattr(module, registry).items() if v is part)
+    parts: dict[str, type] = getattr(module, registry)
+    return next(k for k, v in parts.items() if v is part)
 
 
-def _plain(function: FunctionType) -> str:
+def _plain(function: Callable[..., Any]) -> str:
     return textwrap.dedent(inspect.getsource(function)).replace('@staticmethod\n', '', 1)
 
 
-def _borrowed(servo: Servo) -> dict:
+def _borrowed(servo: Servo) -> dict[str, Any]:
     """Return what the mechanism's step uses from its own file, besides folds and the header's."""
     step = servo.mechanism.step
+    assert isinstance(step, FunctionType)
     known = ({f.__name__ for f in FOLDS.values()} | set(vars(state)) | set(vars(ports))
              | {'mechanism_pull'})
     return {n: step.__globals__[n] for n in step.__code__.co_names
             if n in step.__globals__ and n not in known}
 
 
-def _values(path: str, parameters, slots: dict[str, slice], servo: Servo) -> str:
+def _values(path: str, parameters: Mapping[str, Parameter], slots: dict[str, slice]) -> str:
     taken = []
     for name, parameter in parameters.items():
         slot = slots[f'{path}.{name}']
@@ -205,7 +211,7 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
         effect = placed.effect
         texts.append(f"Values{index} = namedtuple('Values{index}', {list(effect.parameters)})")
         texts.append(f'law{index} = compiled(catalogue.find({effect.name!r}).law)')
-        values = _values(f'effects.{placed.name}', effect.parameters, slots, servo)
+        values = _values(f'effects.{placed.name}', effect.parameters, slots)
         memories = f'x[{memory}:{memory + effect.memory}]' if effect.memory else '()'
         memory += effect.memory
         call = f'law{index}(Values{index}({values}), {memories}, motion, h)'

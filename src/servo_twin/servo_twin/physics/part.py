@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from .effect import Declared, Effect, Parameter
 
@@ -50,6 +50,9 @@ class Mechanism(Part):
     begins at any of them.
     """
 
+    step: ClassVar[Callable[..., None]]
+    rest: ClassVar[Callable[..., float]]
+    pull: ClassVar[Callable[..., float]]
     compliant: ClassVar[bool]
     slides: ClassVar[bool] = False
     carries: ClassVar[bool] = False
@@ -65,7 +68,7 @@ class Mechanism(Part):
         return ''
 
     @classmethod
-    def running(cls, run: Callable, servo) -> Callable:
+    def running(cls, run: Callable[..., Any], servo: Any) -> Callable[..., Any]:
         """Return what runs in place of a kernel's compiled `run`, for mechanisms beside it."""
         return run
 

@@ -8,7 +8,7 @@ the load; friction resists; an external torque resists the load.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from .effect import Effect
 
@@ -74,7 +74,7 @@ class Drive(Effect):
 
     port = 'drive'
     motion = Signal
-    sites = ('command', 'current')
+    sites: ClassVar[tuple[str, ...]] = ('command', 'current')
     combine = 'order'
 
 
@@ -83,7 +83,7 @@ class Torque(Effect):
 
     port = 'torque'
     motion = Shaft
-    sites = ('motor', 'load')
+    sites: ClassVar[tuple[str, ...]] = ('motor', 'load')
     combine = 'sum'
 
 
@@ -97,7 +97,7 @@ class Friction(Effect):
 
     port = 'friction'
     motion = Shaft
-    sites = ('motor', 'load')
+    sites: ClassVar[tuple[str, ...]] = ('motor', 'load')
     combine = 'sum'
 
 
@@ -111,7 +111,7 @@ class MeshError(Effect):
 
     port = 'mesh_error'
     motion = Teeth
-    sites = ('mesh',)
+    sites: ClassVar[tuple[str, ...]] = ('mesh',)
     combine = 'sum'
 
 
@@ -125,7 +125,7 @@ class Clearance(Effect):
 
     port = 'clearance'
     motion = Teeth
-    sites = ('mesh',)
+    sites: ClassVar[tuple[str, ...]] = ('mesh',)
     combine = 'sum'
 
 
@@ -134,7 +134,7 @@ class Mesh(Effect):
 
     port = 'mesh'
     motion = WindUp
-    sites = ('mesh',)
+    sites: ClassVar[tuple[str, ...]] = ('mesh',)
     combine = 'sum'
 
 
@@ -147,7 +147,7 @@ class Inertia(Effect):
 
     port = 'inertia'
     motion = Carried
-    sites = ('load',)
+    sites: ClassVar[tuple[str, ...]] = ('load',)
     combine = 'sum'
 
 
@@ -156,7 +156,7 @@ class Sensor(Effect):
 
     port = 'sensor'
     motion = Reading
-    sites = ('motor_position', 'load_position', 'torque', 'current')
+    sites: ClassVar[tuple[str, ...]] = ('motor_position', 'load_position', 'torque', 'current')
     combine = 'order'
 
 

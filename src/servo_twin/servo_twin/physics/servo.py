@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from .effect import Declared, Effect, Parameter
 from .mechanisms.ball_screw import BallScrew
 from .mechanisms.rigid import Rigid
 from .mechanisms.two_inertia import TwoInertia
-from .part import Controller, Correction, Mechanism, MotorDrive, SensorPart
+from .part import Controller, Correction, Mechanism, MotorDrive, Part, SensorPart
 from .pmsm_drive import PmsmDrive
 from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
 from .state import PARTS
@@ -34,6 +35,7 @@ SENSORS: dict[str, type[SensorPart]] = {
 }
 
 Value = float | tuple[float, ...]
+Kept = TypeVar('Kept')
 
 
 class ServoError(ValueError):
@@ -125,32 +127,31 @@ class Servo:
                 raise ServoError(f'{self.name}: effects.{placed.name}: {placed.effect.name} {why}')
         object.__setattr__(self, 'values', values)
 
-    def _checked(self, path: str, parameter: Parameter, value) -> Value:
+    def _checked(self, path: str, parameter: Parameter, value: Any) -> Value:
         try:
-            if parameter.row:
-                value = tuple(float(v) for v in value)
-            else:
-                value = float(value)
+            numbers = tuple(float(v) for v in (value if parameter.row else (value,)))
         except (TypeError, ValueError):
             kind = 'a row of numbers' if parameter.row else 'a number'
             raise ServoError(f'{self.name}: {path} = {value!r} is not {kind}') from None
-        for single in value if parameter.row else (value,):
+        for single in numbers:
             problem = parameter.refuse(single)
             if problem:
                 raise ServoError(f'{self.name}: {path} = {problem} ({parameter.meaning})')
-        return value
+        return numbers if parameter.row else numbers[0]
 
     def _fill_rows(self, values: dict[str, Value]) -> None:
         """Make the rows of each effect equally long: laws run over them side by side."""
         for path, owner in self.owners():
             rows = {f'{path}.{name}': p for name, p in owner.parameters.items() if p.row}
-            longest = max((len(values[row]) for row in rows), default=0)
+            longest = max((len(_row(values[row])) for row in rows), default=0)
             for row, parameter in rows.items():
-                lacking = longest - len(values[row])
-                if lacking and parameter.off is None:
-                    raise ServoError(f'{self.name}: {row} has {len(values[row])} numbers, and the '
+                numbers = _row(values[row])
+                if len(numbers) == longest:
+                    continue
+                if parameter.off is None:
+                    raise ServoError(f'{self.name}: {row} has {len(numbers)} numbers, and the '
                                      f'longest row of {path} has {longest}; all must have as many')
-                values[row] += (parameter.off,) * lacking
+                values[row] = numbers + (parameter.off,) * (longest - len(numbers))
 
     def owners(self) -> Iterator[tuple[str, type[Declared]]]:
         """Yield (path, declaring class) of every part and effect, in the order of `theta`."""
@@ -172,8 +173,8 @@ class Servo:
     def slots(self) -> dict[str, slice]:
         """Where each parameter stands in the flat vector `theta`."""
         slots, start = {}, 0
-        for path, parameter in self.declarations():
-            size = len(self.values[path]) if parameter.row else 1
+        for path, _ in self.declarations():
+            size = len(_row(self.values[path]))
             slots[path] = slice(start, start + size)
             start += size
         return slots
@@ -194,8 +195,10 @@ class Servo:
     def memories(self) -> dict[str, slice]:
         """Where the memory of drive, mechanism and each effect stands in the state, by path."""
         slots, start = {}, PARTS
-        for path, owner in (('drive', self.drive), ('mechanism', self.mechanism),
-                            *((f'effects.{p.name}', p.effect) for p in self.effects)):
+        remembering: tuple[tuple[str, type[Part] | type[Effect]], ...] = (
+            ('drive', self.drive), ('mechanism', self.mechanism),
+            *((f'effects.{p.name}', p.effect) for p in self.effects))
+        for path, owner in remembering:
             slots[path] = slice(start, start + owner.memory)
             start += owner.memory
         return slots
@@ -229,7 +232,7 @@ class Servo:
         """Return this servo without some effects, and without all that was said of them."""
         lost = tuple(f'effects.{placed.name}.' for placed in self.effects if gone(placed))
 
-        def kept(table: Mapping) -> dict:
+        def kept(table: Mapping[str, Kept]) -> dict[str, Kept]:
             return {path: what for path, what in table.items() if not path.startswith(lost)}
 
         return replace(self, effects=tuple(p for p in self.effects if not gone(p)),
@@ -263,5 +266,9 @@ class Servo:
         """Noise floor of a channel in its unit; NaN where the machine has no such sensor."""
         for sensor in self.sensors:
             if sensor.channel == channel:
-                return self.values[f'sensors.{sensor.name}.noise']
+                return _row(self.values[f'sensors.{sensor.name}.noise'])[0]
         return float('nan')
+
+
+def _row(value: Value) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)

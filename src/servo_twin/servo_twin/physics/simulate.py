@@ -125,7 +125,7 @@ def simulate_many(servo: Servo, u: np.ndarray, period: float, x: np.ndarray,
     ons = [servo.switches] * len(thetas) if ons is None else ons
     kernel_of(servo)
 
-    def one(pair):
+    def one(pair: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
         return simulate(servo, u, period, x.copy(), mode, *pair)
 
     with ThreadPoolExecutor(workers or cpu_count()) as pool:

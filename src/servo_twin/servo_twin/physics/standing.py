@@ -24,9 +24,12 @@ def standing(servo: Servo, coupled_angle: float) -> Servo:
         values = SimpleNamespace(**{name: servo.values[f'effects.{placed.name}.{name}']
                                     for name in placed.effect.parameters})
         added += placed.effect.law(values, (), Carried(0.0, coupled_angle, 0.0), 0.0)
-    share = 1.0 + added / servo.values[path]
+    own = servo.values[path]
+    assert isinstance(own, float)  # an inertia is no row
+    share = 1.0 + added / own
     bare = servo.without_effects(lambda placed: placed in carried)
     tolerance = dict(bare.tolerance)
     if path in tolerance:
-        tolerance[path] = tuple(edge * share for edge in tolerance[path])
-    return replace(bare.with_values({path: servo.values[path] * share}), tolerance=tolerance)
+        low, high = tolerance[path]
+        tolerance[path] = (low * share, high * share)
+    return replace(bare.with_values({path: own * share}), tolerance=tolerance)

@@ -18,9 +18,10 @@ def half_window(period: float) -> int:
 
 def driving(rows: np.ndarray, period: float, ratio: float) -> np.ndarray:
     """
-    Return speed of the load (rad/s), its direction (-1 to 1), external torque (N m), sine and
-    cosine of the load's angle.
+    Return what excites a balance, five columns.
 
+    These are speed of the load (rad/s), its direction (-1 to 1), external torque (N m), sine and
+    cosine of the load's angle.
     ``rows`` (n + 2 half_window, len(CHANNELS)); the answer has shape (n, 5). Without a load
     encoder the motor's angle over ``ratio`` is taken.
     """

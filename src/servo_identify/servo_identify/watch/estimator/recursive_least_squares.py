@@ -26,9 +26,10 @@ _SLOWEST = 0.98  # correlation beyond which rows are no longer taken apart
 
 class Tracker:
     """
-    Tracks the factors of a linear law. The bounds hold what it answers, not what it tracks: a
-    factor beyond its bound does not bend the others.
+    Tracks the factors of a linear law.
 
+    The bounds hold what it answers, not what it tracks: a factor beyond its bound does not bend
+    the others.
     ``start`` and ``doubt`` (p,): first values and standard deviations; ``bounds`` (p, 2);
     ``noise``: first guess of the standard deviation of a row.
     """

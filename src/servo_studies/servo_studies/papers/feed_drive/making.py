@@ -29,16 +29,14 @@ from servo_twin.recording.recording import Recording
 from ..recordings import Part, recorded
 from . import pictures
 from .inverter import inverter_figures
+from .judged import Circle, Judged, PERIOD, RADIUS, SETTLED
 
 AXES = {'x': 'feed_drive', 'y': 'feed_drive_y'}
 RATES = (1000, 2000, 3000, 4000, 5000, 6000)  # mm/min, the largest of each sine
 TRAINED = (1000, 6000)
 AMPLITUDE = 0.1  # m, of figure 8a of the paper
 TURNS = (60, 80, 100, 120)  # rad/min, of the circle
-RADIUS = 0.05  # m, which the paper does not give; 120 rad/min are F6000 on it
-PERIOD = 1e-3
 EASE = 0.5  # s in which a motion sets off
-SETTLED = 1.0  # s left out at the beginning of the circle
 WARMER = 4.0  # K, of the machine that the network has not seen
 
 Told = Callable[[str, float], None]
@@ -115,61 +113,10 @@ def make(work: Path, pictured: Path, told: Told) -> dict:
     return found
 
 
-class Judged:
-    """One recording and what each model makes of its wanted place: places of the table, m."""
-
-    def __init__(self, recording: Recording, predicted: Mapping[str, np.ndarray]) -> None:
-        self.time = np.arange(len(recording)) * recording.period
-        self.wanted = recording['reference_position']
-        self.measured = recording['load_position']
-        self.predicted = dict(predicted)
-
-    def figures(self, rows: slice = slice(None)) -> dict[str, dict[str, float]]:
-        """
-        Return the errors of table 3 of each model, in um and percent.
-
-        The relative one is the largest error over the largest measured tracking error, which is
-        what the numbers of the paper's table are.
-        """
-        tracking = np.max(np.abs(self.measured - self.wanted)[rows])
-        figures = {}
-        for model, place in self.predicted.items():
-            error = (place - self.measured)[rows]
-            figures[model] = {'largest': 1e6 * float(np.max(np.abs(error))),
-                              'rmse': 1e6 * float(np.sqrt(np.mean(error**2))),
-                              'relative': 100.0 * float(np.max(np.abs(error)) / tracking)}
-        return figures
-
-
 def judged(models: Mapping[str, Servo], recording: Recording) -> Judged:
     """Return a recording with what the models predict of it, in their closed loop."""
     return Judged(recording, {name: rolled(servo, recording, 'closed_loop')[:, 1]
                               for name, servo in models.items()})
-
-
-class Circle:
-    """Two axes on a circle: places and contour errors, m, of the rig and of each model."""
-
-    def __init__(self, x: Judged, y: Judged) -> None:
-        size = min(len(x.time), len(y.time))
-        rows = slice(round(SETTLED / PERIOD), size)
-        self.time = x.time[rows]
-        self.angle = np.unwrap(np.arctan2(y.wanted[rows], x.wanted[rows] + RADIUS))
-        places = {'measured': (x.measured, y.measured)} | {
-            model: (x.predicted[model], y.predicted[model]) for model in x.predicted}
-        self.contour = {name: np.hypot(px[rows] + RADIUS, py[rows]) - RADIUS
-                        for name, (px, py) in places.items()}
-
-    def figures(self) -> dict[str, dict[str, float]]:
-        """Return the largest error and the RMSE of each model's contour error, um (table 4)."""
-        real = self.contour['measured']
-        figures = {'measured': {'largest': 1e6 * float(np.max(np.abs(real)))}}
-        for model in self.contour:
-            if model != 'measured':
-                error = self.contour[model] - real
-                figures[model] = {'largest': 1e6 * float(np.max(np.abs(error))),
-                                  'rmse': 1e6 * float(np.sqrt(np.mean(error**2)))}
-        return figures
 
 
 def training_figures(learned: LearnedDeviation) -> dict[str, float]:

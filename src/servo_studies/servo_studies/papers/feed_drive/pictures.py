@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..pictures import panels
-
-if TYPE_CHECKING:
-    from .making import Circle, Judged
+from .judged import Circle, Judged
 
 COLOURS = {'measured': 'black', 'analytical': 'tab:green', 'hybrid': 'tab:red'}
 MAGNIFIED = 500.0

@@ -166,7 +166,7 @@ def _drive(probe: Probe, found: list[Actuator], said: str, take: Any, left_out: 
             raise ModelError(f'{said}: several actuators of the kind {kind} act on it: {names}; '
                              f'choose by --actuator')
     if len(found) > 1 and not set(kinds) <= {'torque', 'position', 'velocity'}:
-        raise ModelError(f'{said}: {dict((one.name, one.kind) for one in found)} act on it '
+        raise ModelError(f'{said}: { {one.name: one.kind for one in found} } act on it '
                          f'together; choose by --actuator')
     limit, source = inf, ''
     if model.jnt_actfrclimited[probe.id]:
@@ -215,9 +215,8 @@ def _take_one(probe: Probe, one: Actuator, by: str, take: Any, left_out: list[st
         take('gain', one.gains['command'], f'{by}: torque for one of its control')
     if one.kind == 'motor':
         take('back_emf', one.damping, f'{by}: torque that a held control loses with speed')
-    if one.kind == 'winding':
-        if is_warm(probe, one.place):
-            left_out.append(f'the temperature of the winding of {one.name!r}')
+    if one.kind == 'winding' and is_warm(probe, one.place):
+        left_out.append(f'the temperature of the winding of {one.name!r}')
     for role, slope in (('position', one.stiffness), ('velocity', one.damping)):
         if role not in one.gains or not slope:
             continue

@@ -84,7 +84,7 @@ def nearest_joint(servo: Servo, name: str, form: str, period: float,
                        f'{found.dry:.4g} {joint.unit("N m")} and {found.viscous:.4g} '
                        f'{joint.unit("N m s/rad")}, and leave {found.left:.4g} '
                        f'{joint.unit("N m")} rms of its torque')
-    costs = tuple([*_costs(servo, lost, excitation), *more])
+    costs = (*_costs(servo, lost, excitation), *more)
     return Nearest(joint, costs, excitation, tuple(remarks))
 
 
