@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parent.parent
 MOST_ON_AVERAGE = 22.0  # words a sentence, tables aside
 
 # Still to be rewritten. This list only gets shorter: a page that is reported as XPASS leaves it.
-TO_REWRITE = {'docs/blind_check.md', 'docs/diagnosis.md', 'docs/real_gaps.md', 'README.md'}
+TO_REWRITE = {'docs/blind_check.md', 'docs/real_gaps.md'}
 PAGES = sorted(str(path.relative_to(ROOT)) for path in [*ROOT.glob('*.md'),
                                                         *ROOT.glob('docs/*.md')])
 # The studies name faults as their tables do; the diagnosis is being rewritten.
