@@ -1,4 +1,4 @@
-"""How long sentences are and which words stand in them: of pages in Markdown and of docstrings."""
+"""How long sentences are and which words stand in them: pages, docstrings, messages, comments."""
 
 import ast
 from collections.abc import Iterator
@@ -124,6 +124,19 @@ def _prose_of(node: ast.AST) -> Iterator[tuple[int, str]]:
     for block in re.split(r'\n\s*\n|\n(?=\s*(?:[-*]|\d+\.)\s)', text):
         if block.strip():
             yield line, block
+
+
+def message_sentences(path: Path) -> list[Sentence]:
+    """Return what a module says to people: its strings of three words and more, as they stand."""
+    return [Sentence(node.lineno, node.value) for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            and len(node.value.split()) > 2]
+
+
+def comment_sentences(path: Path) -> list[Sentence]:
+    """Return the comments of a file whose comments begin with ``#``, a line each."""
+    return [Sentence(number, comment) for number, line in enumerate(
+        path.read_text().splitlines(), 1) if (comment := line.partition('#')[2].strip())]
 
 
 def mean(found: list[Sentence]) -> float:

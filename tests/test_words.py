@@ -2,7 +2,16 @@
 
 from pathlib import Path
 
-from prose import docstring_sentences, faults, mean, page_sentences, paragraphs, sentences
+from prose import (
+    comment_sentences,
+    docstring_sentences,
+    faults,
+    mean,
+    message_sentences,
+    page_sentences,
+    paragraphs,
+    sentences,
+)
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -43,6 +52,20 @@ def test_docstrings_read_as_one_speaks():
 
 def test_docstrings_are_short_on_average():
     assert mean([one for path in MODULES for one in docstring_sentences(path)]) < MOST_ON_AVERAGE
+
+
+def test_messages_and_help_speak_in_the_terms_of_the_field():
+    told = [f'{path.relative_to(ROOT)}: {one}' for path in MODULES
+            for one in faults(message_sentences(path), longest=1000)]
+    assert not told, '\n'.join(told)
+
+
+def test_comments_of_files_that_people_edit_speak_in_the_terms_of_the_field():
+    files = [*ROOT.glob('config/**/*.yaml'), *ROOT.glob('src/*/launch/*.yaml'),
+             *ROOT.glob('src/servo_twin_msgs/*/*')]
+    told = [f'{path.relative_to(ROOT)}: {one}' for path in sorted(files)
+            for one in faults(comment_sentences(path), longest=1000)]
+    assert len(files) > 40 and not told, '\n'.join(told)
 
 
 def test_a_forbidden_word_is_named_with_what_to_write_instead():
