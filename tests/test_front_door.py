@@ -3,6 +3,8 @@
 from dataclasses import FrozenInstanceError, replace
 from importlib import import_module
 from math import pi
+from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -56,6 +58,16 @@ def test_it_says_its_version_and_its_names():
     assert {'load_servo', 'read', 'check', 'fit', 'diagnose'} <= set(dir(si))
     with pytest.raises(AttributeError, match="has no 'diagnosis'.*load_servo"):
         si.diagnosis()
+
+
+def test_its_page_names_what_there_is():
+    page = (Path(__file__).resolve().parent.parent / 'docs' / 'python.md').read_text()
+    named = set(re.findall(r'\bsi\.(\w+)', page))
+    assert named == {'load_servo', 'read', 'check', 'fit', 'diagnose'}
+    kinds = '(ServoFile|Recordings|Checked|Fitted|Answer)'
+    for kind, members in re.findall(rf'`{kinds}`: (.*?) \|', page):
+        known = set(dir(getattr(si, kind))) | set(getattr(si, kind).__dataclass_fields__)
+        assert set(re.findall(r'`(\w+)', members)) <= known
 
 
 def test_fit_and_diagnose_are_functions_and_stay_packages():
