@@ -22,8 +22,8 @@ demo: setup  ## leave an effect out of a twin, record, diagnose: the answer besi
 test: setup  ## run the tests; ARGS=... goes to pytest
 	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)
 
-fast: setup  ## run the tests that take less than five seconds each, in some two minutes
-	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow' $(ARGS)
+fast: setup  ## run the tests that start no ROS graph and take less than five seconds each
+	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not ros' $(ARGS)
 
 checks: lint types  ## check style, words, links, imports, packages, security and types; a minute
 	@$(WITH_ENV) python -m pytest -q tests/test_words.py tests/test_pages.py tests/test_imports.py \
