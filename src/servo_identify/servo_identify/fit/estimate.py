@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from servo_twin.physics.servo import Provenance, Servo
+from servo_twin.physics.servo import Provenance, Servo, Value
 from servo_twin.recording.recording import Recording
 
 
@@ -46,12 +47,13 @@ class Estimate:
     seconds: float
     bags: tuple[str, ...] = field(default=())
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> dict[str, Any]:
         """Return everything but the servo, ready for JSON; NaN becomes null."""
         plain = {name: getattr(self, name) for name in self.__dataclass_fields__
                  if name != 'servo'}
         plain['correlation'] = self.correlation.tolist()
-        return _nulled(plain)
+        found: dict[str, Any] = _nulled(plain)
+        return found
 
     def save(self, path: str | Path) -> None:
         """Write the estimate as JSON."""
@@ -71,13 +73,16 @@ class Estimate:
 def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float],
                std: Mapping[str, float], bags: tuple[str, ...], source: str) -> Servo:
     """Return the servo with fitted values; a row's standard error is its largest."""
-    changes: dict[str, float | list[float]] = {}
+    changes: dict[str, Value] = {}
+    rows: dict[str, list[float]] = {}
     errors: dict[str, list[float]] = {}
     for name in names:
         path, bracket, rest = name.partition('[')
         if bracket:
-            row = changes.setdefault(path, list(servo.values[path]))
+            before = servo.values[path]
+            row = rows.setdefault(path, list(before) if isinstance(before, tuple) else [before])
             row[int(rest[:-1])] = values[name]
+            changes[path] = tuple(row)
         else:
             changes[path] = values[name]
         errors.setdefault(path, []).append(std[name])
@@ -85,7 +90,6 @@ def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float]
     for path in changes:
         worst = max((e for e in errors[path] if np.isfinite(e)), default=None)
         provenance[path] = Provenance(source, worst, bags)
-    changes = {p: tuple(v) if isinstance(v, list) else v for p, v in changes.items()}
     return replace(servo, values={**servo.values, **changes}, provenance=provenance)
 
 
@@ -94,7 +98,7 @@ def bag_name(recording: Recording) -> str:
     return f'{recording.name}#{recording.digest[:12]}' if recording.digest else recording.name
 
 
-def _nulled(thing):
+def _nulled(thing: Any) -> Any:
     if isinstance(thing, Mapping):
         return {k: _nulled(v) for k, v in thing.items()}
     if isinstance(thing, (list, tuple)):

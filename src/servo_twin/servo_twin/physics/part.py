@@ -84,6 +84,8 @@ class Controller(Part):
     before the first call.
     """
 
+    law: ClassVar[Callable[..., float]]
+
 
 class SensorPart(Part):
     """A sensor that the machine has; what it does wrong is an effect at its channel."""
