@@ -182,6 +182,7 @@ def test_simple_learners_are_compared_on_one_table(ladder):
     assert markdown(rows).count('\n') == 7
 
 
+@pytest.mark.slow
 def test_exported_networks_answer_as_torch_does(ladder):
     pytest.importorskip('torch')
     data = dataset_of(friction_of(BENCH, ladder), period=0.05)

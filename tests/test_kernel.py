@@ -11,6 +11,7 @@ import every_effect
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
+import pytest
 
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.controllers import Open
@@ -65,6 +66,7 @@ def in_a_process(folder, cache):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_a_second_process_loads_what_the_first_compiled_and_an_edit_makes_another(tmp_path):
     laws, cache = tmp_path / 'laws', tmp_path / 'cache'
     laws.mkdir()
