@@ -132,6 +132,7 @@ def test_it_joins_motor_and_load_without_a_torque_sensor():
     assert np.isnan(found['motor']).all() and np.isnan(found['load']).all()
 
 
+@pytest.mark.slow
 def test_it_needs_only_one_encoder_and_the_command_for_the_torque_balance():
     lacks = ('torque_sensor', 'current_sensor', 'load_encoder')
     rigid = '{type: rigid, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0}'
@@ -147,6 +148,7 @@ def test_it_needs_only_one_encoder_and_the_command_for_the_torque_balance():
 LOOP = '{{type: velocity_pi, kp: {}, ki: 505.38}}'
 
 
+@pytest.mark.slow
 def test_it_finds_the_controller_clean_when_only_the_plant_differs():
     rig = servo(controller=LOOP.format(16.09),
                 effects='{a: {effect: coulomb_friction, at: load, level: 20.0}}')

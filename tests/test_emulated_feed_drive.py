@@ -108,6 +108,7 @@ def test_the_balls_press_as_hertz_says(over):
 # --- the whole
 
 
+@pytest.mark.slow
 def test_half_the_substep_moves_the_table_by_nanometres():
     rig = load_rig(RIG, IDEAL)
     fine = load_rig(RIG, IDEAL)

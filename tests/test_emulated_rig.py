@@ -24,6 +24,7 @@ TABLE = load_frames()
 START = (0x000, bytes([1, 0]))
 
 
+@pytest.mark.slow
 def test_canopen_reads_and_writes_objects_of_the_nodes_over_a_bus(tmp_path):
     path = str(tmp_path / 'can')
     with CanHub(path):
@@ -63,6 +64,7 @@ def until(wire, wanted, seconds=60.0):
     raise AssertionError(f'no frame 0x{wanted:X} within {seconds} s')
 
 
+@pytest.mark.slow
 def test_real_processes_answer_every_sync_at_a_kilohertz_and_come_back_after_a_stopped_bus(
         tmp_path):
     path, rig_file = str(tmp_path / 'can'), tmp_path / 'rig.yaml'

@@ -108,6 +108,7 @@ def test_static_wind_up_is_the_sum_of_the_tooth_pairs_that_bear():
     assert np.abs(torque - external[1000::250]).max() < 1.5
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(motor=st.floats(-100.0, 100.0), load=st.floats(-1.0, 1.0), twist=st.floats(-5e-4, 5e-4))
 def test_left_alone_the_rig_never_has_more_energy_than_at_the_start(motor, load, twist):
@@ -137,6 +138,7 @@ def test_friction_over_the_turn_has_no_mean():
     assert abs(np.mean([over_the_turn(angle) for angle in angles])) < 1e-4
 
 
+@pytest.mark.slow
 def test_halving_the_step_converges():
     reference = wave()
     final = []

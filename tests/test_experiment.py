@@ -102,6 +102,7 @@ def test_it_judges_torque_and_current_and_lets_pass_what_is_not_measured():
     assert guard.at_rest() and guard.speed == 0.0
 
 
+@pytest.mark.slow
 def test_it_makes_the_same_recordings_without_a_bus(tmp_path, capsys):
     words = ['experiment', 'load_steps', '--headless', '-o', str(tmp_path), '--duration', '2',
              '--replicates', '2', '--torques', '40', '--set', 'friction.level=1.2']

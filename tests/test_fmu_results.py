@@ -29,6 +29,7 @@ def test_two_inertias_give_way_as_the_screw_and_weigh_what_it_does():
     assert {p.name for p in FEED_DRIVE.effects} - {p.name for p in servo.effects} == {'play'}
 
 
+@pytest.mark.slow
 def test_a_softer_fmu_is_further_from_the_built_in_one(tmp_path):
     servo = two_inertias(FEED_DRIVE)
     same = brought(servo, made(tmp_path))
@@ -63,6 +64,7 @@ def test_a_compiler_that_refuses_is_quoted(tmp_path, monkeypatch):
         example.made(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_wanted_place_is_reached_with_an_fmu(tmp_path):
     wanted = sine(6000)[:1500]
     servo = brought(two_inertias(FEED_DRIVE), made(tmp_path, 3))

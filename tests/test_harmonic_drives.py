@@ -127,6 +127,7 @@ def test_an_amplifier_of_any_gain_and_no_inductance_is_stable():
 # --- inertia that another axis changes
 
 
+@pytest.mark.slow
 def test_a_load_whose_inertia_changes_keeps_its_angular_momentum():
     payload = Placed('payload', find('coupled_inertia'), 'load')
     mesh = {'mechanism.stiffness': 200.0, 'mechanism.damping': 2.0}
@@ -146,6 +147,7 @@ def test_a_load_whose_inertia_changes_keeps_its_angular_momentum():
         assert momentum == pytest.approx(1.0, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_pan_is_slower_to_turn_with_its_tilt_level():
     answers = [simulate(AZIMUTH, inputs(300, voltage=8.0, coupled_position=tilt), 1e-3,
                         initial_state(AZIMUTH))[-1, 1] for tilt in (0.0, 1.4)]
@@ -200,6 +202,7 @@ def test_a_model_that_is_none_is_named(section, words):
         servo_file.loads(text)
 
 
+@pytest.mark.slow
 def test_the_linear_model_has_no_plateau_and_the_models_with_friction_have_one():
     """The finding of the paper's figures 10 and 11, on the twin alone."""
     t = np.arange(6000) * 1e-3

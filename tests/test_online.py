@@ -109,6 +109,7 @@ def test_it_measures_the_play_at_each_reversal():
     assert Reversals(PERIOD, 4.0).take(2e-4 * np.sign(torque), torque, t) == []
 
 
+@pytest.mark.slow
 def test_it_follows_a_gearbox_that_warms_up(tmp_path, capsys):
     words = ['experiment', 'slow_reversals', '--speeds', '1.0', '--duration', '120', '--headless',
              '--set', 'thermal.capacity=40', '-o', str(tmp_path)]

@@ -54,6 +54,7 @@ def test_emps_in_closed_loop_tracks_to_microns_and_needs_almost_the_same_command
     assert channels['motor_speed'] > 0.998
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', XL330)
 def test_xl330_is_followed_as_an_observer_and_departs_in_the_torque_balance(
         shared_data, tmp_path, name):

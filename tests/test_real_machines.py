@@ -26,6 +26,7 @@ def test_emps_in_closed_loop_finds_the_published_parameters(shared_data):
     assert errors['position_percent'] < 0.0138 and errors['force_percent'] < 6.5
 
 
+@pytest.mark.slow
 def test_xl330_is_predicted_better_with_friction_that_grows_with_load(shared_data):
     figures = xl330.figures(shared_data)
     plain, loaded = (figures[s]['held_out']['all'] for s in ('coulomb_viscous', 'load_dependent'))
@@ -37,6 +38,7 @@ def test_xl330_is_predicted_better_with_friction_that_grows_with_load(shared_dat
     assert unseen['load_dependent']['all'] < 0.06 < 0.1 < unseen['coulomb_viscous']['all']
 
 
+@pytest.mark.slow
 def test_two_masses_resonate_where_the_frequency_response_says(shared_data):
     figures = two_mass.figures(shared_data)
     assert figures['measured'] == (pytest.approx(53.0, abs=1.0), pytest.approx(77.0, abs=1.0))

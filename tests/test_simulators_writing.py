@@ -86,6 +86,7 @@ MACHINES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', MACHINES)
 def test_mujoco_moves_it_as_its_twin_does_where_nothing_is_lost(name):
     machine = MACHINES[name]
@@ -225,6 +226,7 @@ def test_the_nearest_friction_is_the_least_squares_of_the_law_over_the_motion():
     assert (found.dry, found.viscous) == pytest.approx(tuple(expected), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_stiction_goes_to_isaac_alone():
     machine = servo(LOSSY[0], controller=LOOP)
     isaac = nearest_joint(machine, 'j', 'isaac', 1e-3, duration=4.0).joint
@@ -232,6 +234,7 @@ def test_stiction_goes_to_isaac_alone():
     assert nearest_joint(machine, 'j', 'mjcf', 1e-3, duration=4.0).joint.stiction == 0.0
 
 
+@pytest.mark.slow
 def test_it_names_everything_that_a_rigid_joint_has_no_place_for():
     machine = servo(
         '  play: {effect: backlash, at: mesh, width: 0.02}',
@@ -259,6 +262,7 @@ def test_it_names_everything_that_a_rigid_joint_has_no_place_for():
     assert nearest.rms == pytest.approx(np.sqrt(np.mean(again**2)), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('file', sorted(SERVOS.glob('*.yaml')), ids=lambda f: f.stem)
 def test_every_shipped_servo_goes_over_or_says_why_not(file):
     machine = load(file)
