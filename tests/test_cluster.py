@@ -145,7 +145,7 @@ def test_it_says_what_is_wrong_with_a_file_of_jobs(text, said, tmp_path):
 @pytest.mark.parametrize('options, said', [
     (['b', '--jobs', 'j', '-o', 'f'], '--jobs names servo files and bags itself; leave out bags'),
     (['-o', 'f'], 'bags is missing'),
-    (['b', '--servo', 's', '-o', 'f', '--cluster', 'tcp://h:1'], 'are for several fits'),
+    (['b', '--servo', 'rv_bench', '-o', 'f', '--cluster', 'tcp://h:1'], 'are for several fits'),
 ])
 def test_the_command_names_options_that_do_not_go_together(options, said, capsys):
     assert main(['fit', *options]) == 2

@@ -28,7 +28,7 @@ from ..decisions import CALIBRATED
 TURNS = 3  # of estimating the starts
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
 DRAWS = 400
-STEPS = 5  # of a refit from values that the equations found already
+STEPS = 8  # of a refit from values that the equations found already
 
 
 class Diverged(ValueError):

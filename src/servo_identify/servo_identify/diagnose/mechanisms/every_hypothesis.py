@@ -8,6 +8,7 @@ import numpy as np
 
 from servo_twin.physics.catalogue import names
 
+from ..decisions import FORM
 from .builder import Builder
 from .drive import drive_of
 from .friction import friction_of
@@ -48,7 +49,17 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += patterns_of(builder, without)
     _check(without, found, builder)
     gone = {*without, *(ALIASES[name] for name in without if name in ALIASES)}
-    return [one for one in found if one.mechanism.name not in gone]
+    kept = [one for one in found if one.mechanism.name not in gone]
+    return [one for one in kept if not any(_is_value(one, value) for value in kept)]
+
+
+def _is_value(one: Hypothesis, value: Hypothesis) -> bool:
+    """Tell whether a mechanism would only add to what the servo file has, whose value may be off."""
+    if one.path or not value.path or one.mechanism.site != value.mechanism.site or (
+            one.columns.size > 1 or value.columns.size > 1):
+        return False
+    x, y = one.columns.table[:, 0], value.columns.table[:, 0]
+    return bool((x @ y) ** 2 > (1.0 - FORM**2) * (x @ x) * (y @ y))
 
 
 ALIASES = {'parameter:torque_constant': 'torque_constant_error',

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..decisions import CALIBRATED, FALSE_ALARM, FORM, WORTH
-from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from .regression import FOLDS, Regression, solve
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
@@ -155,13 +155,18 @@ class Search:
             at = mine.stop
             share = np.abs(values[1:][mine]) * np.sqrt(np.maximum(np.diag(total)[1:][mine], 0.0))
             working = share > AT_WORK * share.max(initial=0.0)
-            shared = int((working & (one.signs == 1)).sum())
-            more = int(working.sum()) - shared + min(shared, SHAPE)
-            more += 1 + len(one.detail) if one.tried > 1 else 0
+            more = self._amplitudes(one, working)
             count += more
             cost += 0.5 * np.log(max(2, regression.blocks)) * more * float(doubts[mine].mean())
         return Fitted(choice, columns, values, held_out, self.score(held_out, floor), weight,
                       doubt, count, float(cost))
+
+    @staticmethod
+    def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
+        """Return how many numbers a hypothesis is worth, by which of its amplitudes work."""
+        shared = int((working & (one.signs == 1)).sum())
+        searched = 1 + len(one.detail) if one.tried > 1 else 0
+        return int(working.sum()) - shared + min(shared, SHAPE) + searched
 
     def doubts(self, doubt: np.ndarray, sums, columns: np.ndarray) -> np.ndarray:
         """Return for each unknown how many samples count as one, by the equations it shows in."""
@@ -233,7 +238,7 @@ class Search:
                                self.sizes.shape)
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
-        """Return (approximate gain, number, side) of each hypothesis beside a set, best first."""
+        """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
         regression = self.regression
         sums = [s.sum(axis=0) for s in self.sums(near.weight)]
         found = []
@@ -251,7 +256,10 @@ class Search:
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
                 left = float(values @ gram @ values + prior @ values[1:] ** 2)
-                found.append((left, number, side))
+                mine = slice(len(columns) - 1 - one.columns.size, None)
+                worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
+                cost = np.log(max(2, regression.blocks)) * worth * float(doubts[mine].mean())
+                found.append((left + cost, number, side))
         start = float(near.values @ regression.assembled(sums, near.columns) @ near.values)
         doubts = self.doubts(near.doubt, self.sums(near.weight), near.columns)
         room = self.room(self.columns_of(near.choice)[1], len(near.columns) - 1)
