@@ -139,10 +139,9 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
     dropped, accepted = {}, {}
     for one in handover.added:
         rest = handover.without(one)
-        dropped[id(one.part)] = simulated(rest, report) if len(handover.added) > 1 else (
-            reported['given'])
-        before = simulated(rest, accept).gap if len(handover.added) > 1 else (
-            handover.gaps['given'])
+        known = rest is servo
+        dropped[id(one.part)] = reported['given'] if known else simulated(rest, report)
+        before = handover.gaps['given'] if known else simulated(rest, accept).gap
         first = handover.gaps['given'].total() or 1.0
         accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
     by_part = {id(one.part): one for one in handover.added}

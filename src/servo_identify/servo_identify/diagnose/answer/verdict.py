@@ -16,7 +16,8 @@ from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
 from .sentences import sentence, size_of
 from .telling import confirmations, tell
 
-CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torque': 'N m', 'current': 'A'}
+CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torsion': 'rad',
+                 'torque': 'N m', 'current': 'A'}
 OPEN = 2.0  # noise floors: a residual that follows no pattern and is below is no gap
 SURE = 1.645  # standard deviations of a 90 % interval
 

@@ -26,12 +26,14 @@ class Handover:
 
     ``added`` the missing effects that stand the comparison; ``patch`` the servo as given with
     them; ``refit`` with values within tolerance moved as well; ``within`` the servo as given with
-    those moved alone. ``joint`` is the estimate behind ``refit``, ``gaps`` the errors on the
+    those moved alone. ``base`` is what the patch adds to: the servo as given or, where its values
+    are so far off that no addition does any good, with these moved within tolerance. ``joint`` is the estimate behind ``refit``, ``gaps`` the errors on the
     accept recordings by name; ``warnings`` what is to be said; ``chosen`` the standard deviations
     of the values in ``patch`` by name, where a fit gave them.
     """
 
     servo: Servo
+    base: Servo
     added: tuple[Added, ...]
     patch: Servo
     refit: Servo
@@ -42,9 +44,9 @@ class Handover:
     chosen: dict[str, float] = field(default_factory=dict)
 
     def without(self, one: Added) -> Servo:
-        """Return the patch without one of its effects, as given where others need it."""
-        return _built(self.servo, [other for other in self.added if other is not one]) or (
-            self.servo)
+        """Return the patch without one of its effects, its base where others need it."""
+        others = [other for other in self.added if other is not one]
+        return (_built(self.base, others) if others else None) or self.base
 
 
 def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
@@ -70,7 +72,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     if given is None:
         raise Diverged(f'{servo.name}: the simulation leaves the finite numbers on the '
                        'recordings; its step may be too long')
-    joint, chosen, added = None, None, tuple(several)
+    joint, chosen, added, judged = None, None, tuple(several), servo
     while added:
         base = _built(servo, added)
         if base is None:
@@ -92,7 +94,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
                             'recordings; the file stays as given')
-            added, joint = (), None
+            added, joint, judged = (), None, servo
             break
         most = best.gap.total() + PRACTICAL * given.total() if helps else np.inf
         needless = _needless(judged, best, most, accepting) if len(added) > 1 else None
@@ -103,11 +105,15 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                         'simulation is as near to the rig on the accept recordings')
         added = tuple(one for one in best.added if one is not needless)
     added = (*added, *loop)
-    patch = _signed(servo_with(servo, added), chosen)
+    if judged is not servo:
+        moved = [p for p in tolerated if judged.values[p] != servo.values[p]]
+        warnings.append(f'moved within tolerance in the new file: {", ".join(moved)}; without '
+                        'that, what is added does not bring the simulation nearer to the rig')
+    patch = _signed(servo_with(judged, added), chosen)
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given, 'patch': _gap(patch, accepting) or given}
-    return Handover(servo, added, patch, refit, within.servo if within else servo, joint, gaps,
-                    tuple(warnings), chosen.std if chosen is not None else {})
+    return Handover(servo, judged, added, patch, refit, within.servo if within else servo, joint,
+                    gaps, tuple(warnings), chosen.std if chosen is not None else {})
 
 
 @dataclass(frozen=True)

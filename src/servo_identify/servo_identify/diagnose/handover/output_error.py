@@ -31,6 +31,10 @@ DRAWS = 400
 STEPS = 8  # of a refit from values that the equations found already
 
 
+TORSION = 'torsion'
+"""Name of the angle between load and motor, at the load, among the channels compared."""
+
+
 class Diverged(ValueError):
     """A twin whose simulation leaves the finite numbers."""
 
@@ -113,20 +117,17 @@ def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
 
 def _collected(problem: Problem, y: list[np.ndarray]) -> Simulated:
     shooting = problem.shooting
-    raw = problem.raw(y) * problem.noise
-    seen = np.isfinite(problem.measured) & np.isfinite(raw)
     squares, floor, signal = {}, {}, {}
     block, of = _blocks(problem)
     count = int(block.max()) + 1
-    for c, name in enumerate(CHANNELS):
-        rows = seen[:, c]
+    for name, (rig, error, noise) in _compared(problem, y).items():
+        rows = np.isfinite(rig) & np.isfinite(error)
         if not rows.any():
             continue
-        squares[name] = np.column_stack((
-            np.bincount(block[rows], raw[rows, c]**2, count),
-            np.bincount(block[rows], minlength=count)))
-        floor[name] = float(np.sqrt(np.mean(problem.noise[rows, c]**2)))
-        signal[name] = _moved(problem, c, rows)
+        squares[name] = np.column_stack((np.bincount(block[rows], error[rows]**2, count),
+                                         np.bincount(block[rows], minlength=count)))
+        floor[name] = float(np.sqrt(np.mean(noise[rows]**2)))
+        signal[name] = _moved(problem, name, rig, rows)
     outputs, at = [], 0
     stacked = shooting.stacked(y)
     for course in shooting.courses:
@@ -140,6 +141,24 @@ def _collected(problem: Problem, y: list[np.ndarray]) -> Simulated:
     return Simulated(Gap(squares, floor, signal, of), outputs)
 
 
+def _compared(problem: Problem, y: list[np.ndarray]) -> dict[str, tuple[np.ndarray, ...]]:
+    """
+    Return (measured, twin minus rig, noise), each (rows,), of what a twin is judged by.
+
+    These are the channels and, with both encoders, the torsion: load minus motor over ratio. In
+    it an error of the transmission shows that the drift of both shafts would drown.
+    """
+    error = problem.raw(y) * problem.noise
+    found = {name: (problem.measured[:, c], error[:, c], problem.noise[:, c])
+             for c, name in enumerate(CHANNELS)}
+    ratio = float(problem.shooting.servo.values['mechanism.ratio'])
+    (motor, motor_error, motor_noise), (load, load_error, load_noise) = (
+        found[name] for name in ('motor_position', 'load_position'))
+    found[TORSION] = (load - motor / ratio, load_error - motor_error / ratio,
+                      np.hypot(load_noise, motor_noise / ratio))
+    return found
+
+
 def _blocks(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     """Return (block of each row, recording of each block)."""
     inside = np.concatenate([np.arange(n) for n in problem.lengths]) * problem.period
@@ -149,10 +168,10 @@ def _blocks(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     return block, problem.owner[known // 10**6]
 
 
-def _moved(problem: Problem, c: int, rows: np.ndarray) -> float:
+def _moved(problem: Problem, name: str, rig: np.ndarray, rows: np.ndarray) -> float:
     """How much a channel moves within a horizon: what its error is measured against."""
-    x = np.where(rows, problem.measured[:, c], 0.0)
-    if CHANNELS[c] in ('torque', 'current'):
+    x = np.where(rows, rig, 0.0)
+    if name in ('torque', 'current'):
         return float(np.sqrt(np.mean(x[rows]**2))) or 1.0
     count = np.maximum(1, np.add.reduceat(rows, problem.firsts, dtype=int))
     mean = np.add.reduceat(x, problem.firsts) / count
@@ -186,6 +205,6 @@ def refitted(servo: Servo, recordings: Sequence[Recording],
         return None
     try:
         return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
-                   tolerance=True)
+                   weights='whitened', tolerance=True)
     except (ValueError, np.linalg.LinAlgError):
         return None

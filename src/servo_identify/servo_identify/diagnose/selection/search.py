@@ -256,10 +256,8 @@ class Search:
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
                 left = float(values @ gram @ values + prior @ values[1:] ** 2)
-                mine = slice(len(columns) - 1 - one.columns.size, None)
                 worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
-                cost = np.log(max(2, regression.blocks)) * worth * float(doubts[mine].mean())
-                found.append((left + cost, number, side))
+                found.append((left + worth * np.log(max(2, regression.blocks)), number, side))
         start = float(near.values @ regression.assembled(sums, near.columns) @ near.values)
         doubts = self.doubts(near.doubt, self.sums(near.weight), near.columns)
         room = self.room(self.columns_of(near.choice)[1], len(near.columns) - 1)
