@@ -31,7 +31,14 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
                 text += f' Its size is {unknown["size"]}.'
         return text
     several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
-    text = f'The {place} is missing {_listed(several)}.'
+    first = which[0]
+    others = [spoken(one.effect) for one in first.alternatives]
+    unsure = first.rung == 'place' and others
+    if unsure:  # the place is known, the recordings do not tell what acts there
+        several[0] += ', or perhaps ' + _listed(others, 'or')
+        text = f'The {place} is missing ' + '; and '.join(several) + '.'
+    else:
+        text = f'The {place} is missing {_listed(several)}.'
     gone = round(100.0 * gap['shrink'])
     it = 'it' if len(which) == 1 else 'them'
     if gone > 0:
@@ -39,12 +46,13 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     else:
         text += (f' Adding {it} does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
-    first = which[0]
-    text += f' Confidence: {round(100.0 * first.confidence["mechanism"])} %.'
-    if first.alternatives:
-        text += (' These recordings do not exclude '
-                 + _listed([spoken(one.effect) for one in first.alternatives], 'or') + '.')
-    if status == 'partly_explained':
+    sure = round(100.0 * first.confidence['mechanism'])
+    text += f' Confidence: {sure} %.'
+    if unsure:
+        text += ' These recordings do not tell which.'
+    elif others:
+        text += f' These recordings do not exclude {_listed(others, "or")}.'
+    if status != 'explained':
         text += f' {round(100.0 * (1.0 - gap["solved"]))} % of the error remains.'
         if gap.get('refitted_solved', 0.0) - gap['solved'] > 0.1:
             text += (f' Moving other values within their tolerances as well would remove '

@@ -116,7 +116,8 @@ def _status(evidence: Evidence, which, gap: dict, squares: dict[str, float]) -> 
     if which:
         if gap['solved'] >= SOLVED and not evidence.unnamed:
             return 'explained'
-        return 'partly_explained'
+        helps = gap['solved'] > 0.0 or any(one.shrink_realised > 0.0 for one in which)
+        return 'partly_explained' if helps else 'unknown'
     if evidence.findings or any(square > OPEN**2 for square in squares.values()):
         return 'unknown'
     return 'no_gap'

@@ -27,9 +27,10 @@ class Handover:
     ``added`` the missing effects that stand the comparison; ``patch`` the servo as given with
     them; ``refit`` with values within tolerance moved as well; ``within`` the servo as given with
     those moved alone. ``base`` is what the patch adds to: the servo as given or, where its values
-    are so far off that no addition does any good, with these moved within tolerance. ``joint`` is the estimate behind ``refit``, ``gaps`` the errors on the
-    accept recordings by name; ``warnings`` what is to be said; ``chosen`` the standard deviations
-    of the values in ``patch`` by name, where a fit gave them.
+    are so far off that no addition does any good, with these moved within tolerance. ``joint`` is
+    the estimate behind ``refit``, ``gaps`` the errors on the accept recordings by name;
+    ``warnings`` what is to be said; ``chosen`` the standard deviations of the values in ``patch``
+    by name, where a fit gave them.
     """
 
     servo: Servo

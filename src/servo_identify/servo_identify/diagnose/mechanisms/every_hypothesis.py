@@ -54,7 +54,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
 
 
 def _is_value(one: Hypothesis, value: Hypothesis) -> bool:
-    """Tell whether a mechanism would only add to what the servo file has, whose value may be off."""
+    """Tell whether a mechanism would only add to what the servo file has."""
     if one.path or not value.path or one.mechanism.site != value.mechanism.site or (
             one.columns.size > 1 or value.columns.size > 1):
         return False

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..decisions import ALTERNATIVE
+from ..decisions import ALTERNATIVE, FORM
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from .explain import Explained
 from .regression import solve
@@ -99,10 +99,33 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
             [search.evidence(fit) for fit, same in zip(fits, alike, strict=True) if same]))
     several = [Rival(contest[key][1], contest[key][2], found.hypotheses[contest[key][1]].mechanism,
                      float(share)) for key, share in zip(keys, wins, strict=True)]
-    mine = sum(one.confidence for one in several if one.mechanism.key == own.key)
-    others = [one for one in several if one.mechanism.key != own.key
+    same = [one.mechanism.key == own.key or _same(found, number, one.number, fit)
+            for one, fit in zip(several, fits, strict=True)]
+    mine = sum(one.confidence for one, is_mine in zip(several, same, strict=True) if is_mine)
+    others = [one for one, is_mine in zip(several, same, strict=True) if not is_mine
               and one.mechanism.name != UNKNOWN and one.confidence >= ALTERNATIVE]
     return mine, sorted(others, key=lambda one: -one.confidence)
+
+
+def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
+    """
+    Tell whether a hypothesis says the same as one of the chosen set, under another name.
+
+    It acts at the same place on the same variables and does, in ``fit``, the same to residuals.
+    """
+    regression, chosen = found.search.regression, found.explanation.smallest
+    one, two = (found.hypotheses[n].mechanism for n in (number, other))
+    if (one.site, set(one.variables)) != (two.site, set(two.variables)):
+        return False
+    several = [regression.members[n] for n in (number, other)]
+    sums = [table.sum(axis=0) for table in found.search.sums(chosen.weight)]
+    gram = regression.assembled(sums, np.concatenate(several))
+    values = np.zeros((2, len(gram)))
+    size = len(several[0])
+    values[0, :size] = found.amplitudes(number)
+    values[1, size:] = found.amplitudes(other, fit)
+    (x, xy), (_, y) = values @ gram @ values.T
+    return bool(xy > 0.0 and xy**2 > (1.0 - FORM**2) * x * y)
 
 
 def _shares(evidence: np.ndarray) -> np.ndarray:
