@@ -17,15 +17,12 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 MOST_ON_AVERAGE = 22.0  # words a sentence, tables aside
 
-# Still to be rewritten. This list only gets shorter: a page that is reported as XPASS leaves it.
-TO_REWRITE = {'docs/blind_check.md', 'docs/real_gaps.md'}
 PAGES = sorted(str(path.relative_to(ROOT)) for path in [*ROOT.glob('*.md'),
                                                         *ROOT.glob('docs/*.md')])
-# The studies name faults as their tables do; the diagnosis is being rewritten.
+# The studies name faults as their tables do.
 PRODUCT = ('servo_twin', 'servo_rig_driver', 'servo_identify')
-MODULES = sorted(
-    path for package in PRODUCT for path in (ROOT / 'src' / package / package).rglob('*.py')
-    if 'servo_identify/diagnose' not in path.as_posix())
+MODULES = sorted(path for package in PRODUCT
+                 for path in (ROOT / 'src' / package / package).rglob('*.py'))
 
 
 def wrong_with(page: str) -> list[str]:
@@ -36,9 +33,7 @@ def wrong_with(page: str) -> list[str]:
     return [*(long if average > MOST_ON_AVERAGE else []), *faults(found)]
 
 
-@pytest.mark.parametrize('page', [
-    pytest.param(page, marks=pytest.mark.xfail(reason='still to be rewritten'))
-    if page in TO_REWRITE else page for page in PAGES])
+@pytest.mark.parametrize('page', PAGES)
 def test_a_page_reads_as_one_speaks(page):
     told = wrong_with(page)
     assert not told, '\n'.join([page, *told])

@@ -18,7 +18,7 @@ def patched(text: str, given: Servo, found: Servo) -> str:
     """
     Return the text of a servo file with what ``found`` has and ``given`` has not.
 
-    Falls back on a file written anew where the text is laid out in a way that a patch cannot
+    Writes the whole file where the text is laid out in a way that a patch cannot
     follow (harmonic_drive as a shorthand).
     """
     yaml = YAML()

@@ -9,7 +9,7 @@ from servo_twin.balances.terms import EQUATIONS, UNITS
 from ..decisions import CALIBRATED, EVEN, SOLVED
 from ..handover.added import Added
 from ..handover.output_error import Gap, shrink, shrink_interval
-from ..selection.search import Fitted
+from ..selection.fits import Fitted
 from ..selection.stability import shares
 from .evidence import Evidence, Finding
 from .report import Alternative, GapReport, Located, MissingEffect, RUNGS

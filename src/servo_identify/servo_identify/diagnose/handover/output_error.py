@@ -186,7 +186,7 @@ def shrink(before: Gap, after: Gap, blocks: np.ndarray | None = None) -> float:
 
 
 def shrink_interval(before: Gap, after: Gap) -> tuple[float, float]:
-    """Return the 90 % interval of the shrink: recordings drawn anew, and blocks within each."""
+    """Return the 90 % interval of the shrink: recordings resampled, and blocks within each."""
     chance, values = np.random.default_rng(0), []
     several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
     for _ in range(DRAWS):

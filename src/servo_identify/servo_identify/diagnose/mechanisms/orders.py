@@ -31,9 +31,9 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
              angle: str, signal: str, times: str, factor, y_unit: str, least: float = 1.0,
              mean: bool = False) -> Iterator[Hypothesis]:
     """
-    Yield hypotheses of waves over an angle: the strongest order, it with its multiples, the three
-    strongest.
+    Yield hypotheses of waves over an angle.
 
+    These are the strongest order, it with its multiples, and the three strongest.
     ``times`` names what the waves are multiplied by in the search, ``factor(errors, number)``
     returns it; ``signal`` is what they are in the equations, ``y_unit`` their unit. ``mean``: what
     varies has a mean too.

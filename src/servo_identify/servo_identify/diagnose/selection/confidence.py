@@ -1,7 +1,7 @@
 """
-How sure the choice is: amplitudes drawn anew, and which sets predict as well as the chosen one.
+How sure the choice is: amplitudes over resampled blocks, and sets that predict as well.
 
-Both come from the sums of products of the regression. Blocks are drawn anew within each family of
+Both come from the sums of products of the regression. Blocks are resampled within each family of
 excitation.
 """
 
@@ -15,7 +15,7 @@ from ..decisions import ALTERNATIVE, FORM
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from .explain import Explained
 from .regression import solve
-from .search import Choice, Fitted, SURE
+from .fits import Choice, Fitted, SURE
 
 REDRAWN = 60  # fits behind the bands of curves and amplitudes
 
@@ -32,7 +32,7 @@ class Rival:
 
 def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
     """
-    Return the unknowns of a fit on blocks drawn anew, shape (REDRAWN, unknowns).
+    Return the unknowns of fits on resampled blocks, shape (REDRAWN, unknowns).
 
     The order is that of ``fit.columns[1:]``.
     """
@@ -68,7 +68,7 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     Return (confidence of a member of the chosen set, what else could stand in its place).
 
     The confidence set of models: of all sets that differ from the chosen one in this member alone,
-    how often each predicts best when the blocks are drawn anew (Hansen, Lunde, Nason 2011). Two
+    how often each predicts best when the blocks are resampled (Hansen, Lunde, Nason 2011). Two
     that the form of a mechanism may be off by share what they win together.
     """
     search, chosen = found.search, found.explanation.smallest

@@ -16,8 +16,9 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance, nuisance_of
 from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
+from .fits import Fitted
 from .regression import Regression
-from .search import Explanation, Fitted, Search
+from .search import Explanation, Search
 
 ROUNDS = 2  # of finding the operating point: flanks, loads and currents
 TURNED = 0.002  # share of samples on another flank that is worth another round

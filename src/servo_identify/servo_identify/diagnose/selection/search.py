@@ -1,10 +1,8 @@
 """
 The search for the set of mechanisms that predicts best.
 
-A set is judged by what it predicts on blocks that it was not fitted to. Errors of each equation in
-each family of excitation count by their logarithm, so that a large gap in one place drowns none in
-another. They count down to a floor: noise, the practical margin, and how far the form of an
-accepted mechanism may be off.
+A set grows by one mechanism while that gains more than chance would. Of all sets that predict as
+well as the best, the smallest is the answer.
 """
 
 from __future__ import annotations
@@ -15,227 +13,17 @@ from functools import cached_property
 import numpy as np
 
 from ..decisions import CALIBRATED, FALSE_ALARM, FORM, WORTH
-from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
-from .regression import FOLDS, Regression, solve
+from ..mechanisms.hypothesis import UNKNOWN
+from .fits import Choice, Fits, Fitted, SURE
 
-REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated
 DRAWS = 400  # sign flips behind the null distribution
-SURE = 2.0  # standard deviations that a tolerance of the servo file stands for
-AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
-SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
 MOST = 5  # mechanisms in a set
 APART = 1e-4  # share of its square that a column must have beside others to count as its own
 
-@dataclass(frozen=True)
-class Choice:
-    """A set of hypotheses with the sign of each: (number, which of its bounds)."""
 
-    members: tuple[tuple[int, int], ...]
-
-    @property
-    def numbers(self) -> tuple[int, ...]:
-        """Numbers of the hypotheses."""
-        return tuple(number for number, _ in self.members)
-
-    def plus(self, number: int, side: int) -> Choice:
-        """Return the set with one more."""
-        return Choice((*self.members, (number, side)))
-
-    def minus(self, number: int) -> Choice:
-        """Return the set without one."""
-        return Choice(tuple(m for m in self.members if m[0] != number))
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """
-    A set fitted to the residuals.
-
-    ``columns`` of the regression with their ``values`` (that of the residual, first, is 1);
-    ``held_out`` (equations, blocks) squared errors of blocks that the fit did not see;
-    ``score`` the sum over groups of n/2 log of the held-out mean square above the floor;
-    ``weight`` (equations, families) of the groups; ``doubt`` by equation how many samples
-    count as one observation; ``numbers`` amplitudes at work, shapes searched and tolerances used
-    up; ``cost`` of these, as Schwarz has it.
-    """
-
-    choice: Choice
-    columns: np.ndarray
-    values: np.ndarray
-    held_out: np.ndarray
-    score: float
-    weight: np.ndarray
-    doubt: np.ndarray
-    numbers: float
-    cost: float
-
-    @property
-    def total(self) -> float:
-        """What a set leaves and what it costs, nats: the less the better."""
-        return self.score + self.cost
-
-class Search:
-    """Fits and compares sets of hypotheses."""
-
-    def __init__(self, regression: Regression) -> None:
-        self.regression = regression
-        self._known: dict[Choice, Fitted] = {}
-        one = np.zeros((regression.blocks, len(regression.families)))
-        one[np.arange(regression.blocks), regression.family] = 1.0
-        self._family = one
-        self.sizes = regression.counts @ one
-        self._blocks_of = (regression.counts > 0) @ one
-
-    def groups(self, errors: np.ndarray) -> np.ndarray:
-        """Return mean squares by equation and family from errors by equation and block."""
-        with np.errstate(invalid='ignore', divide='ignore'):
-            return np.where(self.sizes > 0, (errors @ self._family) / self.sizes, 0.0)
-
-    def score(self, errors: np.ndarray, floor: np.ndarray) -> float:
-        """Return what is left above a floor: the sum over groups of n/2 log of mean squares."""
-        left = np.maximum(self.groups(errors), floor)
-        return float(0.5 * (self.sizes * np.log(np.maximum(left, 1e-12))).sum())
-
-    @cached_property
-    def nothing(self) -> Fitted:
-        """The servo within its tolerances, without any mechanism."""
-        return self.fitted(Choice(()))
-
-    def bounds_of(self, choice: Choice, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the bounds of the nuisances and the amplitudes of a set."""
-        low, high = [self.regression.low[kept]], [self.regression.high[kept]]
-        for number, side in choice.members:
-            one = self.regression.hypotheses[number].bounds()[side]
-            low.append(one[0])
-            high.append(one[1])
-        return np.concatenate(low), np.concatenate(high)
-
-    def columns_of(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
-        """Return (all columns with the residual first, nuisances among them)."""
-        kept = self.regression.nuisances(choice.numbers)
-        return np.concatenate([[0], kept, *(self.regression.members[n]
-                                            for n in choice.numbers)]).astype(int), kept
-
-    def fitted(self, choice: Choice) -> Fitted:
-        """Return a set fitted, with its held-out errors."""
-        if choice not in self._known:
-            self._known[choice] = self._fitted(choice)
-        return self._known[choice]
-
-    def _fitted(self, choice: Choice) -> Fitted:
-        regression = self.regression
-        columns, kept = self.columns_of(choice)
-        low, high = self.bounds_of(choice, kept)
-        weight, doubt = self._weight_near(choice)
-        room = self.room(kept, len(columns) - 1)
-        for turn in range(REWEIGHTED):
-            sums = self.sums(weight)
-            folds = [regression.assembled([s[k] for s in sums], columns) for k in range(FOLDS)]
-            total, doubts = sum(folds), self.doubts(doubt, sums, columns)
-            prior = SURE**2 * doubts / room**2
-            values = np.concatenate(([1.0], self._solved(total, prior, low, high)))
-            left = self.groups(regression.errors_of(columns, values))
-            floor = self.floor(left if not choice.members else None)
-            if turn + 1 < REWEIGHTED:
-                weight = self._quantised(1.0 / np.maximum(floor, left))
-                doubt = self._doubt(left, floor)
-        held_out = np.zeros((len(regression.equations), regression.blocks))
-        for k in range(FOLDS):
-            blocks = np.flatnonzero(regression.fold == k)
-            if len(blocks):
-                rest = total - folds[k]
-                there = np.concatenate(([1.0], self._solved(rest, prior, low, high)))
-                held_out[:, blocks] = regression.errors_of(columns, there, blocks)
-        used = (values[1:] / room) ** 2
-        cost = 0.5 * SURE**2 * float(doubts @ used)
-        count, at = float(used.sum()), len(kept)
-        for number in choice.numbers:
-            one = regression.hypotheses[number]
-            mine = slice(at, at + one.columns.size)
-            at = mine.stop
-            share = np.abs(values[1:][mine]) * np.sqrt(np.maximum(np.diag(total)[1:][mine], 0.0))
-            working = share > AT_WORK * share.max(initial=0.0)
-            more = self._amplitudes(one, working)
-            count += more
-            cost += 0.5 * np.log(max(2, regression.blocks)) * more * float(doubts[mine].mean())
-        return Fitted(choice, columns, values, held_out, self.score(held_out, floor), weight,
-                      doubt, count, float(cost))
-
-    @staticmethod
-    def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
-        """Return how many numbers a hypothesis is worth, by which of its amplitudes work."""
-        shared = int((working & (one.signs == 1)).sum())
-        searched = 1 + len(one.detail) if one.tried > 1 else 0
-        return int(working.sum()) - shared + min(shared, SHAPE) + searched
-
-    def doubts(self, doubt: np.ndarray, sums, columns: np.ndarray) -> np.ndarray:
-        """Return for each unknown how many samples count as one, by the equations it shows in."""
-        share = np.zeros((len(doubt), len(columns) - 1))
-        for i, table in enumerate(sums):
-            at = self.regression.where[i][columns[1:]]
-            good = at >= 0
-            share[i, good] = np.einsum('kii->i', table)[at[good]]
-        return (doubt[:, None] * share).sum(axis=0) / np.maximum(share.sum(axis=0), 1e-300)
-
-    @staticmethod
-    def _solved(gram: np.ndarray, prior: np.ndarray, low, high) -> np.ndarray:
-        gram = gram.copy()
-        gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
-        return solve(gram, low, high)
-
-    def room(self, kept: np.ndarray, size: int) -> np.ndarray:
-        """Return the tolerance of each unknown, infinite where the servo file gives none."""
-        regression, room = self.regression, np.full(size, np.inf)
-        labels, values = regression.nuisance.labels, regression.samples.servo.values
-        for i, column in enumerate(kept):
-            if labels[column - 1] in values:
-                room[i] = 0.5 * (regression.high[column] - regression.low[column])
-        return room
-
-    def _doubt(self, left: np.ndarray, floor: np.ndarray) -> np.ndarray:
-        """
-        Return by equation how many samples count as one observation.
-
-        Noise is drawn anew at each sample. What no model explains yet is not: there a whole block
-        is one observation, and thousands of its samples must not outvote a data sheet.
-        """
-        above = left > floor
-        whole = np.maximum((self.sizes * above).sum(axis=1), 1.0)
-        blocks = np.maximum((self._blocks_of * above).sum(axis=1), 1.0)
-        share = (self.sizes * np.maximum(0.0, 1.0 - floor / np.maximum(left, 1e-12))).sum(axis=1)
-        return 1.0 + share / whole * np.where(above.any(axis=1), whole / blocks, 0.0)
-
-    def sums(self, weight: np.ndarray):
-        key = weight.tobytes()
-        cache = self.__dict__.setdefault('_cache', {})
-        if key not in cache:
-            if len(cache) > 6:
-                cache.pop(next(iter(cache)))
-            cache[key] = self.regression.fold_sums(weight)
-        return cache[key]
-
-    def _weight_near(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
-        if not choice.members:
-            return np.ones(self.sizes.shape), np.ones(len(self.sizes))
-        near = self.fitted(Choice(choice.members[:-1]))
-        return near.weight, near.doubt
-
-    def _quantised(self, weight: np.ndarray) -> np.ndarray:
-        """Round weights to steps of a fifth, so that like sets share their sums of products."""
-        return np.exp(np.round(np.log(np.maximum(weight, 1e-12)) / 0.2) * 0.2)
-
-    def floor(self, gap: np.ndarray | None = None) -> np.ndarray:
-        """
-        Return the mean square of each group below which nothing is chased.
-
-        It is that of noise and the practical margin, and how far the best form may be off the gap
-        of its equation.
-        """
-        gap = self.groups(self.nothing.held_out) if gap is None else gap
-        size = self.sizes.sum(axis=1, keepdims=True)
-        whole = (gap * self.sizes).sum(axis=1, keepdims=True) / np.maximum(size, 1.0)
-        return np.broadcast_to(CALIBRATED + FORM**2 * np.maximum(0.0, whole - 1.0),
-                               self.sizes.shape)
+class Search(Fits):
+    """Compares sets of hypotheses."""
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
@@ -384,9 +172,9 @@ class Search:
 
     def lost(self, fit: Fitted, best: Fitted) -> np.ndarray:
         """
-        Return how much worse one set predicts than another, nats: as seen, then drawn anew.
+        Return how much worse one set predicts than another, nats: as seen, then resampled.
 
-        What either leaves below the floor does not count. Draws take blocks anew within each
+        What either leaves below the floor does not count. Blocks are resampled within each
         family of excitation, shape (1 + DRAWS,).
         """
         floor = self.floor()[:, None, :]
@@ -451,7 +239,7 @@ class Search:
         """
         Return the gain that the best hypothesis reaches by chance in one of a hundred rigs, nats.
 
-        What the larger set leaves has its sign drawn anew block by block: a pattern of the same
+        What the larger set leaves has its sign drawn block by block: a pattern of the same
         noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
         in the groups where more is left than the floor.
         """
