@@ -14,8 +14,8 @@ import numpy as np
 from ..decisions import ALTERNATIVE, FORM
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from .explain import Explained
-from .regression import solve
 from .fits import Choice, Fitted, SURE
+from .regression import solve
 
 REDRAWN = 60  # fits behind the bands of curves and amplitudes
 
