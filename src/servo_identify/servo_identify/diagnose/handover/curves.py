@@ -18,7 +18,7 @@ from ..selection.explain import Explained
 POINTS = 41  # of a curve
 ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
 BAND = (5.0, 95.0)  # percentiles of the redrawn curves
-RARE = 0.2  # share of the time in which friction may be less than what is there elsewhere
+RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
 BELLS = 8  # speeds within which friction may fall
 GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
 
@@ -119,6 +119,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = _over_load(curve)
     elif one.mechanism.name == 'position_dependent_friction':
         common = _common(curve)
+        if abs(common) < WORTH * curve.size():
+            return [whole]
         named = {'coulomb_friction': np.full(len(curve.x), common),
                  one.mechanism.name: curve.y - common}
     else:
@@ -134,12 +136,9 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
 
 
 def _common(curve: Curve) -> float:
-    """Return what resists nearly everywhere: the level that most of the curve is beyond."""
-    order = np.argsort(curve.y)
-    passed = np.cumsum(curve.density[order]) / curve.density.sum()
-    low, high = (float(curve.y[order][np.searchsorted(passed, share)])
-                 for share in (RARE, 1.0 - RARE))
-    return max(0.0, low) + min(0.0, high)
+    """Return what resists at nearly all angles: the level that most of the curve is beyond."""
+    low, high = np.quantile(curve.y, (RARE, 1.0 - RARE))
+    return float(max(0.0, low) + min(0.0, high))
 
 
 def _over_speed(curve: Curve) -> dict[str, np.ndarray]:

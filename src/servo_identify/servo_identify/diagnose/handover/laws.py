@@ -192,8 +192,7 @@ def _waves(effect: type[Effect], curve: Curve, values: dict) -> Formed | None:
     found = np.linalg.lstsq(np.vstack((sure * table, ridge)), target, rcond=None)[0]
     values |= {'order': 1.0, 'cosine': tuple(map(float, found[::2])),
                'sine': tuple(map(float, found[1::2]))}
-    left = table @ found - (curve.y - mean)
-    return Formed(effect, values, ('cosine', 'sine'), _within(curve, left))
+    return Formed(effect, values, ('cosine', 'sine'), _within(curve, table @ found - curve.y))
 
 
 def of_orders(effect: type[Effect], knots: tuple, amplitudes: np.ndarray) -> list[Formed]:
