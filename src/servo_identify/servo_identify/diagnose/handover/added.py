@@ -74,6 +74,8 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
     servo, one = found.samples.servo, found.hypotheses[part.number]
     name, site = part.mechanism.name, part.mechanism.site
     amplitudes = part.amplitudes
+    if part.path:
+        return _changed(servo, part, {part.path: part.change})
     if one.path:
         return _changed(servo, part, {one.path: float(amplitudes[0])})
     if name == 'controller_mismatch':

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from servo_twin.balances.goodness_of_fit import shown_unit
+from servo_twin.physics.servo import Placed
 
 from ..decisions import WORTH
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
@@ -20,6 +21,9 @@ ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
 BAND = (5.0, 95.0)  # percentiles of the redrawn curves
 RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
 BELLS = 8  # speeds within which friction may fall
+VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1)}
+"""The value of a law of friction, and the power of the speed that it stands before."""
+
 GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
 
 
@@ -55,12 +59,18 @@ class Curve:
 
 @dataclass(frozen=True)
 class Part:
-    """One missing effect of a hypothesis (by its ``number``): its mechanism and its curve."""
+    """
+    One missing effect of a hypothesis (by its ``number``): its mechanism and its curve.
+
+    ``path`` is the value of the servo file that is off instead, and ``change`` by how much.
+    """
 
     number: int
     mechanism: Mechanism
     curve: Curve | None
     amplitudes: np.ndarray
+    path: str = ''
+    change: float = 0.0
 
 
 def curve_of(found: Explained, number: int, draws: np.ndarray,
@@ -102,7 +112,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
     as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
     alike at all angles is Coulomb friction, the rest is what varies. A part that does less than
-    WORTH of the whole is not worth naming.
+    WORTH of the whole is not worth naming. Where the servo file has the law of a part at the same
+    place, its value is what is off.
     """
     one = found.hypotheses[number]
     curve = curve_of(found, number, draws)
@@ -111,7 +122,7 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     if curve is None or one.mechanism.port != 'friction':
         return [whole]
     if one.mechanism.name == SPEED_FRICTION:
-        named = _over_speed(curve)
+        named = _over_speed(curve, bool(_value(found, 'viscous_friction', one.mechanism.site)))
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3:
         named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
                  'asymmetric_friction': curve.y}
@@ -127,12 +138,34 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         return [whole]
     sizes = {name: curve.size(y) for name, y in named.items()}
     total = max(sum(sizes.values()), 1e-300)
-    parts = [Part(number, replace(one.mechanism, name=name, variables=(
+    parts = [_of_file(found, Part(number, replace(one.mechanism, name=name, variables=(
         ('direction',) if name == 'coulomb_friction' else one.mechanism.variables)),
-        curve.share(y), amplitudes) for name, y in named.items() if sizes[name] > WORTH * total]
+        curve.share(y), amplitudes)) for name, y in named.items() if sizes[name] > WORTH * total]
     if any(part.mechanism.name in without for part in parts):
         return [replace(whole, mechanism=replace(one.mechanism, name=UNKNOWN))]
     return sorted(parts, key=lambda part: -part.curve.size()) or [whole]
+
+
+def _value(found: Explained, name: str, site: str) -> Placed | None:
+    """Return the effect of the servo file that is this law at a shaft (or at either, as felt)."""
+    sites = ('load', 'motor') if 'torque' in found.samples.present else (site,)
+    several = [placed for at in sites for placed in found.samples.servo.effects
+               if placed.effect.name == name and placed.site == at]
+    return several[0] if several else None
+
+
+def _of_file(found: Explained, part: Part) -> Part:
+    """Return a part as a change of a value, where the servo file has its law there."""
+    known = _value(found, part.mechanism.name, part.mechanism.site)
+    if part.mechanism.name not in VALUES or known is None:
+        return part
+    name, power = VALUES[part.mechanism.name]
+    ratio = found.samples.servo.values['mechanism.ratio']
+    lever = ratio if known.site != part.mechanism.site and known.site == 'motor' else 1.0
+    x, y = part.curve.x, part.curve.y
+    change = float((x**power @ y) / (x**power @ x**power)) / lever**(1 + power)
+    return replace(part, path=f'effects.{known.name}.{name}', change=change, mechanism=replace(
+        part.mechanism, name=f'parameter:{known.name}.{name}', site=known.site))
 
 
 def _common(curve: Curve) -> float:
@@ -141,13 +174,17 @@ def _common(curve: Curve) -> float:
     return float(max(0.0, low) + min(0.0, high))
 
 
-def _over_speed(curve: Curve) -> dict[str, np.ndarray]:
-    """Return what each friction law over speed takes of a curve."""
+def _over_speed(curve: Curve, less: bool) -> dict[str, np.ndarray]:
+    """
+    Return what each friction law over speed takes of a curve.
+
+    ``less``: the servo file has viscous friction there, and may have too much of it.
+    """
     speed, top = curve.x, float(np.max(curve.x)) or 1.0
     falls = np.geomspace(0.02, 0.5, BELLS) * top
     return _amounts(curve, {
         'coulomb_friction': np.ones((len(speed), 1)),
-        'viscous_friction': speed[:, None] / top,
+        'viscous_friction': speed[:, None] / top * ([1.0, -1.0] if less else [1.0]),
         'quadratic_drag': (speed[:, None] / top) ** 2,
         'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)})
 

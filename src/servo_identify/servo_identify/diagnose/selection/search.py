@@ -142,10 +142,10 @@ class Search(Fits):
         """
         Tell whether a set predicts as well as the best, within one standard error or by its form.
 
-        By its form: what it leaves more is less than the best form of a mechanism may be off.
+        By its form: it leaves no more than what the best form of a mechanism may be off.
         """
-        if np.all(self._power(one) - self._power(best)
-                  <= FORM**2 * np.maximum(1.0, self._power(self.nothing))):
+        whole, left, least = (self._power(each) for each in (self.nothing, one, best))
+        if np.all(left <= np.maximum(CALIBRATED + FORM**2 * whole, (1.0 + FORM**2) * least)):
             return True
         lost = self.lost(one, best)
         return bool(lost[0] + one.cost - best.cost <= np.std(lost[1:]))
