@@ -15,7 +15,7 @@ from ..decisions import PRACTICAL
 from .added import Added, servo_with
 from .output_error import Diverged, Gap, refitted, simulated
 
-SECONDS = 24.0  # of recordings that a refit runs over: more moves its values by little
+SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
 SOURCE = 'gap diagnosis'
 
 
@@ -213,12 +213,20 @@ def _gap(servo: Servo | None, recordings: Sequence[Recording]) -> Gap | None:
 
 
 def shortened(recordings: Sequence[Recording], seconds: float = SECONDS) -> list[Recording]:
-    """Return the recordings, each cut to its first part, so that all together are no longer."""
-    together = sum(one.duration for one in recordings)
+    """
+    Return as much of the recordings as a refit needs.
+
+    Where all together are longer, one of the replicates of each excitation stands for the others,
+    and of what is left each is cut to its first part.
+    """
+    several = list(recordings)
+    if sum(one.duration for one in several) > seconds:
+        several = list({one.family or one.name: one for one in reversed(several)}.values())[::-1]
+    together = sum(one.duration for one in several)
     if together <= seconds:
-        return list(recordings)
+        return several
     kept = []
-    for one in recordings:
+    for one in several:
         size = max(int(3.0 / one.period), int(len(one) * seconds / together))
         kept.append(replace(one, columns={n: np.ascontiguousarray(c[:size])
                                           for n, c in one.columns.items()}))
