@@ -94,7 +94,7 @@ def test_it_says_that_a_bus_is_not_there(tmp_path):
     driver.write_text(shipped.replace('interface: unix_bus', 'interface: socketcan')
                       .replace('channel: /tmp/servo_rig.can', 'channel: can_nowhere'))
     done = subprocess.run(run_command(tmp_path / 'rig', '--no-emulator', '--driver', driver),
-                          capture_output=True, text=True, timeout=60)
+                          capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
     assert 'the driver cannot be configured' in done.stderr
     assert 'can_nowhere' in done.stderr
