@@ -54,11 +54,44 @@ def test_the_width_of_a_gap_is_found_whatever_lies_on_it(width, amplitude, frequ
 
 def test_a_recording_that_never_turns_back_or_lacks_an_encoder_is_refused():
     ramp = np.linspace(0.0, 1.0, 4000)
-    with pytest.raises(ValueError, match='0 of 40 cells .* passed both ways'):
+    with pytest.raises(ValueError, match='0 of 5 cells .* passed both ways'):
         measured_play(SLACK, Recording('r', PERIOD, {'motor_position': RATIO * ramp,
                                                      'load_position': ramp}))
     with pytest.raises(ValueError, match='load_position is missing'):
         measured_play(SLACK, Recording('r', PERIOD, {'motor_position': ramp}))
+
+
+def slow_move(width, seconds=6.0, period=0.01):
+    """Return a recording at 100 Hz that goes a quarter of a degree forth and back."""
+    t = np.arange(0.0, seconds, period)
+    motor = 4e-3 * 0.5 * (1.0 - np.cos(2.0 * pi * t / seconds))
+    load = follower(motor, width, 0.0)
+    return Recording('short', period, {'motor_position': RATIO * motor, 'load_position': load})
+
+
+def test_a_short_slow_move_is_told_by_fewer_and_wider_cells():
+    found = measured_play(SLACK, slow_move(4e-4))
+    assert found.width == pytest.approx(4e-4, rel=0.01) and 5 <= len(found.widths) < 40
+
+
+def test_a_bag_that_tells_none_does_not_stop_the_others(tmp_path, capsys):
+    ramp = np.linspace(0.0, 1.0, 4000)
+    stays = Recording('never_back', PERIOD, {'motor_position': RATIO * ramp,
+                                             'load_position': ramp})
+    bags = [str(write_recording(tmp_path / one.name, one)) for one in (stays, slow_move(4e-4))]
+    assert main(['play', *bags, '--servo', str(FILE)]) == 1
+    said = capsys.readouterr()
+    assert 'short: 0.' in said.out and 'left out: never_back' in said.err
+    assert main(['play', bags[0], '--servo', str(FILE)]) == 2
+    assert 'no bag is left' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', ['n10', 'n20', 'p10', 'p20'])
+def test_the_lost_motion_of_an_axis_with_two_encoders_is_the_published_one(shared_data, name):
+    raw = np.loadtxt(shared_data / 'bifrost' / f'{name}.csv', delimiter=',', skiprows=1)
+    recording = Recording(name, 0.01, {'motor_position': RATIO * np.radians(raw[:, 1]),
+                                       'load_position': np.radians(raw[:, 2])})
+    assert 0.024 < np.degrees(measured_play(SLACK, recording).width) < 0.028
 
 
 def of_rig(setting, seed=0):

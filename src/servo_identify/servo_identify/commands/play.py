@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+import sys
 
 from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
@@ -31,7 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Print the backlash of each bag; write the curve."""
+    """
+    Print the backlash of each bag; write the curve.
+
+    A bag that tells none is named and left out; the status is 1 then.
+    """
     settings = list(arguments.settings)
     if settings and len(settings) != len(arguments.bags):
         raise ValueError(f'there are {len(arguments.bags)} bags and {len(settings)} settings; '
@@ -41,14 +46,24 @@ def main(arguments: argparse.Namespace) -> int:
     if len(set(settings)) < len(settings):
         raise ValueError(f'two bags have the same setting: {settings}')
     servo = servo_file.load(arguments.servo)
-    recordings = [read_recording(bag, arguments.namespace) for bag in arguments.bags]
-    plays = [measured_play(servo, recording) for recording in recordings]
-    for k, (bag, play) in enumerate(zip(arguments.bags, plays, strict=True)):
+    known, refused = [], []
+    for k, bag in enumerate(arguments.bags):
+        try:
+            recording = read_recording(bag, arguments.namespace)
+            known.append((k, bag, recording, measured_play(servo, recording)))
+        except ValueError as problem:
+            refused.append(str(problem))
+    for k, bag, _, play in known:
         at = f' at {1e3 * settings[k]:g} mm' if settings else ''
         print(f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from cell to '
               f'cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of torsion')
+    for problem in refused:
+        print(f'left out: {problem}', file=sys.stderr)
+    if not known:
+        raise ValueError('no bag is left: none was passed both ways')
     if arguments.output:
-        write(with_curve(servo, dict(zip(settings, plays, strict=True)), recordings),
+        plays = {settings[k]: play for k, _, _, play in known}
+        write(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
               arguments.output)
         print(f'written to {arguments.output}')
-    return 0
+    return 1 if refused else 0

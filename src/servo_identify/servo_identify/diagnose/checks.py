@@ -42,7 +42,10 @@ def _check_one(one: Recording, servo: Servo, warnings: list[str]) -> None:
         raise CannotDiagnose(f'{one.name}: neither motor_position nor load_position holds a '
                              'number')
     if not (one.has('voltage') or one.has('current')):
-        raise CannotDiagnose(f'{one.name}: neither voltage nor current holds a number')
+        more = ('; what two encoders tell alone, the lost motion, `servo-identify play` measures'
+                if len(encoders) > 1 else '')
+        raise CannotDiagnose(f'{one.name}: neither voltage nor current holds a number, so nothing '
+                             f'drives a twin{more}')
     moved = max(float(np.nanmax(one[n]) - np.nanmin(one[n])) for n in encoders)
     steps = np.abs(np.diff(one[encoders[0]]))
     smallest = float(np.min(steps[steps > 0.0], initial=np.inf))

@@ -21,7 +21,7 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import bag_name
 from ...fit.segments import smoothed
 
-CELLS = 40
+CELLS, FEWEST = 40, 5  # of the angle that was passed; those that must be passed both ways
 MOVING = 0.3  # share of the largest speed, below which teeth may be anywhere in the gap
 LEAST = 20  # samples a cell and direction
 SHY = 1e-4  # of the prior that holds the variation over the turn small, against one cell
@@ -50,6 +50,7 @@ def measured_play(servo: Servo, recording: Recording, cells: int = CELLS) -> Pla
     """
     Measure the backlash of a recording that moved both ways over the same angles.
 
+    ``cells`` is how many there are at most: a short move has fewer and wider ones.
     Raises ValueError where an encoder is missing, or too little was passed both ways.
     """
     for column in ('motor_position', 'load_position'):
@@ -65,25 +66,31 @@ def measured_play(servo: Servo, recording: Recording, cells: int = CELLS) -> Pla
     margin = 2 * round(0.1 / recording.period) + 1
     moved = np.convolve(way == 0, np.ones(margin), 'same') < 0.5
     low, high = np.nanmin(load), np.nanmax(load)
-    cell = np.minimum(((load - low) / max(high - low, 1e-12) * cells).astype(int), cells - 1)
-    means = []
-    for direction in (1, -1):
-        at = moved & (way == direction)
-        count = np.bincount(cell[at], minlength=cells)
-        with np.errstate(invalid='ignore', divide='ignore'):
-            mean = np.bincount(cell[at], lost[at], cells) / count
-        means.append(np.where(count >= LEAST, mean, np.nan))
-    widths = means[0] - means[1]
+    while True:
+        cell = np.minimum(((load - low) / max(high - low, 1e-12) * cells).astype(int), cells - 1)
+        means = [_means(lost, cell, moved & (way == direction), cells) for direction in (1, -1)]
+        widths = means[0] - means[1]
+        both = int(np.isfinite(widths).sum())
+        if both >= FEWEST:
+            break
+        if cells < 2 * FEWEST:
+            raise ValueError(f'{recording.name}: {both} of {cells} cells of the load angle were '
+                             f'passed both ways, with {LEAST} samples each; {FEWEST} are needed')
+        cells //= 2
     passed = np.isfinite(widths)
-    if passed.sum() < 5:
-        raise ValueError(f'{recording.name}: {passed.sum()} of {cells} cells of the load angle '
-                         'were passed both ways; 5 are needed')
     friction = _friction(servo, MOVING * float(most), float(most))
     wound = 2.0 * friction / value['mechanism.stiffness'] if servo.mechanism.compliant else 0.0
     widths = widths[passed] - wound
     angles = (low + (np.arange(cells) + 0.5) * (high - low) / cells)[passed]
     varies = float(widths.std(ddof=1))
     return Play(float(widths.mean()), varies / np.sqrt(len(widths)), varies, wound, angles, widths)
+
+
+def _means(values: np.ndarray, cell: np.ndarray, at: np.ndarray, cells: int) -> np.ndarray:
+    """Return the mean of values by cell, over some rows; NaN where they are too few."""
+    count = np.bincount(cell[at], minlength=cells)
+    with np.errstate(invalid='ignore', divide='ignore'):
+        return np.where(count >= LEAST, np.bincount(cell[at], values[at], cells) / count, np.nan)
 
 
 def _friction(servo: Servo, slow: float, fast: float) -> float:
