@@ -11,8 +11,9 @@ from servo_twin.balances.terms import EQUATIONS, Term
 from servo_twin.physics.servo import Servo
 
 from ..decisions import PRACTICAL
+from .along_motion import drive_current
 from .doubt import doubt_about
-from .equation_errors import drive_current, EquationErrors
+from .equation_errors import EquationErrors
 from .measured import measure
 from .test_function import taps, TestFunction
 

@@ -1,0 +1,199 @@
+"""
+A servo's models along what was measured: readings, motions, drive and controller.
+
+The models are those of the twin, evaluated along the measured motion (physics.following).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servo_twin.physics import state
+from servo_twin.physics.following import FOLLOWED, MOTION
+from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.simulate import substeps_of
+
+from .measured import Measured
+from .motion import bridged, Motion, motion_of
+from .test_function import TestFunction
+
+SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
+CROSSING = 3.0  # standard deviations of a torque within which its sign is not known
+UNLOADED, INFERRED = 0.02, 0.3  # likewise, as a share of the torque at work: measured, inferred
+
+
+@dataclass
+class AlongMotion:
+    """One recording and the models of a servo along its motion."""
+
+    servo: Servo
+    measured: Measured
+    shift: np.ndarray | float = 0.0
+    """Torque on the load (N m, at every sample) by which that of the sensor or twin is off."""
+
+    unseen: dict[str, np.ndarray] = field(default_factory=dict)
+    """What an explanation adds to the signals motor_torque and load_torque, at every sample."""
+
+    slots: dict[str, slice] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.slots = self.servo.slots()
+        self._kernel = kernel_of(self.servo)
+        self._projected: dict = {}
+        self._sensing = np.array([p.effect.port == 'sensor' and p.effect.candidate
+                                  for p in self.servo.effects], dtype=bool)
+        self._readings = self._corrected(self.servo.theta)
+        self.motion, self.gear_motion = self._motions(self._readings)
+        self._controller_memory = {}
+
+    def times(self, equation: str) -> np.ndarray:
+        """Instants of the residuals, s from the start of the recording."""
+        return self.test(equation).centres(len(self.measured.recording)) * self.measured.period
+
+    def test(self, equation: str) -> TestFunction:
+        """Test function of an equation."""
+        return self.measured.test_function(equation)
+
+    def motion_of(self, equation: str) -> Motion:
+        """Motion along which the models of an equation are evaluated."""
+        return self.gear_motion if equation == 'transmission' else self.motion
+
+    def drive_current(self, theta: np.ndarray, command: np.ndarray | None = None) -> np.ndarray:
+        """Return what the drive makes of the command (or another, V), A, at every sample."""
+        key = theta.tobytes() if command is None else None
+        if key is not None and self._projected.get('drive key') == key:
+            return self._projected['drive current']
+        command = self.measured.column('voltage', 0.0) if command is None else command
+        fast = self.measured.fast
+        speed = np.pad(fast.smooth(bridged(self._angles(self._readings)[0]), 1), fast.reach,
+                       mode='edge')
+        current = drive_current(self.servo, theta, command, speed, self.measured)
+        if self.measured.recording.has('voltage'):  # a drive without a command is off
+            current[~np.isfinite(self.measured.recording['voltage'])] = np.nan
+        if key is not None:
+            self._projected['drive key'], self._projected['drive current'] = key, current
+        return current
+
+    def controller_output(self, theta: np.ndarray, settings: dict[int, float] | None = None,
+                          shaken: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
+        """
+        Return what the controller makes of references and readings, V, at every sample.
+
+        ``shaken`` are the two angles where noise is added to them.
+        """
+        measured = self.measured
+        references = np.column_stack([measured.column(name, 0.0) for name in (
+            'reference_position', 'reference_velocity', 'added_command')])
+        motor, load = self._angles(self._readings) if shaken is None else shaken
+        command, x = np.empty(len(motor)), fresh_state(self._kernel)
+        theta = theta.copy()
+        for slot, change in (settings or {}).items():
+            theta[slot] += change
+        self._kernel.govern(theta, self.servo.switches, x, references, motor, load, command,
+                            measured.period)
+        return command
+
+    def angles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angles of both shafts, rad; where one is not measured it follows from the other."""
+        return self._angles(self._readings)
+
+    def followed(self, theta: np.ndarray, motion: Motion) -> np.ndarray:
+        """Return what the models say along a motion: (inner samples, len(FOLLOWED))."""
+        rows = motion.rows
+        if 'current' not in self.measured.channels:
+            rows = rows.copy()
+            inner = slice(motion.test.reach, motion.test.reach + len(rows))
+            rows[:, MOTION.index('current')] = self.drive_current(theta)[inner]
+        out = np.empty((len(rows), len(FOLLOWED)))
+        self._kernel.follow(theta, self.servo.switches, fresh_state(self._kernel),
+                            np.ascontiguousarray(rows), out, self.measured.period)
+        return out
+
+    def flank(self, motion: Motion) -> np.ndarray:
+        """
+        Return on which flank the teeth are, -1 to 1, at the inner samples of a motion.
+
+        Between the two, within noise of the torque or a small share of the torque at work.
+        """
+        key = 'flank', motion.test
+        if key not in self._projected:
+            sensed = 'torque' in self.measured.channels
+            torque = motion.calm_torque + self._inner(self.shift, motion) if sensed else (
+                self.transmitted(motion))
+            noise = np.nan_to_num(self.measured.noise['torque']) * motion.test.gain(0)
+            work = float(np.sqrt(np.nanmean(torque**2))) if np.isfinite(torque).any() else 0.0
+            share = UNLOADED if sensed else INFERRED
+            unsure = max(float(np.hypot(CROSSING * noise, share * work)), 1e-12)
+            self._projected[key] = np.clip(np.nan_to_num(torque) / unsure, -1.0, 1.0)
+        return self._projected[key]
+
+    def _inner(self, series: np.ndarray | float, motion: Motion) -> np.ndarray | float:
+        reach = motion.test.reach
+        return series if np.isscalar(series) else series[reach:reach + len(motion.rows)]
+
+    def transmitted(self, motion: Motion | None = None) -> np.ndarray:
+        """Torque on the load at the inner samples, N m: measured, or what the load takes."""
+        motion = motion or self.motion
+        torque = motion['torque']
+        if not np.isfinite(torque).any():
+            torque = self.followed(self.servo.theta, motion)[:, FOLLOWED.index('torque')]
+        return torque + self._inner(self.shift, motion)
+
+    def full(self, series: np.ndarray, motion: Motion | None = None) -> np.ndarray:
+        """Return a series of inner samples at every sample, NaN where it is not known."""
+        samples = len(self.measured.recording)
+        if len(series) == samples:
+            return series
+        reach = (motion or self.motion).test.reach
+        full = np.full((samples, *series.shape[1:]), np.nan)
+        full[reach:reach + len(series)] = series
+        return full
+
+    def _angles(self, readings) -> tuple[np.ndarray, np.ndarray]:
+        ratio, twist = self.servo.values['mechanism.ratio'], self.measured.twist
+        motor, load = readings['motor_position'], readings['load_position']
+        if not np.isfinite(motor).any():
+            motor = (load + twist) * ratio
+        elif not np.isfinite(load).any():
+            load = motor / ratio - twist
+        return motor, load
+
+    def _motions(self, readings) -> tuple[Motion, Motion]:
+        measured = self.measured
+        whole = motion_of(measured, measured.shafts, self.servo, self._angles(readings))
+        if measured.gear == measured.shafts:
+            return whole, whole
+        return whole, motion_of(measured, measured.gear, self.servo, self._angles(readings))
+
+    def _corrected(self, theta: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the readings with what the servo's own sensor effects do taken off."""
+        names = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
+        recording = self.measured.recording
+        if not self._sensing.any():
+            return {name: recording[name] for name in names}
+        rows = np.column_stack([recording[name] for name in names[:4]])
+        known = np.isfinite(rows)
+        recorded = np.where(known, rows, 0.0)
+        truth, readings = recorded.copy(), np.empty_like(recorded)
+        for _ in range(SENSOR_ROUNDS):
+            self._kernel.sense(theta, self._sensing, fresh_state(self._kernel), truth, readings,
+                               self.measured.period)
+            truth += recorded - readings
+        rows = np.where(known, truth, np.nan)
+        return dict(zip(names, (*rows.T, recording['voltage']), strict=True))
+
+
+def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,
+                  measured) -> np.ndarray:
+    """Return what a servo's drive makes of a command (V) at a motor speed (rad/s), A."""
+    kernel, x = kernel_of(servo), fresh_state(kernel_of(servo))
+    recording = getattr(measured, 'recording', measured)
+    if recording.has('current'):
+        x[state.CURRENT] = np.nan_to_num(recording['current'][0])
+    current = np.empty(len(command))
+    substeps, h = substeps_of(servo, recording.period)
+    kernel.conduct(theta, servo.switches, x, command, speed, current, substeps, h)
+    return current
