@@ -26,14 +26,14 @@ fast: setup  ## run the tests that start no ROS graph and take less than five se
 	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not ros' $(ARGS)
 
 checks: lint types  ## check style, words, links, imports, packages, security and types; a minute
-	@$(WITH_ENV) python -m pytest -q tests/test_words.py tests/test_pages.py tests/test_imports.py \
-	    tests/test_packages.py tests/test_security.py
+	@$(WITH_ENV) python -m pytest -q tests/house/test_words.py tests/house/test_pages.py \
+	    tests/house/test_imports.py tests/house/test_packages.py tests/house/test_security.py
 
 types: setup  ## check the types of the physics and of the front door
 	@$(WITH_ENV) mypy
 
 fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; new ones each time
-	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/test_fuzz.py $(ARGS)
+	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py $(ARGS)
 
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools

@@ -25,7 +25,7 @@ from rosbags.highlevel import AnyReader
 from servo_twin.bag import read_recording, write_recording
 from servo_twin.recording.recording import COLUMNS, Recording
 
-SOURCE = Path(__file__).parents[1] / 'sample_source.py'
+SOURCE = Path(__file__).parents[1] / 'support' / 'sample_source.py'
 
 
 def main() -> int:

@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / 'tests'))
+sys.path.insert(0, str(ROOT / 'tests' / 'support'))
 
 from servo_identify.learn.friction.dataset import dataset_of  # noqa: E402
 from servo_identify.learn.friction.friction_samples import friction_of  # noqa: E402

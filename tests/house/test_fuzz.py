@@ -1,0 +1,93 @@
+"""Input that nobody meant ends in an answer or in a sentence; `make fuzz` tries longer."""
+
+from pathlib import Path
+
+from hypothesis import given, HealthCheck, settings
+from hypothesis import strategies as st
+import pytest
+import yaml
+
+from servo_identify.data.mapping import read_mapping
+from servo_identify.data.table_import import import_table
+from servo_twin.description.servo_file import loads
+from servo_twin.physics.servo import ServoError
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+SERVO = CONFIG / 'servos' / 'dc_gearmotor.yaml'
+SERVOS = [yaml.safe_load(one.read_text()) for one in sorted((CONFIG / 'servos').glob('*.yaml'))]
+MAPPINGS = [yaml.safe_load(one.read_text()) for one in sorted((CONFIG / 'imports').glob('*'))]
+SHORT = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+ODD = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.dates(),
+    st.sampled_from(['source', 'value', 't', 'load', 1e308, -0.0, '10 %', 'N m', b'x']),
+    st.lists(st.floats(), max_size=3), st.dictionaries(st.text(max_size=3), st.floats(),
+                                                       max_size=2))
+
+
+@st.composite
+def spoilt(draw, trees):
+    """A tree of a good file with some of it replaced, removed or added."""
+    tree = yaml.safe_load(yaml.safe_dump(draw(st.sampled_from(trees))))
+    for _ in range(draw(st.integers(1, 4))):
+        at = tree
+        while isinstance(at, dict) and at:
+            key = draw(st.sampled_from(sorted(at, key=str)))
+            if not isinstance(at[key], dict) or not at[key] or draw(st.integers(0, 3)) == 0:
+                break
+            at = at[key]
+        if not isinstance(at, dict) or not at:
+            continue
+        match draw(st.sampled_from(['replace', 'remove', 'add'])):
+            case 'replace':
+                at[key] = draw(ODD)
+            case 'remove':
+                del at[key]
+            case 'add':
+                at[draw(st.one_of(st.text(max_size=5), st.integers()))] = draw(ODD)
+    return yaml.safe_dump(tree)
+
+
+@SHORT
+@given(text=spoilt(SERVOS))
+def test_a_spoilt_servo_file_loads_or_is_refused(text):
+    try:
+        loads(text)
+    except ServoError as refusal:
+        assert str(refusal)
+
+
+@SHORT
+@given(text=st.one_of(spoilt(MAPPINGS), st.text(max_size=60)))
+def test_a_spoilt_mapping_loads_or_is_refused(tmp_path, text):
+    path = tmp_path / 'mapping.yaml'
+    path.write_text(text, 'utf8')
+    try:
+        read_mapping(path)
+    except ValueError as refusal:
+        assert 'mapping.yaml' in str(refusal)
+
+
+CELL = st.one_of(st.floats().map(repr), st.integers(-9, 9).map(str),
+                 st.sampled_from(['', 'nan', '1,5', '"', ' ', 'x', '1e400', '#', '\x00']))
+HEADER = st.lists(st.sampled_from(['t', 't [ms]', 'voltage', 'motor_position', 'u', 'time',
+                                   'load_position [deg]', '', '1', 'current [mH]']), max_size=5)
+
+
+@SHORT
+@given(header=HEADER, rows=st.lists(st.lists(CELL, max_size=5), max_size=6),
+       between=st.sampled_from([',', ';', '\t']))
+def test_a_spoilt_table_is_read_or_refused(tmp_path, header, rows, between):
+    path = tmp_path / 'table.csv'
+    path.write_text('\n'.join(between.join(row) for row in [header, *rows]), 'utf8')
+    try:
+        import_table(path, SERVO)
+    except ValueError as refusal:
+        assert 'table' in str(refusal)
+
+
+@pytest.mark.parametrize('program', ['servo_twin', 'servo_identify'])
+def test_each_command_says_its_version(program, capsys):
+    from importlib import import_module
+    assert import_module(f'{program}.cli').main(['--version']) == 0
+    name, number = capsys.readouterr().out.split()
+    assert name == program.replace('_', '-') and number[0].isdigit()

@@ -1,0 +1,120 @@
+"""Recordings held against a servo file: the check ..."""
+
+from dataclasses import replace
+import json
+from math import pi
+from pathlib import Path
+
+from bench_recording import bench_recording, SERVO, without
+import numpy as np
+import pytest
+
+from servo_identify.cli import main
+from servo_identify.data.check import check
+from servo_identify.data.reading import read_recordings
+from servo_twin.bag import write_recording
+from servo_twin.description.servo_file import load
+
+DEGREES = 180.0 / pi
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+BENCH = load(SERVO)
+
+
+@pytest.fixture(scope='module')
+def good():
+    return bench_recording(4.0)
+
+
+def of_level(level, recording, servo=BENCH):
+    return [one for one in check([recording], servo) if one.level == level]
+
+
+def changed(recording, **columns):
+    return replace(recording, columns={**recording.columns, **columns})
+
+
+def test_it_finds_no_fault_with_a_good_recording(good):
+    found = check([good, good], BENCH)
+    assert {one.level for one in found} == {'green'}
+    assert any('inertia is excited' in one.sentence for one in found)
+
+
+MISTAKES = {
+    'degrees on both shafts': (
+        lambda r: changed(r, motor_position=r['motor_position'] * DEGREES,
+                          load_position=r['load_position'] * DEGREES), 'degrees'),
+    'degrees on the motor': (
+        lambda r: changed(r, motor_position=r['motor_position'] * DEGREES), 'looks like degrees'),
+    'milliseconds': (lambda r: replace(r, period=1e3 * r.period), 'milliseconds'),
+    'milliamperes': (lambda r: changed(r, current=1e3 * r['current']), 'mA'),
+    'voltage and current swapped': (
+        lambda r: changed(r, current=r['voltage'], voltage=r['current']), 'swapped'),
+    'a current of the other sign': (lambda r: changed(r, current=-r['current']),
+                                    'opposite signs'),
+    'command and current of the other sign': (
+        lambda r: changed(r, current=-r['current'], voltage=-r['voltage']), 'opposite signs'),
+    'a load that turns the other way': (
+        lambda r: changed(r, load_position=-r['load_position']), 'runs against'),
+    'no encoder': (lambda r: changed(r, motor_position=np.full(len(r), np.nan),
+                                     load_position=np.full(len(r), np.nan)), 'neither'),
+    'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),
+                                    load_position=np.zeros(len(r))), 'nothing moves'),
+}
+
+
+@pytest.mark.parametrize('mistake', MISTAKES)
+def test_it_is_red_and_says_what_to_do_about(good, mistake):
+    spoil, word = MISTAKES[mistake]
+    red = of_level('red', spoil(good))
+    assert any(word in one.sentence for one in red), red
+    assert all(one.action for one in red)
+
+
+def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
+    nothing = np.full(len(good), np.nan)
+    lacking = changed(without(good, slice(500, 700)), load_position=nothing, torque=nothing,
+                      current=nothing)
+    said = ' '.join(one.sentence for one in of_level('amber', lacking))
+    for word in ('missing in 5.0 %', 'one encoder', 'Without the current', 'torque sensor',
+                 'One recording only'):
+        assert word in said
+    assert not of_level('red', lacking)
+
+
+def test_it_warns_of_an_inertia_that_is_far_from_that_of_the_file(good):
+    heavy = BENCH.with_values({'mechanism.load_inertia': 10 * 5.76,
+                               'mechanism.rotor_inertia': 1.14e-3})
+    servo = replace(heavy, tolerance={})
+    assert any('times the inertia' in one.sentence for one in of_level('amber', good, servo))
+
+
+@pytest.mark.parametrize(('machine', 'pattern'), [
+    ('emps', 'emps/*.mat'), ('two_mass', 'two_mass/*.mat'), ('xl330', 'xl330*/*.json')])
+def test_it_is_never_red_on_recordings_of_real_machines(shared_data, machine, pattern):
+    servo = CONFIG / 'servos' / f'{machine}.yaml'
+    recordings = read_recordings([shared_data / pattern], servo,
+                                 CONFIG / 'imports' / f'{machine}.yaml')
+    assert recordings
+    assert [one for one in check(recordings, load(servo)) if one.level == 'red'] == []
+
+
+@pytest.mark.parametrize('name', ['kp400_sin_time_square', 'kp400_sin_sin'])
+def test_it_sees_degrees_where_there_is_one_encoder_and_no_current(shared_data, name):
+    servo = CONFIG / 'servos' / 'xl330.yaml'
+    one, = read_recordings([shared_data / 'xl330' / f'{name}.json'], servo,
+                           CONFIG / 'imports' / 'xl330.yaml')
+    angles = {n: one[n] * DEGREES for n in ('motor_position', 'reference_position')}
+    red = of_level('red', changed(one, **angles), load(servo))
+    assert any('degrees' in finding.sentence for finding in red)
+
+
+def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tmp_path, capsys):
+    write_recording(tmp_path / 'good', good)
+    spoilt = changed(good, current=-good['current'])
+    write_recording(tmp_path / 'spoilt', spoilt)
+    assert main(['check', str(tmp_path / 'good'), '--servo', str(SERVO), '--json', '-']) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert 'red' not in {one['level'] for one in said['findings']}
+    assert {'path': 'controller.filter', 'value': 0.0, 'unit': 's'} in said['defaults']
+    assert main(['check', str(tmp_path / 's*'), '--servo', str(SERVO)]) == 1
+    assert 'turn the sign' in capsys.readouterr().out

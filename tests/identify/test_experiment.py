@@ -1,0 +1,172 @@
+"""Experiments: procedures and limits, and runs on the emulated bench: it ..."""
+
+from math import inf, nan, pi
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from hypothesis import given, strategies
+import numpy as np
+import pytest
+
+from servo_identify.cli import main
+from servo_identify.experiment import waves
+from servo_identify.experiment.bench import emulated_bench
+from servo_identify.experiment.limits import Guard, LimitError, Limits, REACTION
+from servo_identify.experiment.procedures import Choices, PROCEDURES
+from servo_twin.bag import read_recording
+from servo_twin.bringup.processes import Processes, wait_until
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+PERIOD = 1e-3
+ATTEMPTS = ('first', 'second', 'third')  # a machine that stalls makes the drive miss its SYNC
+
+
+@pytest.mark.parametrize('procedure', PROCEDURES.values(), ids=list(PROCEDURES))
+def test_it_begins_and_ends_every_run_at_rest_and_unloaded_within_the_limits(procedure):
+    runs = procedure.runs(Choices(PERIOD))
+    assert len({run.name for run in runs}) == len(runs)
+    for run in runs:
+        Limits().check(run, gain=0.49)
+        assert len(run.reference) == len(run.external_torque)
+        for wave in (run.reference, run.external_torque):
+            assert abs(wave[0]) < 0.02 * (abs(wave).max() + 1e-9)
+            assert abs(wave[-1]) < 0.02 * (abs(wave).max() + 1e-9)
+
+
+def test_it_has_all_runs_of_table_4():
+    names = {run.name for shape in ('sine', 'square')
+             for run in PROCEDURES[f'open_loop_{shape}'].runs(Choices(PERIOD))}
+    assert names == {f'{shape}_{u}V_{f}Hz' for shape in ('sine', 'square')
+                     for u in (1.5, 1.6, 1.7, 1.8) for f in (1, 0.5)}
+
+
+@given(strategies.floats(0.02, 1.0), strategies.floats(0.1, 2.0 * pi))
+def test_it_holds_the_speed_over_the_whole_angle_and_comes_back(speed, angle):
+    wave = waves.there_and_back(speed, angle, 2e-3)
+    held = np.sum(np.isclose(wave, speed)) * 2e-3 * speed
+    assert held == pytest.approx(angle, abs=2.1 * speed * 2e-3)
+    assert abs(np.cumsum(wave)[-1] * 2e-3) < 1e-9
+    assert abs(np.diff(wave)).max() <= waves.ACCELERATION * 2e-3 + 1e-12
+
+
+@pytest.mark.parametrize(('name', 'choices', 'limits', 'said'), [
+    ('friction', Choices(speeds=(3.5,)), Limits(), 'speed of 3.5 rad/s, the limit is 3 rad/s'),
+    ('friction', Choices(), Limits(travel=5.0), 'travel of 6.283 rad'),
+    ('position_ramp', Choices(speeds=(0.5,)), Limits(speed=0.4), 'speed of 0.5'),
+    ('backlash', Choices(torques=(400.0,)), Limits(), 'torque of 400 N m'),
+    ('coast_down', Choices(), Limits(current=1.0), 'current of 1.078 A'),
+])
+def test_it_refuses_a_plan_beyond_a_limit(name, choices, limits, said):
+    with pytest.raises(LimitError, match=said):
+        for run in PROCEDURES[name].runs(choices):
+            limits.check(run, gain=0.49)
+
+
+def test_it_refuses_choices_and_limits_that_make_no_sense():
+    with pytest.raises(ValueError, match=r'speeds = -1; it must be positive'):
+        PROCEDURES['friction'].runs(Choices(speeds=(-1.0,)))
+    with pytest.raises(LimitError, match='limit of torque = 0'):
+        Limits(torque=0.0)
+
+
+@given(strategies.floats(0.5, 8.0))
+def test_it_speaks_before_the_speed_is_exceeded(acceleration):
+    guard = Guard(Limits(speed=1.0, travel=100.0), 0.0, PERIOD)
+    time = np.arange(0.0, 2.5, PERIOD)
+    for t in time:
+        if guard.see(position=0.5 * acceleration * t * t):
+            break
+    assert acceleration * (t + 0.95 * REACTION) < 1.01
+    assert acceleration * (t + 1.5 * REACTION) > 0.99
+
+
+def test_it_speaks_while_the_load_can_still_be_stopped():
+    guard = Guard(Limits(travel=1.0), 2.0, PERIOD)
+    said = [guard.see(position=2.0 - 0.8 * t) for t in np.arange(0.0, 1.2, PERIOD)]
+    at = 0.8 * PERIOD * next(k for k, text in enumerate(said) if text)
+    assert 1.0 - 0.8 * REACTION - 0.8 ** 2 / 4.0 == pytest.approx(at, abs=0.01)
+    guard.forget()
+    assert 'travel' in guard.see(position=0.9)
+
+
+def test_it_judges_torque_and_current_and_lets_pass_what_is_not_measured():
+    guard = Guard(Limits(torque=50.0, current=2.0), 0.0, PERIOD)
+    assert guard.see(torque=nan, current=nan) == guard.see(torque=inf) == ''
+    assert guard.see(torque=-51.0) == 'torque: 51 N m measured; the limit is 50 N m'
+    assert guard.see(current=2.5).startswith('current: 2.5 A')
+    assert not guard.at_rest()
+    for _ in range(100):
+        guard.see(position=0.3)
+    assert guard.at_rest() and guard.speed == 0.0
+
+
+@pytest.mark.slow
+def test_it_makes_the_same_recordings_without_a_bus(tmp_path, capsys):
+    words = ['experiment', 'load_steps', '--headless', '-o', str(tmp_path), '--duration', '2',
+             '--replicates', '2', '--torques', '40', '--set', 'friction.level=1.2']
+    assert main(words) == 0
+    recording = read_recording(tmp_path / 'load_steps_2')
+    assert (recording.family, recording.replicate, recording.servo) == ('load_steps', 2,
+                                                                         'rv_bench')
+    assert recording['external_torque'].max() == pytest.approx(40.0, rel=0.05)
+    assert abs(recording['load_position']).max() > 0.05
+    assert main(words) == 2
+    assert 'exists already' in capsys.readouterr().err
+    assert main(['experiment', 'dance', '-o', str(tmp_path)]) == 2
+    assert "no procedure 'dance'" in capsys.readouterr().err
+
+
+def started(folder, *words):
+    return subprocess.Popen(
+        [sys.executable, '-m', 'servo_identify.cli', 'experiment', *words, '-o', str(folder)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def size(bag):
+    return sum(file.stat().st_size for file in bag.glob('*.mcap'))
+
+
+def growing(bag, least):
+    return lambda: size(bag) > least
+
+
+@pytest.mark.ros
+def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path):
+    with Processes(tmp_path / 'logs') as processes, emulated_bench(
+            processes, 'rig', CONFIG / 'rigs' / 'rv_bench.yaml', CONFIG / 'driver.yaml'):
+        for attempt in ATTEMPTS:
+            asked = started(tmp_path / attempt, 'friction', '--speeds', '0.5')
+            bag = tmp_path / attempt / 'friction_0.5'
+            assert asked.stdout.readline() == 'playing friction_0.5\n'
+            grown = growing(bag, size(bag) + 200_000)
+            wait_until(lambda asked=asked, grown=grown: grown() or asked.poll() is not None,
+                       'it moves', 60.0, processes)
+            asked.send_signal(signal.SIGINT)
+            _, said = asked.communicate(timeout=30)
+            assert asked.returncode == 1
+            if 'the driver says' not in said:
+                break
+        assert 'ended early: interrupted; the motor is at rest' in said
+        recording = read_recording(bag)
+        position = recording['load_position']
+        assert (recording.family, recording.warnings) == ('friction', ())
+        assert 0.1 < np.ptp(position) < 3.0
+        assert np.ptp(position[-50:]) < 1e-4
+
+        for attempt in ATTEMPTS:
+            bag = tmp_path / f'fast_{attempt}' / 'coast_down'
+            asked = started(bag.parent, 'coast_down', '--amplitudes', '3.5', '--max-speed', '1.5')
+            _, said = asked.communicate(timeout=60)
+            assert asked.returncode == 1, said
+            if 'the driver says' not in said:
+                break
+        assert 'ended early: speed: ' in said and 'the limit is 1.5 rad/s' in said
+        # what the guard promises hangs on no machine: a reaction after it speaks all is well yet
+        position = read_recording(bag)['load_position']
+        guard = Guard(Limits(speed=1.5), position[0], 1e-3)
+        spoke = next(k for k, angle in enumerate(position) if guard.see(position=angle))
+        speed = abs(position[20:] - position[:-20]) / 0.02
+        assert 0.75 < speed[:spoke + round(REACTION / 1e-3) - 20 + 1].max() < 1.5
+        assert np.ptp(position[-50:]) < 1e-4

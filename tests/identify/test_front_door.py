@@ -1,0 +1,200 @@
+"""`import servo_identify as si`: from files or arrays to an answer, without deep imports."""
+
+from dataclasses import FrozenInstanceError, replace
+from importlib import import_module
+from math import pi
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from synthetic import PERIOD, sampled
+
+import servo_identify as si
+from servo_twin.bag import write_recording
+from servo_twin.description import servo_file
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
+
+BENCH = si.load_servo('rv_bench')
+WHOLE = BENCH.servo
+MISSING = WHOLE.with_effects(Placed('e', find('gravity'), 'load'), values={
+    'effects.e.cosine': 40.0})
+
+
+def recorded(rig, seed, seconds=6.0):
+    """Return a recording of a rig, moved by several sines."""
+    time = np.arange(int(seconds / PERIOD)) * PERIOD
+    command = sum(1.1 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.5, 1.3, 3.1))
+    return replace(sampled(rig, command, seed=seed), name=f'multisine_{seed}', family='multisine',
+                   servo=rig.name)
+
+
+@pytest.fixture(scope='module')
+def data(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('bags')
+    for seed in (1, 2, 3):
+        write_recording(folder / f'run_{seed}', recorded(MISSING, seed))
+    return si.read(str(folder / 'run_*'), BENCH)
+
+
+@pytest.fixture(scope='module')
+def answer(data):
+    return si.diagnose(data[:1], BENCH, accept=data[1:2], report=data[2:])
+
+
+def test_importing_it_loads_neither_numpy_nor_ros():
+    program = ('import sys, servo_identify\n'
+               'print(*(m for m in ("numpy", "numba", "rclpy", "jinja2") if m in sys.modules))')
+    said = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
+                          check=True)
+    assert said.stdout.split() == []
+
+
+def test_it_says_its_version_and_its_names():
+    assert si.__version__[0].isdigit()
+    assert {'load_servo', 'read', 'check', 'fit', 'diagnose'} <= set(dir(si))
+    with pytest.raises(AttributeError, match="has no 'diagnosis'.*load_servo"):
+        si.diagnosis()
+
+
+def test_its_page_names_what_there_is():
+    page = (Path(__file__).resolve().parents[2] / 'docs' / 'python.md').read_text()
+    named = set(re.findall(r'\bsi\.(\w+)', page))
+    assert named == {'load_servo', 'read', 'check', 'fit', 'diagnose'}
+    kinds = '(ServoFile|Recordings|Checked|Fitted|Answer)'
+    for kind, members in re.findall(rf'`{kinds}`: (.*?) \|', page):
+        known = set(dir(getattr(si, kind))) | set(getattr(si, kind).__dataclass_fields__)
+        assert set(re.findall(r'`(\w+)', members)) <= known
+
+
+def test_fit_and_diagnose_are_functions_and_stay_packages():
+    for name in ('servo_identify.diagnose.diagnose', 'servo_identify.fit.estimate'):
+        import_module(name)
+    assert callable(si.fit) and callable(si.diagnose)
+    assert si.fit.estimate is sys.modules['servo_identify.fit.estimate']
+    assert si.diagnose.diagnose is sys.modules['servo_identify.diagnose.diagnose']
+
+
+def test_a_shipped_servo_and_a_file_are_read_alike(tmp_path):
+    path = BENCH.save(tmp_path / 'mine.yaml')
+    again = si.load_servo(path)
+    assert again.servo == BENCH.servo and again.text == BENCH.text
+    assert 'rv_bench' in repr(again) and str(again) == BENCH.text
+    with pytest.raises(ValueError, match='shipped'):
+        si.load_servo('rv_bensch')
+
+
+def test_results_are_frozen(data):
+    with pytest.raises(FrozenInstanceError):
+        data.items = ()
+    with pytest.raises(FrozenInstanceError):
+        BENCH.text = ''
+
+
+def test_recordings_are_a_sequence_that_prints_what_it_holds(data):
+    assert len(data) == 3 and [one.name for one in data[1:]] == ['run_2', 'run_3']
+    assert 'multisine' in repr(data) and '<td>run_1</td>' in data._repr_html_()
+    assert len(data.of_family('multisine')) == 3 and len(data + data) == 6
+
+
+def test_columns_in_memory_are_read_with_their_units():
+    time = np.arange(2000) * 1e-3
+    columns = {'t': time, 'voltage': np.sin(time),
+               'load_position [deg]': 5.0 * np.sin(3.0 * time)}
+    (one,) = si.read(columns, BENCH, name='mine', family='sine')
+    assert one['load_position'] == pytest.approx(5.0 * pi / 180.0 * np.sin(3.0 * time))
+    assert (one.name, one.family, one.servo_file) == ('mine', 'sine', BENCH.text)
+    with pytest.raises(ValueError, match='has no column t'):
+        si.read({'voltage': time, 'load_position': time}, BENCH)
+
+
+def test_a_recording_is_given_out_as_columns_and_read_back(data):
+    table = data.table(1)
+    (again,) = si.read(table, BENCH)
+    assert set(table) >= {'t', 'voltage', 'load_position'}
+    assert again['load_position'] == pytest.approx(data[1]['load_position'])
+
+
+def test_it_reads_checks_and_writes_without_ros_and_without_what_is_extra(data, tmp_path):
+    missing = ['rclpy', 'ament_index_python', 'servo_twin_msgs', 'torch', 'pysindy', 'control',
+               'matplotlib', 'distributed', 'dask', 'fmpy', 'mujoco', 'sklearn']
+    write_recording(tmp_path / 'bag', data[0])
+    path = BENCH.save(tmp_path / 'servo.yaml')
+    program = f"""
+import sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] in {missing}:
+            raise ModuleNotFoundError(f'no module named {{name}}', name=name)
+sys.meta_path.insert(0, Absent())
+import servo_identify as si
+servo = si.load_servo({str(path)!r})
+print(si.check(si.read({str(tmp_path / 'bag')!r}, servo), servo))
+import servo_identify.diagnose.diagnose
+"""
+    said = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    assert 'green' in said.stdout
+
+
+def test_a_table_with_columns_as_of_pandas_is_read_as_they_are():
+    class Frame:
+        columns = ('t', 'voltage', 'load_position')
+
+        def __iter__(self):
+            return iter(self.columns)
+
+        def __getitem__(self, name):
+            return np.arange(1000) * 1e-3
+
+    (one,) = si.read(Frame(), BENCH)
+    assert one.period == pytest.approx(1e-3)
+
+
+def test_a_check_is_true_where_nothing_is_red(data):
+    found = si.check(data, BENCH)
+    assert found and 'green' in repr(found)
+    wrong = [replace(one, columns={**one.columns, 'load_position': -one['load_position']})
+             for one in data]
+    assert not si.check(wrong, BENCH) and 'runs against' in repr(si.check(wrong, BENCH))
+
+
+def test_a_fit_prints_its_values_and_gives_a_servo_file_with_comments(data, tmp_path):
+    path = 'effects.coulomb.level'
+    found = si.fit(data[:1], BENCH, [path])
+    assert list(found.values) == [path] and path in repr(found) and path in found._repr_html_()
+    again = servo_file.load(found.servo.save(tmp_path / 'fitted.yaml'))
+    assert again.values[path] == pytest.approx(found.values[path], rel=1e-5)
+    assert found.std[path] > 0.0
+    assert sum('#' in line for line in found.servo.text.splitlines()) >= sum(
+        '#' in line for line in BENCH.text.splitlines()) > 0
+
+
+@pytest.mark.slow
+def test_an_answer_prints_its_sentence_and_is_a_page_in_a_notebook(answer):
+    assert repr(answer) == answer.sentence == answer.report.verdict['sentence']
+    assert answer.page.lstrip().startswith('<!')
+    assert answer._repr_html_().startswith('<iframe srcdoc=')
+
+
+@pytest.mark.slow
+def test_the_augmented_servo_has_what_was_missing(answer, tmp_path):
+    assert answer.effects == ('gravity',)
+    again = servo_file.load(answer.augmented.save(tmp_path / 'augmented.yaml'))
+    assert set(again.values) > set(WHOLE.values)
+    folder = answer.save(tmp_path / 'answer')
+    assert sorted(one.name for one in folder.iterdir()) == [
+        'augmented.yaml', 'report.html', 'report.json']
+
+
+@pytest.mark.slow
+def test_the_curve_of_an_effect_is_drawn(answer):
+    figure = answer.plot('curve')
+    assert figure.axes[0].get_title() == 'gravity'
+    with pytest.raises(ValueError, match="with one are \\['gravity'\\]"):
+        answer.plot('curve', 'cogging')
+    with pytest.raises(ValueError, match="there is 'curve'"):
+        answer.plot('surface')

@@ -1,0 +1,347 @@
+"""Tables become bags, or a sentence says why not."""
+
+import json
+from pathlib import Path
+import subprocess
+import sys
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import csv, parquet
+import pytest
+from scipy.io import savemat
+
+from servo_identify.cli import main
+from servo_identify.data.column_units import named_columns
+from servo_identify.data.mapping import read_mapping
+from servo_identify.data.table_import import import_table
+from servo_identify.data.tables import read_table
+from servo_twin.bag import read_recording
+from servo_twin.recording.recording import COLUMNS
+
+CONFIG = Path(__file__).parents[2] / 'config'
+SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
+LINEAR = CONFIG / 'servos' / 'emps.yaml'
+TIME = np.arange(200) * 1e-3
+
+
+def table(**columns) -> dict[str, np.ndarray]:
+    return {'t': TIME, 'voltage': np.sin(TIME), 'motor_position': TIME**2} | columns
+
+
+def write_csv(path: Path, columns: dict) -> Path:
+    csv.write_csv(pa.table(columns), path)
+    return path
+
+
+def convert(path: Path, bag: Path, *options: str) -> int:
+    return main(['import', str(path), '--servo', str(SERVO), '-o', str(bag), *options])
+
+
+@pytest.mark.parametrize('suffix', ['.csv', '.parquet'])
+def test_it_keeps_the_numbers_of_a_table(tmp_path, suffix):
+    random = np.random.default_rng(2)
+    columns = {'t': TIME} | {name: random.standard_normal(200) for name in COLUMNS}
+    path = tmp_path / f'run{suffix}'
+    (csv.write_csv if suffix == '.csv' else parquet.write_table)(pa.table(columns), path)
+    assert convert(path, tmp_path / 'bag', '--family', 'chirp', '--replicate', '2') == 0
+    again = read_recording(tmp_path / 'bag')
+    for name in COLUMNS:
+        assert np.array_equal(again[name], columns[name])
+    assert (again.period, again.family, again.replicate) == (1e-3, 'chirp', 2)
+    assert (again.servo, again.warnings, again.note) == ('rv_bench', (), '')
+    assert again.servo_file == SERVO.read_text()
+
+
+def test_it_leaves_what_is_missing_nan(tmp_path):
+    recording = import_table(write_csv(tmp_path / 'a.csv', table()), SERVO)
+    assert [name for name in COLUMNS if recording.has(name)] == ['voltage', 'motor_position']
+
+
+def test_it_finds_family_and_replicate_beside_the_tables(tmp_path):
+    write_csv(tmp_path / 'a.csv', table())
+    listing = tmp_path / 'recordings.yaml'
+    for text in ('a.csv: {family: hold, replicate: 3}', 'a: {family: hold, replicate: 3}',
+                 'recordings:\n- {file: a.csv, family: hold, replicate: 3}'):
+        listing.write_text(text)
+        recording = import_table(tmp_path / 'a.csv', SERVO)
+        assert (recording.family, recording.replicate) == ('hold', 3)
+    assert import_table(tmp_path / 'a.csv', SERVO, family='chirp').family == 'chirp'
+    listing.write_text('a: {family: 3}')
+    with pytest.raises(ValueError, match='family = 3 is of the wrong kind, it is a text'):
+        import_table(tmp_path / 'a.csv', SERVO)
+
+
+def test_it_reads_the_separators_and_comments_that_people_use(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('\ufeff# a comment\nt;voltage;motor_position\n0;1;2\n0.5;nan;3\n1.0;;4\n')
+    recording = import_table(path, SERVO)
+    assert recording.period == 0.5
+    assert np.array_equal(recording['voltage'], [1.0, np.nan, np.nan], equal_nan=True)
+    assert 'voltage is missing in 2 rows, the first is row 2' in recording.warnings[0]
+
+
+def test_it_converts_the_units_that_a_header_gives(tmp_path):
+    columns = table()
+    columns['motor_position [deg]'] = columns.pop('motor_position') * 180.0
+    columns['reference_velocity (rpm)'] = np.full(200, 30.0)
+    columns['torque [N m]'] = np.full(200, 5.0)
+    columns['t [ms]'] = columns.pop('t') * 1e3
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
+    assert np.allclose(recording['motor_position'], np.pi * TIME**2)
+    assert np.allclose(recording['reference_velocity'], np.pi)
+    assert np.array_equal(recording['torque'], np.full(200, 5.0))
+    assert recording.period == 1e-3
+    assert any("'motor_position [deg]' is converted to rad by 0.0174532925" in warning
+               for warning in recording.warnings)
+
+
+@pytest.mark.parametrize('change, text', [
+    ({'motor_position [furlong]': TIME}, "is in 'furlong', motor_position is in rad; known units"),
+    ({'load_position [mm]': TIME}, 'a linear axis says so in its servo file: travel: linear'),
+    ({'motor_angle': TIME}, "there is no column 'motor_angle'; is it 'motor_position'"),
+    ({'volts': TIME, 'load_pos': TIME}, "there is no column 'load_pos'; is it 'load_position'"),
+    ({'t': TIME[::-1].copy()}, 'time runs backwards from 0.199 s in row 1 to 0.198 s in row 2'),
+    ({'t': np.where(TIME == TIME[7], np.nan, TIME)}, 't = nan in row 8; every row needs a time'),
+    ({'t': np.full(200, 3.0)}, 'has 1 samples; a recording needs two'),
+    ({'voltage': np.where(TIME == TIME[4], np.inf, TIME)}, 'voltage is infinite in row 5'),
+    ({'voltage': ['1,5'] * 200}, "column 'voltage' has '1,5' in row 1, which is no number"),
+])
+def test_it_says_what_is_wrong_with_a_table(tmp_path, capsys, change, text):
+    columns = table(**change)
+    if any('motor' in name for name in change):
+        del columns['motor_position']
+    path = write_csv(tmp_path / 'a.csv', columns)
+    assert convert(path, tmp_path / 'bag') == 2
+    said = capsys.readouterr().err
+    assert text in said and str(path) in said
+    assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize('left, text', [
+    (['voltage', 'motor_position'], 'has no column t'),
+    (['t', 'voltage'], 'has neither motor_position nor load_position')])
+def test_it_names_the_columns_that_must_be_there(tmp_path, left, text):
+    path = write_csv(tmp_path / 'a.csv', {name: table()[name] for name in left})
+    with pytest.raises(ValueError, match=text):
+        import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('change, text', [
+    ({'load_position': 180 / np.pi}, 'load_position looks like degrees'),
+    ({'motor_position': 180 / np.pi}, 'motor_position / ratio looks like degrees'),
+    ({'motor_position': 1 / 161}, 'look as if one were on the other shaft'),
+    ({'load_position': -1.0}, 'runs against load_position; positive must be the same way'),
+    ({'reference_position': 180 / np.pi}, 'reference_position looks like degrees')])
+def test_it_holds_angles_against_each_other(tmp_path, change, text):
+    angle = np.sin(20.0 * TIME)
+    columns = table(motor_position=161.0 * angle, load_position=angle + 1e-4 * np.cos(900 * TIME),
+                    reference_position=angle)
+    path = write_csv(tmp_path / 'a.csv', columns)
+    assert import_table(path, SERVO).warnings == ()
+    write_csv(path, columns | {name: columns[name] * factor for name, factor in change.items()})
+    with pytest.raises(ValueError, match=text):
+        import_table(path, SERVO)
+
+
+def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_path):
+    time = TIME.copy()
+    time[50:] -= 1e-3
+    recording = import_table(
+        write_csv(tmp_path / 'a.csv', table(t=time, humidity=TIME)), SERVO)
+    assert len(recording) == 199
+    assert any("columns ['humidity'] are left out" in warning for warning in recording.warnings)
+    assert any('1 rows repeat the time' in warning and 'row 51' in warning
+               for warning in recording.warnings)
+    assert recording.note == '\n'.join(recording.warnings)
+
+
+@pytest.mark.parametrize('name, content, text', [
+    ('a.csv', '', 'has no rows'), ('a.csv', 't,voltage,motor_position\n', 'has no rows'),
+    ('a.csv', 't,voltage,motor_position\n1,2\n', 'is no table'),
+    ('a.csv', 't,t,motor_position\n1,2,3\n', r"columns \['t'\] are there twice"),
+    ('a.xlsx', 'x', "suffix '.xlsx' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
+    ('a.json', '[]', 'needs a mapping file'), ('nowhere.csv', None, 'does not exist')])
+def test_it_says_what_is_no_table(tmp_path, name, content, text):
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    with pytest.raises((ValueError, OSError), match=text):
+        import_table(tmp_path / name, SERVO)
+
+
+@pytest.mark.parametrize('name, content, text', [
+    ('a.json', '{"rows": [1', 'is no JSON file'), ('a.json', '{"x": []}', "has no list 'rows'"),
+    ('a.json', '{"rows": [1]}', 'is no list of records'), ('a.mat', 'x', 'is no MAT file'),
+    ('a.json', '{"rows": [{"x": 1}]}', "has no column 'time'; it has"),
+    ('a.json', '{"rows": [{"time": "now"}]}', "column 'time' has 'now' in row 1")])
+def test_it_says_what_a_mapping_cannot_take(tmp_path, name, content, text):
+    (tmp_path / name).write_text(content)
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('rows: rows\ntime: {source: time}\ncolumns: {voltage: {source: u}}\n')
+    with pytest.raises(ValueError, match=text):
+        import_table(tmp_path / name, SERVO, mapping=mapping)
+
+
+@pytest.mark.parametrize('text, said', [
+    ('[1, 2]', 'is no mapping file'), ('time: {source: t}', "'time' and 'columns' must be there"),
+    ('time: {source: t}\ncolumns: {speed: {source: v}}', "there is no column 'speed'"),
+    ('time: {source: t}\ncolumns: {voltage: {factor: 2}}', "voltage has no 'factor'; it has"),
+    ('time: {source: t}\ncolumns: {voltage: {scale: 2}}', "give either 'source' or 'value'"),
+    ('time: {source: t}\ncolumns: {voltage: {source: u, scale: x}}', "scale = 'x' is of"),
+    ('time: {source: t}\ncolumns: {voltage: {source: u, above: 1}}', 'go together'),
+    ('time: {source: t}\ncolumns: {voltage: {source: u, zero: now}}', "zero = 'now'"),
+    ('time: [', 'is no YAML')])
+def test_it_says_what_is_wrong_with_a_mapping(tmp_path, text, said):
+    (tmp_path / 'm.yaml').write_text(text)
+    with pytest.raises(ValueError, match=said):
+        import_table(write_csv(tmp_path / 'a.csv', table()), SERVO, mapping=tmp_path / 'm.yaml')
+
+
+def test_it_follows_a_mapping(tmp_path):
+    (tmp_path / 'm.yaml').write_text(
+        'time: {source: clock, scale: 0.001}\n'
+        'columns:\n'
+        '  voltage: {source: raw, above: 32767, subtract: 65536, scale: 0.5, offset: 1, '
+        'times: supply, negate: true}\n'
+        '  motor_position: {source: angle, scale: 161, zero: first}\n'
+        '  load_position: {source: angle, zero: mean}\n'
+        '  temperature: {value: 25}\n'
+        'recording: {family: "{kind}", note: "gain {gain}"}\n')
+    savemat(tmp_path / 'a.mat', {
+        'clock': [0.0, 10.0, 20.0], 'raw': [2, 65535, 4], 'supply': [10.0, 10.0, 5.0],
+        'angle': [7.0, 8.0, 9.0], 'kind': 'sine', 'gain': 3.5})
+    recording = import_table(tmp_path / 'a.mat', SERVO, mapping=tmp_path / 'm.yaml')
+    assert np.allclose(recording['voltage'], [-20.0, -5.0, -15.0])
+    assert np.array_equal(recording['motor_position'], [0.0, 161.0, 322.0])
+    assert np.array_equal(recording['load_position'], [-1.0, 0.0, 1.0])
+    assert np.array_equal(recording['temperature'], [25.0, 25.0, 25.0])
+    assert (recording.period, recording.family, recording.note) == (0.01, 'sine', 'gain 3.5')
+
+
+def test_it_resamples_measurements_linearly_and_commands_by_holding(tmp_path):
+    random = np.random.default_rng(4)
+    time = np.cumsum(random.uniform(4e-3, 6e-3, 400))
+    columns = {'t': time, 'voltage': np.arange(400.0), 'motor_position': 3.0 * time + 1.0}
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO, period=2e-3)
+    grid = recording.start + recording.time
+    assert recording.period == 2e-3 and 'resampled to 0.002 s' in recording.warnings[0]
+    assert np.allclose(recording['motor_position'], 3.0 * grid + 1.0)
+    assert np.array_equal(recording['voltage'], np.searchsorted(time, grid + 1e-12, 'right') - 1)
+
+
+def test_it_makes_nothing_up_across_a_hole(tmp_path):
+    keep = (TIME < 0.05) | (TIME > 0.15)
+    recording = import_table(write_csv(tmp_path / 'a.csv', {
+        name: column[keep] for name, column in table().items()}), SERVO)
+    assert len(recording) == 200 and recording.period == pytest.approx(1e-3)
+    lost = np.isnan(recording['motor_position'])
+    assert 100 <= lost.sum() <= 102 and np.isnan(recording['voltage'][lost]).all()
+    assert any('holes of more than 3 periods' in warning for warning in recording.warnings)
+
+
+@pytest.mark.parametrize('name, mapping, servo, size, period', [
+    ('emps/DATA_EMPS.mat', 'emps', 'emps', 24841, 1e-3),
+    ('two_mass/MultisineTypeA.mat', 'two_mass', 'two_mass', 50000, 4e-4)])
+def test_it_imports_real_recordings_to_the_last_bit(tmp_path, shared_data, name, mapping, servo,
+                                                    size, period):
+    from scipy.io import loadmat
+    assert main(['import', str(shared_data / name), '--mapping',
+                 str(CONFIG / 'imports' / f'{mapping}.yaml'), '--servo',
+                 str(CONFIG / 'servos' / f'{servo}.yaml'), '-o', str(tmp_path / 'bag')]) == 0
+    again = read_recording(tmp_path / 'bag')
+    assert (len(again), again.period, again.servo) == (size, period, servo)
+    source = loadmat(shared_data / name, squeeze_me=True)
+    assert np.array_equal(again['voltage'], source['vir' if servo == 'emps' else 'iq_refx'])
+    assert again.warnings == ()
+
+
+def test_it_imports_every_run_of_the_small_servo(shared_data):
+    files = sorted((shared_data / 'xl330').glob('*.json'))
+    assert len(files) == 8
+    for path in files:
+        recording = import_table(path, CONFIG / 'servos' / 'xl330.yaml',
+                                 mapping=CONFIG / 'imports' / 'xl330.yaml')
+        entries = json.loads(path.read_text())['entries']
+        assert abs(recording.duration - entries[-1]['timestamp'] + entries[0]['timestamp']) < 0.01
+        assert np.nanmax(np.abs(recording['voltage'])) <= 7.5
+        assert not recording.has('load_position')
+        assert recording.family in path.stem and recording.note.startswith('kp ')
+        error = recording['reference_position'] - recording['motor_position']
+        on = slice(0, 500)
+        assert np.corrcoef(error[on], recording['voltage'][on])[0, 1] > 0.5
+        assert ('the drive is off' in recording.note) == ('drop' in path.stem)
+
+
+def test_it_says_what_bags_hold(tmp_path, capsys):
+    columns = table(motor_position=np.where(TIME == TIME[9], np.nan, TIME))
+    convert(write_csv(tmp_path / 'a.csv', columns), tmp_path / 'bag', '--family', 'chirp')
+    capsys.readouterr()
+    assert main(['info', str(tmp_path / 'bag'), str(tmp_path / 'nowhere')]) == 2
+    said = capsys.readouterr()
+    assert '0.2 s at 1000 Hz' in said.out and 'family chirp' in said.out
+    assert 'not measured' in said.out and 'motor_position is missing in 1 rows' in said.out
+    assert 'nowhere does not exist' in said.err
+
+
+def test_the_command_starts_without_torch_and_ros():
+    code = ('import sys; from servo_identify.cli import main; main([]); '
+            'sys.exit(bool({"torch", "rclpy", "numba", "numpy"} & set(sys.modules)))')
+    assert subprocess.run([sys.executable, '-c', code], stdout=subprocess.DEVNULL).returncode == 0
+
+
+def test_it_names_an_unknown_command(capsys):
+    assert main(['fly']) == 2
+    assert "there is no command 'fly'; there are ['import', 'info'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('header', 'meant'), [
+    ('time', 't'), ('u', 'voltage'), ('i', 'current'), ('theta', 'motor_position')])
+def test_a_short_name_is_refused_with_the_name_that_is_meant(tmp_path, header, meant):
+    names = {'t': 't', 'voltage': 'voltage', 'motor_position': 'motor_position'} | {meant: header}
+    table = tmp_path / 'short.csv'
+    table.write_text(','.join(names.values()) + '\n' + ','.join('0' * len(names)) + '\n')
+    with pytest.raises(ValueError, match=f"no column '{header}'; is it '{meant}'"):
+        named_columns(read_table(table), False, [])
+
+
+def test_a_table_without_names_is_refused_with_what_to_write(tmp_path):
+    (tmp_path / 'bare.csv').write_text('0.0,1.5,0.1\n0.1,1.5,0.2\n')
+    with pytest.raises(ValueError, match='no line of names.*put the 3 names'):
+        read_table(tmp_path / 'bare.csv')
+
+
+def test_decimal_commas_are_read_between_semicolons(tmp_path):
+    (tmp_path / 'comma.csv').write_text('t;voltage\n0,0;1,5\n0,001;-2,25\n')
+    assert read_table(tmp_path / 'comma.csv')['voltage'].tolist() == [1.5, -2.25]
+
+
+def test_an_npz_file_is_a_table_of_its_rows(tmp_path):
+    np.savez(tmp_path / 'run.npz', t=np.arange(3), voltage=np.ones(3), gain=2.0, pair=np.ones(2))
+    table = read_table(tmp_path / 'run.npz')
+    assert set(table.columns) == {'t', 'voltage'}
+    assert table.facts == {'gain': 2.0}
+    (tmp_path / 'bad.npz').write_text('no archive')
+    with pytest.raises(ValueError, match='is no NPZ file'):
+        read_table(tmp_path / 'bad.npz')
+
+
+@pytest.mark.parametrize(('text', 'word'), [
+    ('time: {source: t}\ntime: {source: u}\n', "'time' is there twice"),
+    ('time: &a {source: t}\ncolumns: {voltage: *a}\n', 'an alias'),
+    ('time: {source: t, scale: .nan}\ncolumns: {voltage: {value: 0.0}}\n', 'no finite number'),
+    ('time: ' + 300 * '[', 'nested deeper')])
+def test_a_mapping_is_refused_that_says_a_thing_twice_or_endlessly(tmp_path, text, word):
+    (tmp_path / 'mapping.yaml').write_text(text)
+    with pytest.raises(ValueError, match=word):
+        read_mapping(tmp_path / 'mapping.yaml')
+
+
+def test_it_takes_the_name_of_a_shipped_servo_and_says_which_there_are(tmp_path, capsys):
+    table = tmp_path / 'a.csv'
+    table.write_text('t [s],voltage [V],motor_position [rad]\n' + ''.join(
+        f'{0.001 * k:.3f},1.0,{0.01 * k:.3f}\n' for k in range(200)))
+    ends = ['-o', str(tmp_path / 'bag')]
+    with pytest.raises(SystemExit):
+        main(['import', str(table), '--servo', 'gearmotor', *ends])
+    assert 'dc_gearmotor' in capsys.readouterr().err
+    assert main(['import', str(table), '--servo', 'dc_gearmotor', *ends]) == 0

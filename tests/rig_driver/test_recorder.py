@@ -1,0 +1,178 @@
+"""The recorder as its users run it: a process beside others, ended by signals."""
+
+from pathlib import Path
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from servo_rig_driver.record.sequence_loss import block_of, SequenceWatch
+from servo_twin.bag import read_recording
+
+SOURCE = Path(__file__).parents[1] / 'support' / 'sample_source.py'
+SERVO = Path(__file__).parents[2] / 'config' / 'servos' / 'rv_bench.yaml'
+TOPICS = 'topics:=[encoder, torque, current]'
+
+
+class Recording:
+    """A recorder process; its bag and, once ended, what it said."""
+
+    def __init__(self, folder: Path, *parameters: str, **options) -> None:
+        self.bag = folder / 'bag'
+        arguments = [f'output:={self.bag}', TOPICS, *parameters]
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args',
+             *(part for argument in arguments for part in ('-p', argument))],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+    def end(self, number: int = signal.SIGINT) -> str:
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=30)
+        return out + err
+
+    def __enter__(self) -> 'Recording':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
+
+
+def publish(*arguments: object) -> None:
+    subprocess.run([sys.executable, SOURCE, *map(str, arguments)], check=True, timeout=60)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('blocks, rate, size', [(3000, 1000.0, 1), (800, 4000.0, 10)])
+def test_it_records_every_sample(tmp_path, blocks, rate, size):
+    with Recording(tmp_path, f'servo_file:={SERVO}', 'family:=speed_ladder', 'replicate:=2',
+                   'note:=short') as recording:
+        publish(blocks, rate, size)
+        said = recording.end(signal.SIGTERM if size == 10 else signal.SIGINT)
+    assert recording.process.returncode == 0
+    assert f'/encoder: {blocks} messages, {blocks * size} samples, 0 lost' in said
+    assert (recording.bag / 'metadata.yaml').exists()
+    again = read_recording(recording.bag)
+    assert again.warnings == ()
+    assert (again.servo, again.family, again.replicate) == ('rv_bench', 'speed_ladder', 2)
+    assert again.servo_file == SERVO.read_text() and again.period == 1.0 / rate
+    for name in ('motor_position', 'torque', 'temperature'):
+        assert np.array_equal(again[name], np.arange(float(blocks * size)))
+
+
+@pytest.mark.ros
+def test_it_loses_the_last_chunk_only_when_it_is_killed(tmp_path):
+    with Recording(tmp_path, 'chunk_seconds:=0.1') as recording:
+        with subprocess.Popen([sys.executable, SOURCE, '100000', '1000', '1']) as source:
+            try:
+                until = time.monotonic() + 60.0
+                while not _grown(recording.bag, 60_000) and time.monotonic() < until:
+                    time.sleep(0.01)
+                before = _samples(recording.bag)
+                recording.end(signal.SIGKILL)
+            finally:
+                source.terminate()
+    assert not (recording.bag / 'metadata.yaml').exists()
+    again = read_recording(recording.bag)
+    assert len(again) >= before > 100
+    assert np.array_equal(again['load_position'], again.sequence + np.arange(float(len(again))))
+    assert any('was cut' in warning for warning in again.warnings)
+
+
+def _grown(bag: Path, size: int) -> bool:
+    return sum(file.stat().st_size for file in bag.glob('*.mcap')) > size
+
+
+def _samples(bag: Path) -> int:
+    """Return what can be read while the recorder still writes."""
+    return len(read_recording(bag))
+
+
+@pytest.mark.ros
+def test_it_says_what_was_lost_on_the_way(tmp_path):
+    with Recording(tmp_path, 'topics:=[encoder, torque, current, /diagnostics]') as recording:
+        publish(1500, 1000.0, 1, 100, 101, 400)
+        said = recording.end()
+    assert '/torque: 1497 messages, 1497 samples, 3 lost in 2 gaps' in said
+    again = read_recording(recording.bag)
+    assert list(np.flatnonzero(np.isnan(again['voltage']))) == [100, 101, 400]
+    from rosbags.highlevel import AnyReader
+    with AnyReader([recording.bag]) as reader:
+        first = next(iter(reader.messages()))
+        assert first[0].topic == '/recording'
+        health = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(
+            [c for c in reader.connections if c.topic == '/diagnostics'])]
+    assert health[-1].status[0].message == 'recording; 9 samples lost'
+    assert health[-1].status[0].name == '/recorder: recording'
+    assert {'lost /encoder': '3 samples in 2 gaps'}.items() <= {
+        item.key: item.value for item in health[-1].status[0].values}.items()
+
+
+@pytest.mark.ros
+def test_it_warns_that_no_sample_comes_and_finds_a_shipped_servo(tmp_path):
+    from rosbags.highlevel import AnyReader
+    with Recording(tmp_path, 'topics:=[encoder, /diagnostics]', 'chunk_seconds:=0.1',
+                   'servo_file:=rv_plain') as recording:
+        until = time.monotonic() + 30.0
+        while time.monotonic() < until and not _grown(recording.bag, 1):
+            time.sleep(0.05)
+        time.sleep(4.0)
+        recording.end()
+    with AnyReader([recording.bag]) as reader:
+        said = {c.topic: reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()}
+    assert said['/recording'].servo == 'rv_plain'
+    assert said['/diagnostics'].status[0].level == 1
+    assert 'no sample came since it began' in said['/diagnostics'].status[0].message
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('parameter, text', [
+    ('topics:=[pressure]', "'pressure' has no type; write 'name:package/msg/Type'"),
+    ('topics:=["x:no_msgs/msg/X"]', 'no_msgs'),
+    ('servo_file:=/nowhere.yaml', '/nowhere.yaml'),
+    ('output:=/tmp', '/tmp exists already')])
+def test_it_refuses_what_it_cannot_record(tmp_path, parameter, text):
+    with Recording(tmp_path, parameter) as recording:
+        _, said = recording.process.communicate(timeout=30)
+    assert recording.process.returncode == 2
+    assert text in said and 'Traceback' not in said
+
+
+@pytest.mark.ros
+def test_it_keeps_what_is_on_disk_when_the_disk_is_full(tmp_path):
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+    with Recording(tmp_path, 'chunk_seconds:=0.1', preexec_fn=limit) as recording:
+        with subprocess.Popen([sys.executable, SOURCE, '100000', '2000', '1']) as source:
+            try:
+                out, err = recording.process.communicate(timeout=60)
+            finally:
+                source.terminate()
+    assert recording.process.returncode == 1
+    assert 'recorded' in out and 'File too large' in err and 'Traceback' not in err
+    assert len(read_recording(recording.bag)) > 100
+
+
+def test_it_reads_the_sequence_off_the_bytes():
+    from servo_twin.bag.definitions import own_types
+    types = own_types()
+    for frame in ('', 'rig', 'a_longer_frame'):
+        header = types.types['std_msgs/msg/Header'](
+            types.types['builtin_interfaces/msg/Time'](3, 4), frame)
+        data = types.serialize_cdr(types.types['servo_twin_msgs/msg/Torque'](
+            header, 2**40 + 7, 1e-3, np.zeros(5), np.zeros(5)), 'servo_twin_msgs/msg/Torque')
+        assert block_of(bytes(data)) == (2**40 + 7, 5)
+
+
+def test_it_counts_gaps_and_restarts():
+    watch = SequenceWatch()
+    for first in (10, 15, 30, 35, 0, 5):
+        watch.take(first, 5)
+    assert (watch.samples, watch.lost, watch.gaps, watch.restarts) == (30, 10, 1, 1)

@@ -1,0 +1,75 @@
+"""A twin that cannot keep up says so, catches up by larger blocks, and in the end begins again."""
+
+import os
+from pathlib import Path
+import signal
+
+import numpy as np
+import pytest
+from test_twin_node import graph, PERIOD, samples, servo_files  # noqa: F401  (fixtures)
+import yaml
+
+from servo_twin.recording.waiting_blocks import Block, WaitingBlocks
+
+pytestmark = pytest.mark.ros
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def block(sequence, size=10, value=0.0):
+    return Block(sequence, sequence * 10**6, 1e-3, np.full((size, 3), value))
+
+
+def test_blocks_in_time_pass_as_they_came_and_late_ones_are_joined_where_they_continue():
+    waiting = WaitingBlocks()
+    waiting.put(block(0))
+    waiting.put(block(10))
+    assert [b.sequence for b in waiting.take(2.0)] == [0, 10]
+    for k in (*range(0, 2000, 10), *range(2500, 2520, 10)):
+        waiting.put(block(k, value=k))
+    joined = waiting.take(5.0)
+    assert [(b.sequence, len(b.samples)) for b in joined] == [(0, 1000), (1000, 1000), (2500, 20)]
+    assert joined[1].stamp == 1000 * 10**6
+    assert joined[1].samples[15, 0] == 1010.0
+    assert (waiting.joined, waiting.left_out) == (199, 0)
+
+
+def test_past_the_limit_only_the_newest_is_kept_and_the_rest_counted():
+    waiting = WaitingBlocks()
+    for k in range(0, 3000, 10):
+        waiting.put(block(k))
+    assert [b.sequence for b in waiting.take(2.0)] == [2990]
+    assert waiting.left_out == 2990
+    assert waiting.worst == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize('held', [1.5, 4.0])
+def test_a_twin_that_was_held_up_says_how_far_it_is_behind(graph, held):  # noqa: F811
+    rig = graph('rig', 'overload:=2.0').ready()
+    os.kill(rig.process.pid, signal.SIGSTOP)
+    for k in range(0, round(held / PERIOD), 10):
+        rig.say(k, samples(10))
+    os.kill(rig.process.pid, signal.SIGCONT)
+    last = round(held / PERIOD) - 1
+    rig.wait(lambda: rig.predictions and rig.predictions[-1].sequence + len(
+        rig.predictions[-1].current) - 1 == last)
+    if held < 2.0:
+        rig.wait(lambda: any('catching up by larger blocks' in s.message for s in rig.told))
+        assert sum(len(m.current) for m in rig.predictions) == last + 1
+        assert len(rig.predictions) < last / 10
+    else:
+        rig.wait(lambda: any('began again at the newest sample' in s.message for s in rig.told))
+        facts = {v.key: v.value for v in rig.told[-1].values}
+        answered = sum(len(m.current) for m in rig.predictions)
+        assert int(facts['left out, overload']) + answered == last + 1
+        assert int(facts['left out, overload']) > 1000
+
+
+def test_launch_sends_as_many_samples_a_message_as_the_command_does():
+    import argparse
+
+    from servo_twin.commands import run
+    parser = argparse.ArgumentParser()
+    run.add_arguments(parser)
+    launch = yaml.safe_load((ROOT / 'src/servo_rig_driver/launch/rig.launch.yaml').read_text())
+    given = {e['arg']['name']: e['arg'].get('default') for e in launch['launch'] if 'arg' in e}
+    assert int(given['block_size']) == parser.get_default('block')

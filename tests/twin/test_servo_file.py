@@ -1,0 +1,295 @@
+"""The servo file: read, written, and refused with a sentence that says what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from servo_twin.description.given_values import Default, defaults, required
+from servo_twin.description.servo_file import dumps, load, loads, save
+from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.servo import (
+    CONTROLLERS,
+    DRIVES,
+    MECHANISMS,
+    Placed,
+    Provenance,
+    SENSORS,
+    Servo,
+    ServoError,
+)
+
+SHIPPED = sorted((Path(__file__).parents[2] / 'config' / 'servos').glob('*.yaml'))
+BENCH = """
+servo: bench
+drive: {type: current, gain: 0.49, torque_constant: 0.4878}
+mechanism: {type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0,
+            stiffness: 5.0e+5, damping: 40.0}
+effects:
+  bearing: {effect: coulomb_friction, at: load, level: {value: 22.0, unit: N m, source: a guess}}
+"""
+
+
+def changed(before: str, after: str) -> str:
+    assert before in BENCH
+    return BENCH.replace(before, after)
+
+
+# --- round trip
+
+
+@st.composite
+def servos(draw):
+    """Any servo that the parts and effects there are can make."""
+    mechanism = draw(st.sampled_from(list(MECHANISMS.values())))
+    unfit = () if mechanism.compliant else ('mesh', 'clearance')
+    unfit += () if mechanism.carries else ('inertia',)
+    fitting = [n for n in names() if find(n).port not in unfit]
+    effects = tuple(
+        Placed(f'e{i}', find(n), draw(st.sampled_from(find(n).sites)))
+        for i, n in enumerate(draw(st.lists(st.sampled_from(fitting), max_size=4))))
+    parts = {'drive': draw(st.sampled_from(list(DRIVES.values()))), 'mechanism': mechanism,
+             'controller': draw(st.sampled_from(list(CONTROLLERS.values())))}
+    sensors = tuple(draw(st.lists(st.sampled_from(list(SENSORS.values())), unique=True)))
+    plain = Servo(draw(st.text(st.characters(codec='utf-8', exclude_categories=['C', 'Z']),
+                               min_size=1)), **parts, sensors=sensors, effects=effects,
+                  linear=draw(st.booleans()), step=draw(st.floats(1e-7, 0.1)))
+    values, provenance, tolerance = {}, {}, {}
+    for path, parameter in plain.declarations():
+        number = st.floats(*parameter.bounds)
+        if parameter.row:
+            length = len(plain.values[path])
+            values[path] = tuple(draw(st.lists(number, min_size=length, max_size=length)))
+        else:
+            values[path] = draw(number)
+            if draw(st.booleans()):
+                tolerance[path] = (values[path] - 1.0, values[path])
+        if draw(st.booleans()):
+            provenance[path] = Provenance(
+                draw(st.text(st.characters(codec='ascii', categories=['L', 'P']))),
+                draw(st.none() | st.floats(0.0, 1e6)),
+                tuple(draw(st.lists(st.sampled_from(['one.bag', 'run: 2', "o'clock"])))))
+    provenance = {p: v for p, v in provenance.items() if v != Provenance()}
+    return Servo(plain.name, **parts, sensors=sensors, effects=effects, values=values,
+                 tolerance=tolerance, provenance=provenance, step=plain.step,
+                 linear=plain.linear)
+
+
+@settings(max_examples=60, deadline=None)
+@given(servo=servos())
+def test_a_written_servo_reads_back_as_the_same_servo(servo):
+    again = loads(dumps(servo))
+    assert again == servo
+    assert np.array_equal(again.theta, servo.theta)
+    assert dumps(again) == dumps(servo)
+
+
+def test_a_saved_file_loads_as_the_same_servo(tmp_path):
+    servo = loads(BENCH)
+    save(servo, tmp_path / 'servo.yaml')
+    assert load(tmp_path / 'servo.yaml') == servo
+
+
+@pytest.mark.parametrize('file', SHIPPED, ids=lambda f: f.stem)
+def test_a_shipped_servo_file_loads_and_says_where_its_values_come_from(file):
+    servo = load(file)
+    assert servo.sensors and servo.tolerance
+    said = [p for p in servo.values if p.startswith(('drive.', 'mechanism.', 'effects.'))
+            and p in servo.provenance]
+    assert said
+
+
+def test_a_value_keeps_where_it_comes_from():
+    servo = loads(changed('source: a guess', 'source: a guess, std: 0.5, bags: [a.bag]'))
+    assert servo.provenance['effects.bearing.level'] == Provenance('a guess', 0.5, ('a.bag',))
+
+
+def test_what_is_left_out_takes_its_default_and_is_listed():
+    servo = loads(BENCH + 'sensors: {load_encoder: {}}\ncontroller: {type: position_loop, '
+                  'kp: 20.0, kv: 3.0}')
+    listed = {one.path: one for one in defaults(servo)}
+    assert listed['sensors.load_encoder.noise'] == Default('sensors.load_encoder.noise', 1e-6,
+                                                           'rad')
+    assert (listed['step'].value, listed['step'].unit) == (1e-4, 's')
+    assert servo.values['controller.limit'] == listed['controller.limit'].value == 10.0
+    assert not {path for path in listed if path.startswith(('drive', 'mechanism', 'effects'))}
+    assert loads(BENCH).controller.name == 'open'
+
+
+def test_a_default_is_listed_until_another_value_takes_its_place():
+    servo = loads(BENCH + 'sensors: {load_encoder: {}}')
+    other = servo.with_values({'sensors.load_encoder.noise': 2e-6})
+    assert {one.path for one in defaults(servo)} - {one.path for one in defaults(other)} == {
+        'sensors.load_encoder.noise'}
+    assert defaults(loads(dumps(servo))) == ()
+
+
+def test_every_missing_value_that_results_hang_on_is_refused_by_name_unit_and_meaning():
+    with pytest.raises(ServoError) as refusal:
+        loads('servo: three_lines\ndrive: {type: voltage}\nmechanism: {type: rigid}\n')
+    said = str(refusal.value)
+    for line in ('drive.resistance [ohm]: Of the winding and the leads.',
+                 'drive.back_emf [V s/rad]: ', 'drive.torque_constant [N m/A]: ',
+                 'mechanism.rotor_inertia [kg m2]: ', 'mechanism.load_inertia [kg m2]: ',
+                 'mechanism.ratio: Motor turns for one turn of the load.'):
+        assert line in said
+    assert 'inductance' not in said  # off where it is left out
+
+
+@pytest.mark.parametrize('kind', [*DRIVES, *MECHANISMS])
+def test_no_inertia_ratio_or_motor_constant_has_a_silent_default(kind):
+    part = (DRIVES | MECHANISMS)[kind]
+    hang_on = {'rotor_inertia', 'load_inertia', 'ratio', 'torque_constant', 'resistance',
+               'back_emf', 'phase_resistance', 'stiffness'}
+    assert hang_on & set(part.parameters) <= set(required(part))
+
+
+def test_an_effect_without_its_size_is_refused():
+    with pytest.raises(ServoError, match=r'effects.bearing.level \[N m\]: What it resists with'):
+        loads(changed(', level: {value: 22.0, unit: N m, source: a guess}', ''))
+
+
+def test_an_effect_with_one_place_needs_none_named():
+    servo = loads(changed('effect: coulomb_friction, at: load, level: {value: 22.0, unit: N m, '
+                          'source: a guess}', 'effect: backlash, width: 1.0e-3'))
+    assert servo.effects[0].site == 'mesh'
+
+
+def test_a_tolerance_is_a_share_or_two_bounds():
+    servo = loads(BENCH + 'tolerance: {mechanism.ratio: 10 %, drive.gain: [0.4, 0.5]}')
+    assert servo.tolerance['mechanism.ratio'] == pytest.approx((144.9, 177.1))
+    assert servo.tolerance['drive.gain'] == (0.4, 0.5)
+
+
+# --- refusals: what is wrong, and the words that the sentence about it must hold
+
+
+REFUSED = {
+    'bad YAML': ('servo: [a', ['not YAML']),
+    'a list': ('[1, 2]', ['the file must be a mapping']),
+    'a key that is a list': ('? [a]\n: 1', ['not YAML']),
+    'nothing': ('', ["section 'servo' is missing"]),
+    'a missing section': ('servo: a\ndrive: {type: current}', ["section 'mechanism' is missing"]),
+    'an unknown section': (BENCH + 'efects: {}', ["no 'efects'", "'effects'"]),
+    'an unknown drive': (changed('type: current', 'type: hydraulic'),
+                         ["drive.type: there is no 'hydraulic'", "'voltage'"]),
+    'a missing type': (changed('type: current, ', ''), ['drive.type', "'voltage'"]),
+    'an unknown effect': (changed('coulomb_friction', 'coulomb'),
+                          ["there is no 'coulomb'", "'coulomb_friction'"]),
+    'an unknown parameter': (changed('level:', 'height:'),
+                             ["effects.bearing has no parameter 'height'", "['level']"]),
+    'an unknown detail': (changed('unit: N m', 'units: N m'), ["no 'units'", "'unit'"]),
+    'an unknown place': (changed('at: load', 'at: mesh'), ["no 'mesh'", "'motor', 'load'"]),
+    'a missing place': (changed('at: load, ', ''), ['effects.bearing.at', "'motor', 'load'"]),
+    'an unknown sensor': (BENCH + 'sensors: {gyro: {}}', ["no 'gyro'", "'load_encoder'"]),
+    'out of range': (changed('22.0', '-3'), ['effects.bearing.level = -3 N m is outside',
+                                             '[0, 100000]']),
+    'not a number': (changed('22.0', 'many'), ["effects.bearing.level = 'many' is not a number"]),
+    'NaN': (changed('22.0', '.nan'), ['effects.bearing.level = nan N m is outside']),
+    'infinite': (changed('22.0', '.inf'), ['effects.bearing.level = inf N m is outside']),
+    'empty': (changed('{value: 22.0, unit: N m, source: a guess}', ''),
+              ['effects.bearing.level = None is not a number']),
+    'true': (changed('22.0', 'true'), ['effects.bearing.level = True is not a number']),
+    'a row for a number': (changed('22.0', '[1, 2]'), ['effects.bearing.level', 'not a number']),
+    'no value': (changed('value: 22.0, ', ''), ['effects.bearing.level: the value is missing']),
+    'another unit': (changed('unit: N m', 'unit: N cm'),
+                     ["effects.bearing.level: the unit is 'N cm', it must be 'N m'"]),
+    'a rotary unit on a linear axis': (
+        BENCH + 'travel: linear', ["the unit is 'N m', it must be 'N'"]),
+    'backlash in a rigid mechanism': (
+        changed('two_inertia', 'rigid').replace('stiffness: 5.0e+5, damping: 40.0', '')
+        .replace('coulomb_friction, at: load', 'backlash, at: mesh')
+        .replace('level', 'width').replace('22.0, unit: N m', '0.1'),
+        ['effects.bearing: backlash needs a mesh that winds up, and the mechanism is rigid']),
+    'a name that is none': (changed('bearing:', 'my bearing:'), ["'my bearing' is not a name"]),
+    'a name that Python keeps': (changed('bearing:', 'class:'), ["'class' is not a name"]),
+    'a step of zero': (BENCH + 'step: 0', ['step = 0 s is outside']),
+    'a step that is no number': (BENCH + 'step: fast', ["step = 'fast' is not a number"]),
+    'an unknown travel': (BENCH + 'travel: sideways', ["no 'sideways'", "'linear'"]),
+    'a tolerance of nothing': (BENCH + 'tolerance: {drive.again: 5 %}',
+                               ["there is no parameter 'drive.again'"]),
+    'a tolerance that is none': (BENCH + 'tolerance: {drive.gain: wide}',
+                                 ["'wide' is neither a share like 10 % nor [low, high]"]),
+    'a tolerance beside the value': (BENCH + 'tolerance: {drive.gain: [1, 2]}',
+                                     ['does not hold its value 0.49']),
+    'a std that is no number': (changed('source: a guess', 'std: small'),
+                                ['effects.bearing.level', "std = 'small' is not a number"]),
+    'bags that are no list': (changed('source: a guess', 'bags: 3'),
+                              ['effects.bearing.level', 'bags = 3 is not a list']),
+    'a name twice': (BENCH + '  bearing: {effect: viscous_friction, at: load}\n',
+                     ["'bearing' is there twice"]),
+    'an alias': (BENCH.replace('0.49', '&gain 0.49') + 'step: *gain\n', ['an alias (*gain)']),
+    'deep nesting': (BENCH + 'tolerance: ' + 500 * '[', ['nested deeper than 20 levels']),
+    'a date that is none': (BENCH + 'step: 2026-13-77\n', ['a value is none']),
+    'rows of other lengths': (
+        changed('bearing:', 'net: {effect: network_friction, at: load, forward_angle: [1, 2]}\n'
+                '  bearing:'), ['effects.net.forward_speed has 1', 'has 2']),
+    'a row that is none': (
+        changed('bearing:', 'cog: {effect: cogging, cosine: 3}\n  bearing:'),
+        ['effects.cog.cosine = 3 is not a row of numbers']),
+}
+
+
+@pytest.mark.parametrize('what', REFUSED)
+def test_a_servo_file_is_refused_with_a_clear_sentence_for(what):
+    text, words = REFUSED[what]
+    with pytest.raises(ServoError) as refusal:
+        loads(text, 'my_servo.yaml')
+    assert str(refusal.value).startswith('my_servo.yaml: ')
+    for word in words:
+        assert word in str(refusal.value)
+
+
+def test_a_file_that_is_not_there_is_refused_with_its_name(tmp_path):
+    with pytest.raises(ServoError, match='nothing.yaml: cannot be read'):
+        load(tmp_path / 'nothing.yaml')
+
+
+def test_a_file_that_is_not_text_is_refused_with_its_name(tmp_path):
+    (tmp_path / 'servo.yaml').write_bytes(b'\xff\xfe\x00')
+    with pytest.raises(ServoError, match='servo.yaml: cannot be read'):
+        load(tmp_path / 'servo.yaml')
+
+
+@settings(max_examples=300, deadline=None)
+@given(text=st.text(st.sampled_from(list('servo: {}[]"\'|>&*!%#@`,?-~.\n\t0129abc')),
+                    max_size=60))
+def test_no_text_makes_it_fail_otherwise_than_by_refusing(text):
+    for whole in (text, BENCH + text, BENCH.replace('22.0', text)):
+        try:
+            loads(whole)
+        except ServoError:
+            pass
+
+
+def test_two_effects_of_one_name_are_refused():
+    twice = (Placed('a', find('backlash'), 'mesh'),) * 2
+    with pytest.raises(ServoError, match="two effects are named 'a'"):
+        Servo('s', DRIVES['current'], MECHANISMS['two_inertia'], effects=twice)
+
+
+def test_a_value_of_no_parameter_is_refused():
+    with pytest.raises(ServoError, match="there is no parameter 'drive.gian'"):
+        loads(BENCH).with_values({'drive.gian': 1.0})
+
+
+def test_an_effect_goes_with_all_that_was_said_of_it():
+    servo = loads(BENCH)
+    placed = Placed('bearing_too', find('viscous_friction'), 'load')
+    values = placed.paths({'slope': 2.0})
+    more = servo.with_effects(placed, values=values, provenance=dict.fromkeys(
+        values, Provenance('a guess')))
+    assert more.values['effects.bearing_too.slope'] == 2.0
+    assert more.without_effects(lambda one: one.name == 'bearing_too') == servo
+    assert not more.without_effects(lambda one: one.site == 'load').provenance
+
+
+@pytest.mark.parametrize('written', ['1e-5', '1E-5', '1.0e-5', '+1e-05', '.1e-4', '0.00001'])
+def test_a_number_may_be_written_with_or_without_a_point(written):
+    text = SHIPPED[0].read_text()
+    head = '\n'.join(line for line in text.splitlines() if not line.startswith('step:'))
+    assert loads(f'{head}\nstep: {written}\n').step == 1e-5
