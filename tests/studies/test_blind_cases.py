@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from servo_rig_driver.emulated.make import make_recording
-from servo_rig_driver.emulated.settings import load_rig
+from servo_rig_driver.emulated.make_recording import make_recording
+from servo_rig_driver.emulated.rig_file import load_rig
 from servo_studies.blind_check import severity
 from servo_studies.blind_check.cases import case, KINDS, of_plan
-from servo_studies.blind_check.definitions import machines, plans, severities, traits
+from servo_studies.blind_check.fault_tables import machines, plans, severities, traits
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import names
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate

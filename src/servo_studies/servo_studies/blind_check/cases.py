@@ -13,7 +13,7 @@ import zlib
 
 import numpy as np
 
-from .definitions import Machine, machines, plans, severities, SPLITS, Trait, traits
+from .fault_tables import Machine, machines, plans, severities, SPLITS, Trait, traits
 
 KINDS = ('null', 'single', 'removed', 'foreign', 'pair', 'triple')
 MULTIPLES = (0.5, 1.0, 2.0, 4.0)

@@ -17,10 +17,10 @@ import zlib
 
 import numpy as np
 
+from .case_outcome import judged
 from .cases import Case
-from .definitions import Machine, machines
-from .outcome import judged
-from .rig import make_bags
+from .fault_tables import Machine, machines
+from .rig_recordings import make_bags
 
 REPLICATES = 2
 _RENAMED = {'chirp': {'from': 'first', 'to': 'last'},

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from .case_outcome import Named, Outcome
 from .cases import Case
-from .outcome import Named, Outcome
 
 NOTHING, UNKNOWN, FAILED = '(nothing)', '(unknown)', '(failed)'
 

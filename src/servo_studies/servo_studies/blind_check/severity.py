@@ -30,8 +30,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 import yaml
 
-from .definitions import Machine, machines, Trait, traits
-from .rig import Rig
+from .fault_tables import Machine, machines, Trait, traits
+from .rig_recordings import Rig
 
 FLOORS = 3.0  # noise floors that count as one
 SHARE = 0.05  # of a signal's rms that counts as one
