@@ -60,7 +60,7 @@ class Case:
         return 'pair' if len(self.lacks) > 1 else 'single'
 
     @property
-    def traits(self) -> tuple[Lack, ...]:
+    def faults(self) -> tuple[Lack, ...]:
         """What it lacks; which shaft a torque brakes, its sensor alone tells."""
         several = tuple(LACKS[name] for name in self.lacks)
         return tuple(replace(one, site='') for one in several) if 'torque' in self.silent else (

@@ -167,7 +167,7 @@ SCALES = [item.path for item in PROPERTIES if item.unit == '' and item.default =
 
 @pytest.mark.parametrize('path', [*SCALES, 'screw.expansion', 'drive.latency', 'nut.loss',
                                   'drive.velocity_filter', 'load.lag'])
-def test_a_trait_that_is_off_makes_another_recording(path):
+def test_a_fault_that_is_off_makes_another_recording(path):
     external = np.where(np.arange(250) > 100, 300.0, 0.0)
     plain, without = (record(sine(0.25), *turned, external_torque=external)
                       for turned in ((), (f'{path}=0',)))

@@ -1,4 +1,4 @@
-"""The emulated rig's physics against what is known by other means, and each trait off is off."""
+"""The emulated rig's physics against what is known by other means, and each fault off is off."""
 
 from math import pi, sqrt
 from pathlib import Path
@@ -197,7 +197,7 @@ def outcome(values):
 
 
 @pytest.mark.parametrize('scale, quantity', GOVERNS)
-def test_a_trait_that_is_off_no_longer_depends_on_its_size(scale, quantity):
+def test_a_fault_that_is_off_no_longer_depends_on_its_size(scale, quantity):
     known = BY_PATH[quantity]
     # friction that grows with the load is rounded off by the level, so it must not be there
     base = {'friction.load': 0.0} if quantity == 'friction.load_coulomb' else {}
@@ -227,7 +227,7 @@ SHAPES = {'gravity_angle', 'payload_frequency', 'friction_drift_time', 'local_sp
           'local_spot_width'}
 
 
-def test_every_withheld_trait_is_off_by_default_and_known_to_these_tests():
+def test_every_withheld_fault_is_off_by_default_and_known_to_these_tests():
     names = {item.path.partition('.')[2] for item in PROPERTIES
              if item.path.startswith('withheld.')}
     assert names == set(WITHHELD) | set(IN_A_LOOP) | SHAPES
@@ -235,7 +235,7 @@ def test_every_withheld_trait_is_off_by_default_and_known_to_these_tests():
 
 
 @pytest.mark.parametrize('name', WITHHELD)
-def test_a_withheld_trait_shows_where_it_should(name):
+def test_a_withheld_fault_shows_where_it_should(name):
     base = {**SILENT, 'thermal.heating': 0.0}
     plain, changed = (outcome({**base, **more}) for more in
                       ({}, {f'withheld.{name}': WITHHELD[name], 'withheld.local_spot_angle': 0.0}))

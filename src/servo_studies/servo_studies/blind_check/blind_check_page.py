@@ -27,23 +27,23 @@ KINDS_OF_MISS = {
 }
 _METHOD = (
     '- **Cases.** *null*: nothing is withheld, the values of the rig lie anywhere within 90 % of '
-    'the tolerances of the servo file. *single*: one trait at 0.5, 1, 2 or 4 times its smallest '
+    'the tolerances of the servo file. *single*: one fault at 0.5, 1, 2 or 4 times its smallest '
     'detectable severity. *removed*: the true cause is taken out of the catalogue. *foreign*: a '
-    'trait that the catalogue never had. *pair*, *triple*: several at 2 or 4 times. In all but '
+    'fault that the catalogue never had. *pair*, *triple*: several at 2 or 4 times. In all but '
     'null cases the other values lie within 25 % of the tolerances. Each case has five families '
     'of excitation, their settings redrawn: two replicates to select, one to accept, one of '
     'other settings (a chirp for the multisine) to report.',
     '- **Smallest detectable severity**: found on the rig alone, without twin or diagnosis. In '
-    'one signal of one family the rms of what the trait changes, less what tolerances could make '
+    'one signal of one family the rms of what the fault changes, less what tolerances could make '
     'up for, reaches three noise floors and 5 % of the signal. For an error of a value that has '
     'a tolerance: at least one and a half tolerances; for a delay, one and a half times what any '
-    'recording leaves open, since a row has one time for all its channels (`blind/severity.py`, '
-    '`severities.yaml`).',
-    '- **Right** is a name of the trait in `blind/faults.yaml`, on its side; aliases stand there '
-    'with their reason. *Unknown* is the status `unknown` or `partly_explained`. A failed '
-    "diagnosis is a miss. Located: the balance of the verdict is one of the trait's.",
-    '- **Baselines** (`blind/baselines.py`) work on the balances of the same bags, tolerances '
-    'fitted inside their bounds first.', '')
+    'recording leaves open, since a row has one time for all its channels '
+    '(`blind_check/severity.py`, `severities.yaml`).',
+    '- **Right** is a name of the fault in `blind_check/faults.yaml`, on its side; aliases stand '
+    'there with their reason. *Unknown* is the status `unknown` or `partly_explained`. A failed '
+    "diagnosis is a miss. Located: the balance of the verdict is one of the fault's.",
+    '- **Baselines** (`blind_check/baselines.py`) work on the balances of the same bags, '
+    'tolerances fitted inside their bounds first.', '')
 _SPAN = re.compile(r'<!-- learned: (.+?) -->\n(.*?)<!-- end -->', re.DOTALL)
 
 
@@ -58,7 +58,7 @@ def miss_of(one: Outcome) -> str:
         return 'unknown passed over' if one.named or not one.says_unknown else ''
     faint = one.case.multiple < 1.0
     if one.false:
-        truths = one.case.traits
+        truths = one.case.faults
         sides = all(any(n.effect in t.accepted for t in truths) for n in one.false)
         return 'wrong side' if sides else 'wrong cause'
     if not one.named:
@@ -172,7 +172,7 @@ def _misses(outcomes: Sequence[Outcome], learned: Mapping[str, str]) -> list[str
         if missed:
             lines += ['| case | true | said | balance |', '|---|---|---|---|']
         for one in missed:
-            truth = ', '.join(f'{t.trait} {t.multiple:g}x' for t in one.case.truths) or 'nothing'
+            truth = ', '.join(f'{t.fault} {t.multiple:g}x' for t in one.case.truths) or 'nothing'
             said = ', '.join(n.effect + (f' ({n.site})' if n.site else '')
                              for n in one.named) or one.sentence.replace('|', '/')[:120]
             lines.append(f'| {one.case.name} | {truth} | {one.status}: {said} | {one.balance} |')

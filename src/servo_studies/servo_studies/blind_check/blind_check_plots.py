@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from .case_outcome import Outcome
-from .fault_tables import traits
+from .fault_tables import faults
 from .scoring import confusion, risk_coverage, shrinks
 
 INK, GOOD, BAD, PALE = '#1f2933', '#2f6f4f', '#b3392f', '#8a94a0'
@@ -26,7 +26,7 @@ def draw_confusion(outcomes: Sequence[Outcome], path: Path) -> None:
         for j, column in enumerate(columns):
             if not table[i, j]:
                 continue
-            unknown = row.endswith(' (removed)') or row in traits() and not traits()[row].known
+            unknown = row.endswith(' (removed)') or row in faults() and not faults()[row].known
             right = (column == '(unknown)') if unknown else column == row
             mild = column.startswith('(')
             colour = GOOD if right else PALE if mild else BAD

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .cases import Case
-from .fault_tables import Trait
+from .fault_tables import Fault
 
 SAYS_UNKNOWN = ('unknown', 'partly_explained')
 
@@ -25,14 +25,14 @@ class Named:
     realised: float | None = None
     interval: tuple[float, float] | None = None
 
-    def is_(self, trait: Trait) -> bool:
-        """Whether it names a trait, on its side where both say one."""
-        same_side = not (self.site and trait.site) or self.site == trait.site
-        return self.effect in trait.accepted and same_side
+    def is_(self, fault: Fault) -> bool:
+        """Whether it names a fault, on its side where both say one."""
+        same_side = not (self.site and fault.site) or self.site == fault.site
+        return self.effect in fault.accepted and same_side
 
-    def holds(self, trait: Trait) -> bool:
-        """Whether a trait is it, or among what it may be taken for."""
-        return self.is_(trait) or bool(set(self.alike) & trait.accepted)
+    def holds(self, fault: Fault) -> bool:
+        """Whether a fault is it, or among what it may be taken for."""
+        return self.is_(fault) or bool(set(self.alike) & fault.accepted)
 
     @property
     def size(self) -> int:
@@ -56,27 +56,27 @@ class Outcome:
     @property
     def false(self) -> tuple[Named, ...]:
         """Causes named that are none of the truths."""
-        return tuple(n for n in self.named if not any(n.is_(t) for t in self.case.traits))
+        return tuple(n for n in self.named if not any(n.is_(t) for t in self.case.faults))
 
     @property
     def first_right(self) -> bool:
         """Whether the first cause named is a truth."""
-        return bool(self.named) and any(self.named[0].is_(t) for t in self.case.traits)
+        return bool(self.named) and any(self.named[0].is_(t) for t in self.case.faults)
 
     @property
     def in_set(self) -> bool:
         """Whether a truth is in the ambiguity set of the first cause named."""
-        return bool(self.named) and any(self.named[0].holds(t) for t in self.case.traits)
+        return bool(self.named) and any(self.named[0].holds(t) for t in self.case.faults)
 
     @property
     def located(self) -> bool:
         """Whether the balance blamed most is one in which a truth lies."""
-        return any(self.balance in t.balances for t in self.case.traits)
+        return any(self.balance in t.balances for t in self.case.faults)
 
     @property
     def exact(self) -> bool:
         """Whether every truth was named and nothing else."""
-        return not self.false and all(any(n.is_(t) for n in self.named) for t in self.case.traits)
+        return not self.false and all(any(n.is_(t) for n in self.named) for t in self.case.faults)
 
     @property
     def says_unknown(self) -> bool:

@@ -1,4 +1,4 @@
-"""Machines and traits of the blind check, read from the tables beside this file."""
+"""Machines and faults of the blind check, read from the tables beside this file."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Machine:
 
 
 @dataclass(frozen=True)
-class Trait:
+class Fault:
     """Something that the rig can have and the servo file lacks; see faults.yaml."""
 
     name: str
@@ -96,7 +96,7 @@ class Trait:
         return frozenset(self.names) | frozenset(self.also)
 
     def settings(self, machine: Machine, severity: float) -> dict[str, float]:
-        """Properties of the rig that give the trait at a severity."""
+        """Properties of the rig that give the fault at a severity."""
         value = severity
         if self.relative:
             value = machine.base(self.property) * (1.0 + severity)
@@ -115,15 +115,15 @@ def machines() -> dict[str, Machine]:
 
 
 @cache
-def traits() -> dict[str, Trait]:
-    """Return the traits by name."""
-    return {name: _trait(name, row) for name, row in _table('traits').items()}
+def faults() -> dict[str, Fault]:
+    """Return the faults by name."""
+    return {name: _fault(name, row) for name, row in _table('faults').items()}
 
 
 @cache
 def severities() -> dict[str, dict[str, float]]:
-    """Return the smallest detectable severity by machine and trait."""
-    return {machine: {trait: row['severity'] for trait, row in rows.items()
+    """Return the smallest detectable severity by machine and fault."""
+    return {machine: {fault: row['severity'] for fault, row in rows.items()
                       if row['severity'] is not None}
             for machine, rows in (_table('severities') or {}).items()}
 
@@ -134,7 +134,7 @@ def plans() -> dict[str, dict[str, Any]]:
     return _table('plans')
 
 
-def _trait(name: str, row: dict[str, Any]) -> Trait:
+def _fault(name: str, row: dict[str, Any]) -> Fault:
     row = dict(row)
     for key in ('names', 'balances', 'remove'):
         row[key] = tuple(row.get(key, ()))
@@ -142,7 +142,7 @@ def _trait(name: str, row: dict[str, Any]) -> Trait:
     row['set'] = row.pop('with', {})
     if row.get('relative'):
         row |= {'share': True, 'tolerance_of': row['property']}
-    return Trait(name, **row)
+    return Fault(name, **row)
 
 
 def _table(name: str) -> Any:

@@ -128,7 +128,7 @@ def _show(outcomes: list[Outcome]) -> None:
         table.add_column(heading, overflow='fold')
     for one in outcomes:
         table.add_row(one.case.name, ' + '.join(
-            f'{t.trait} {t.severity:.3g} ({t.multiple:g}x)' for t in one.case.truths) or 'nothing',
+            f'{t.fault} {t.severity:.3g} ({t.multiple:g}x)' for t in one.case.truths) or 'nothing',
             f'[{_STYLE[one.verdict]}]{one.verdict}[/]', one.status,
             ('' if one.located or not one.case.truths else '[red]') + one.balance,
             _names(one) or one.sentence, f'{one.seconds or 0.0:.0f}')
