@@ -16,6 +16,7 @@ from .added import Added, servo_with
 from .output_error import Diverged, Gap, refitted, simulated
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
+JUDGED = 60.0  # s of the accept recordings that a choice is judged on
 SOURCE = 'gap diagnosis'
 
 
@@ -62,6 +63,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     taken as its equation shows it: the plant runs under the recorded command.
     """
     short, warnings = shortened(fitting), []
+    accepting = shortened(accepting, JUDGED)
     several = [one for one in several if one.acts]
     loop = [one for one in several if one.part.mechanism.site == 'controller']
     several = [one for one in several if one not in loop]

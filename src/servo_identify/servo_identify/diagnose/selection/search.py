@@ -27,28 +27,28 @@ class Search(Fits):
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
-        regression = self.regression
-        sums = [s.sum(axis=0) for s in self.sums(near.weight)]
+        regression, sums = self.regression, self.sums(near.weight)
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
         for number, one in enumerate(regression.hypotheses):
             if one.mechanism.key in taken or (one.path and one.path in paths):
                 continue
+            worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
             for side in range(len(one.bounds())):
                 choice = near.choice.plus(number, side)
                 columns, kept = self.columns_of(choice)
-                gram = regression.assembled(sums, columns)
+                gram = sums.whole[columns[:, None], columns]
                 low, high = self.bounds_of(choice, kept)
-                doubts = self.doubts(near.doubt, self.sums(near.weight), columns)
+                doubts = self.doubts(near.doubt, sums, columns)
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
                 left = float(values @ gram @ values + prior @ values[1:] ** 2)
-                worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
                 found.append((left + worth * np.log(max(2, regression.blocks)), number, side))
-        start = float(near.values @ regression.assembled(sums, near.columns) @ near.values)
-        doubts = self.doubts(near.doubt, self.sums(near.weight), near.columns)
-        room = self.room(self.columns_of(near.choice)[1], len(near.columns) - 1)
+        at = near.columns
+        start = float(near.values @ sums.whole[at[:, None], at] @ near.values)
+        doubts = self.doubts(near.doubt, sums, at)
+        room = self.room(self.columns_of(near.choice)[1], len(at) - 1)
         start += float(SURE**2 * doubts @ (near.values[1:] / room) ** 2)
         return sorted(((start - left, number, side) for left, number, side in found),
                       reverse=True)
@@ -245,15 +245,15 @@ class Search(Fits):
         """
         regression = self.regression
         weight = np.where(self.groups(before.held_out) > self.floor(), after.weight, 0.0)
-        sums = [s.sum(axis=0) for s in self.sums(weight)]
+        whole = self.sums(weight).whole
         known = before.columns[1:]
-        known = known[np.diag(regression.assembled(sums, known)) > 0.0]
+        known = known[np.diag(whole)[known] > 0.0]
         several = [np.setdiff1d(members, known) for members in regression.members]
         wanted = np.concatenate([known, *several]).astype(int)
         scores = regression.scores_of(after.columns, after.values, wanted, weight)
         flips = np.random.default_rng(0).choice((-1.0, 1.0), (DRAWS, regression.blocks))
         drawn = flips @ scores
-        gram = regression.assembled(sums, wanted)
+        gram = whole[wanted[:, None], wanted]
         size = len(known)
         inner = gram[:size, :size] + 1e-9 * np.diag(np.maximum(np.diag(gram)[:size], 1e-300))
         across = np.linalg.solve(inner, gram[:size]) if size else np.zeros((0, len(wanted)))
