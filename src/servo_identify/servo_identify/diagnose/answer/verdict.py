@@ -6,7 +6,7 @@ import numpy as np
 
 from servo_twin.balances.terms import EQUATIONS, UNITS
 
-from ..decisions import CALIBRATED, EVEN, SOLVED
+from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
 from ..handover.added import Added
 from ..handover.output_error import Gap, shrink, shrink_interval
 from ..selection.fits import Fitted
@@ -18,7 +18,6 @@ from .telling import confirmations, tell
 
 CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torsion': 'rad',
                  'torque': 'N m', 'current': 'A'}
-OPEN = 2.0  # noise floors: a residual that follows no pattern and is below is no gap
 SURE = 1.645  # standard deviations of a 90 % interval
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..decisions import CALIBRATED, FALSE_ALARM, FORM, WORTH
+from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, FORM, OPEN, WORTH
 from ..mechanisms.hypothesis import UNKNOWN
 from .fits import Choice, Fits, Fitted, SURE
 
@@ -205,10 +205,20 @@ class Search(Fits):
         return counts
 
     def _significant(self, before: Fitted, after: Fitted) -> bool:
-        """Tell whether a gain is more than the best of all hypotheses would have by chance."""
+        """
+        Tell whether a gain is more than the best of all hypotheses would have by chance.
+
+        Where an equation is certainly off, something is there: its first name needs less.
+        """
+        level = ALTERNATIVE if before is self.nothing and self.open else FALSE_ALARM
         gain = self.gain(before, after)
         return (after.total < before.total and self._worth(before, after)
-                and gain > self.chance(before, after))
+                and gain > self.chance(before, after, level))
+
+    @cached_property
+    def open(self) -> bool:
+        """Whether an equation is off by more than noise and margin can make it."""
+        return bool((self._power(self.nothing) > OPEN**2).any())
 
     def _worth(self, before: Fitted, after: Fitted) -> bool:
         """Tell whether new members close a part of the gap of an equation that is worth naming."""
@@ -235,9 +245,9 @@ class Search(Fits):
                        / np.maximum(self.groups(after.held_out), floor))
         return float(0.5 * (self.sizes * ratio)[acts].sum())
 
-    def chance(self, before: Fitted, after: Fitted) -> float:
+    def chance(self, before: Fitted, after: Fitted, level: float = FALSE_ALARM) -> float:
         """
-        Return the gain that the best hypothesis reaches by chance in one of a hundred rigs, nats.
+        Return the gain that the best hypothesis reaches by chance at a level, nats.
 
         What the larger set leaves has its sign drawn block by block: a pattern of the same
         noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
@@ -273,7 +283,7 @@ class Search(Fits):
                                     rcond=APART)
             part = left[:, mine][:, own] / weight
             most = np.maximum(most, 0.5 * np.einsum('di,ij,dj->d', part, scaled, part))
-        return float(np.quantile(most, 1.0 - FALSE_ALARM))
+        return float(np.quantile(most, 1.0 - level))
 
 @dataclass(frozen=True)
 class Explanation:
