@@ -87,6 +87,10 @@ def size_of(parameters: dict[str, dict], curve: dict | None) -> str:
         value = f'{p["value"]:.3g}{sure} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
     if curve:
-        return (f'{curve["y"][0]:.3g} to {curve["y"][-1]:.3g} {curve["y_unit"]} from '
-                f'{curve["x"][0]:.3g} to {curve["x"][-1]:.3g} {curve["unit"]}')
+        y, least, most = curve['y'], min(curve['y']), max(curve['y'])
+        unit, x = curve['y_unit'], curve['x']
+        span = f'{x[0]:.3g} to {x[-1]:.3g} {curve["unit"]}'
+        if {y[0], y[-1]} == {least, most}:
+            return f'{y[0]:.3g} to {y[-1]:.3g} {unit} from {span}'
+        return f'between {least:.3g} and {most:.3g} {unit} over {span}'
     return ''

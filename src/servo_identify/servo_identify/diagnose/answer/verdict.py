@@ -142,6 +142,8 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
     realised = (dropped.total() - reported['patch'].gap.total()) / full
     interval = shrink_interval(dropped, reported['patch'].gap)
     predicted = evidence.accepted[id(one.part)]
+    if evidence.worse:  # nothing is handed over, so nothing shrinks
+        realised, interval = 0.0, (min(0.0, interval[0]), 0.0)
     if mechanism.site == 'controller':  # no simulation under the recorded command shows it
         predicted = realised = _closed(evidence, 'controller')
         interval = (realised, realised)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
-from .regression import FOLDS, Regression, solve, Sums
+from .regression import Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
 SURE = 2.0  # standard deviations that a tolerance of the servo file stands for
