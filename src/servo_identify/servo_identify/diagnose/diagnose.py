@@ -17,7 +17,7 @@ from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
 from .answer.report import GapReport
 from .answer.verdict import report_of
-from .checks import CannotDiagnose, check, unsaturated
+from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
@@ -55,8 +55,8 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     """
     stages = Stages(tick)
     stages.begin('check')
-    parts, warnings = _parted(recordings, accepting, reporting, servo)
-    findings = check_data([*recordings, *accepting, *reporting], servo)
+    parts, judged, warnings = _parted(recordings, accepting, reporting, servo)
+    findings = check_data(judged, servo)
     red = [one for one in findings if one.level == 'red']
     if red and not despite:
         raise CannotDiagnose(refusal(red))
@@ -99,16 +99,22 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     return Diagnosis(report, augmented, evidence.refit, evidence)
 
 
-def _parted(recordings, accepting, reporting, servo: Servo) -> tuple[Split, list[str]]:
-    """Return the recordings by purpose and what is to be said of them. Raises CannotDiagnose."""
+def _parted(recordings, accepting, reporting,
+            servo: Servo) -> tuple[Split, list[Recording], list[str]]:
+    """
+    Return the recordings by purpose, all that are judged, and what is to be said of them.
+
+    One that cannot be judged stops no other. Raises CannotDiagnose.
+    """
     warnings, given = [], []
     for some in (recordings, accepting, reporting):
-        kept, left_out = unsaturated(list(some), servo)
+        kept, left_out = usable(list(some), servo) if some or some is recordings else ([], [])
         given.append(kept)
         warnings += left_out
+    judged = [one for some in given for one in some]
+    warnings += check(judged, servo)
     parts = split(*given)
-    return parts, [*warnings, *check([one for some in given for one in some], servo),
-                   *parts.warnings]
+    return parts, judged, [*warnings, *parts.warnings]
 
 
 def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
