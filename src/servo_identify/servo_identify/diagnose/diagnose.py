@@ -23,6 +23,7 @@ from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
 from .handover.curves import parts_of
 from .handover.output_error import Diverged, Simulated, simulated
+from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
 from .selection.confidence import redrawn, rivals_of
 from .selection.explain import Explained, explained
@@ -78,6 +79,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('refit')
     acting = [replace(one, added=added) for one, added in zip(
         named, added_of(found, [one.part for one in named]), strict=True)]
+    acting = [_waved(one, found) for one in acting]
     acting = [one for one in acting if _stands(found, several, one)]
     accept = list(parts.accept) or selecting
     fitting = [one for one in selecting if all(one is not other for other in accept)] or selecting
@@ -129,9 +131,24 @@ def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
     return several
 
 
+def _waved(one: Finding, found: Explained) -> Finding:
+    """Return a finding with the wave behind the controller, where that is what it stands for."""
+    if one.part.mechanism.site != 'controller':
+        return one
+    wave = added_input(found.samples.errors)
+    return replace(one, wave=wave, added=Added(one.part)) if wave else one
+
+
 def _stands(found: Explained, several, one: Finding) -> bool:
-    """Tell whether a finding is worth simulating; no simulation judges what the loop does."""
-    return one.part.mechanism.site != 'controller' or shares(found, several).get(
+    """
+    Tell whether a finding is worth simulating.
+
+    No simulation judges what the loop does, so a controller is named only where its equation is
+    certainly off and most halves of the recordings say so.
+    """
+    if one.part.mechanism.site != 'controller':
+        return True
+    return 'controller' in found.search.off and shares(found, several).get(
         one.part.mechanism.key, 0.0) >= EVEN
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
@@ -161,7 +163,9 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         {name: round(confidence[name], 3) for name in RUNGS},
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
-        added.law, drawn, alternatives, size_of(parameters, drawn))
+        added.law, drawn, alternatives,
+        str(one.wave) if one.wave else size_of(parameters, drawn),
+        asdict(one.wave) if one.wave else None)
 
 
 def _closed(evidence: Evidence, equation: str) -> float:

@@ -64,9 +64,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     """
     short, warnings = shortened(fitting), []
     accepting = shortened(accepting, JUDGED)
-    several = [one for one in several if one.acts]
     loop = [one for one in several if one.part.mechanism.site == 'controller']
-    several = [one for one in several if one not in loop]
+    several = [one for one in several if one.acts and one not in loop]
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, short, tolerated)

@@ -12,6 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
+from servo_twin.balances.equation_terms import EQUATIONS
+
 from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, FORM, OPEN, WORTH
 from ..mechanisms.hypothesis import UNKNOWN
 from .fits import Choice, Fits, Fitted, SURE
@@ -210,15 +212,17 @@ class Search(Fits):
 
         Where an equation is certainly off, something is there: its first name needs less.
         """
-        level = ALTERNATIVE if before is self.nothing and self.open else FALSE_ALARM
+        level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
         gain = self.gain(before, after)
         return (after.total < before.total and self._worth(before, after)
                 and gain > self.chance(before, after, level))
 
     @cached_property
-    def open(self) -> bool:
-        """Whether an equation is off by more than noise and margin can make it."""
-        return bool((self._power(self.nothing) > OPEN**2).any())
+    def off(self) -> set[str]:
+        """The equations that are off by more than noise and margin can make them."""
+        power = self._power(self.nothing)
+        return {EQUATIONS[e] for e, square in zip(self.regression.equations, power, strict=True)
+                if square > OPEN**2}
 
     def _worth(self, before: Fitted, after: Fitted) -> bool:
         """Tell whether new members close a part of the gap of an equation that is worth naming."""
