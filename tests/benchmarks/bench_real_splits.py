@@ -65,9 +65,8 @@ def ur10e(folder: Path, joint: int) -> Machine:
     table = np.loadtxt(folder / 'ur10e' / f'joint_{joint}.csv', delimiter=',')
     period = float(np.median(np.diff(table[:, 0])))
     grid = np.arange(table[0, 0], table[-1, 0], period)
-    at = {'load_position': joint, 'current': 12 + joint, 'voltage': 18 + joint}
+    at = {'motor_position': joint, 'current': 12 + joint}
     columns = {n: np.interp(grid, table[:, 0], table[:, c]) for n, c in at.items()}
-    columns['motor_position'] = columns.pop('load_position')
     constant, inertia, viscous, more = {
         1: (14.87, 10.0, 20.0, ''),
         3: (12.0, 1.5, 10.0, '{effect: gravity, at: load, cosine: 0.0, sine: -45.0}'),

@@ -29,6 +29,10 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
                      'direction of motion.')
             if unknown.get('size'):
                 text += f' Its size is {unknown["size"]}.'
+        if unknown.get('nearest'):
+            several = [spoken(one['effect']) for one in unknown['nearest']]
+            text += (f' {_listed(several).capitalize()} would come nearest, but no nearer than '
+                     'chance does on so few data.')
         return text
     several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
     first = which[0]

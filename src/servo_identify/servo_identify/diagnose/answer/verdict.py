@@ -11,6 +11,7 @@ from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
 from ..handover.added import Added
 from ..handover.output_error import Gap, shrink, shrink_interval
+from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.fits import Fitted
 from ..selection.stability import shares
 from .evidence import Evidence, Finding
@@ -255,7 +256,8 @@ def _remains(evidence: Evidence, gap: dict) -> str:
 
 def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
     """Return what is known of a pattern without a name, or of a gap that follows none."""
-    nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False}
+    nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False,
+               'nearest': _nearest(evidence)}
     if not evidence.unnamed:
         return nothing
     one = evidence.unnamed[0].part
@@ -273,3 +275,13 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
     return known
 
 
+def _nearest(evidence: Evidence, most: int = 3) -> list[dict]:
+    """Return what predicts best of all that is no finding, where nothing was found."""
+    if evidence.findings:
+        return []
+    several: dict[tuple[str, ...], dict] = {}
+    for fit in evidence.found.search.singles:
+        mechanism = evidence.found.hypotheses[fit.choice.numbers[0]].mechanism
+        if mechanism.name != UNKNOWN:
+            several.setdefault(mechanism.key, {'effect': mechanism.name, 'site': mechanism.site})
+    return list(several.values())[:most]

@@ -217,6 +217,13 @@ class Search(Fits):
         return (after.total < before.total and self._worth(before, after)
                 and gain > self.chance(before, after, level))
 
+    @property
+    def singles(self) -> list[Fitted]:
+        """The sets of one member that predict better than none, the best first."""
+        several = [one for one in self._known.values()
+                   if len(one.choice.members) == 1 and one.total < self.nothing.total]
+        return sorted(several, key=lambda one: one.total)
+
     @cached_property
     def off(self) -> set[str]:
         """The equations that are off by more than noise and margin can make them."""
