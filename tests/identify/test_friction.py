@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.learn.friction.error_scores import goodness_of_fit, scores_of
+from servo_identify.learn.error_scores import goodness_of_fit, scores_of
 from servo_identify.learn.friction.friction_dataset import dataset_of, SEQUENCE
 from servo_identify.learn.friction.friction_network import trained
 from servo_identify.learn.friction.friction_samples import differences, friction_of

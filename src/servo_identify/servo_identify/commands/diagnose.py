@@ -82,6 +82,8 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description.shipped import servo_at
     from servo_twin.physics import catalogue
 
+    from ..diagnose.diagnosis_files import write_diagnosis
+
     if arguments.effects:
         print(f'running the code of the effects in {arguments.effects}', file=sys.stderr)
         catalogue.register(arguments.effects)
@@ -92,8 +94,8 @@ def main(arguments: argparse.Namespace) -> int:
     to_stdout = arguments.json == '-'
     console = Console(stderr=to_stdout, quiet=False, width=None if sys.stdout.isatty() else 140)
     found = _diagnosed(arguments, servo, path, console)
-    write(found, text, servo, output, arguments.refit, not arguments.no_page,
-          shlex.join(['servo-identify', *sys.argv[1:]]))
+    write_diagnosis(found, text, servo, output, arguments.refit, not arguments.no_page,
+                    shlex.join(['servo-identify', *sys.argv[1:]]))
     if arguments.json:
         told = json.dumps(found.report.as_dict(), indent=1, allow_nan=False)
         sys.stdout.write(told + '\n') if to_stdout else Path(arguments.json).write_text(told)
@@ -128,20 +130,6 @@ def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Consol
                          tick, arguments.reach, arguments.despite_check)
         tick(STAGES[-1], 1.0)
     return found
-
-
-def write(found, text: str, servo, output: Path, refit: bool = False, page: bool = True,
-          command: str = '') -> None:
-    """Write report.json, augmented.yaml and report.html of a diagnosis into a folder."""
-    from ..diagnose.answer.patch import difference, patched
-
-    found.report.save(output / 'report.json')
-    new = patched(text, servo, found.refit if refit else found.augmented)
-    (output / 'augmented.yaml').write_text(new)
-    if page:
-        from ..diagnose.answer.document import document_of
-        from ..diagnose.page.page import write_page
-        write_page(document_of(found, difference(text, new), command), output / 'report.html')
 
 
 def _show(report, console: Console) -> None:

@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
-import os
 from pathlib import Path
 import sys
 
@@ -84,7 +83,7 @@ def main(arguments: argparse.Namespace) -> int:
         answer = run(Job(arguments.servo, tuple(arguments.bags), settings), progress)
     if answer.estimate and arguments.report:
         answer.estimate.save(arguments.report)
-    write(answer.servo, arguments.output)
+    servo_file.save(answer.servo, arguments.output)
     if answer.estimate:
         _show(answer.estimate, servo_file.load(arguments.servo))
     print('\n'.join([*answer.said, f'written to {arguments.output}']))
@@ -125,16 +124,6 @@ def _shown() -> Iterator:
             bar.update(task, description=f'step {progress.iteration}, cost {progress.cost:.6g}')
 
         yield told
-
-
-def write(servo: Servo, path: Path) -> None:
-    """Write a servo file whole or not at all."""
-    draft = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        servo_file.save(servo, draft)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _show(estimate: Estimate, before: Servo) -> None:

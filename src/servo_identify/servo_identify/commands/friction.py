@@ -76,7 +76,6 @@ def main(arguments: argparse.Namespace) -> int:
 def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
     from ..learn.friction.friction_plots import friction_angle
     from ..learn.friction.servo_friction import learned_friction, with_friction
-    from .fit import write
 
     try:
         learned = learned_friction(servo, recordings, arguments.site, seed=arguments.seed,
@@ -87,6 +86,6 @@ def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
     scores = {'forward': vars(learned.forward_scores), 'reverse': vars(learned.reverse_scores)}
     (arguments.output / 'network.json').write_text(json.dumps(scores, indent=1) + '\n')
     friction_angle(learned, arguments.output / 'friction_angle.png')
-    write(with_friction(servo, learned), arguments.output / 'servo.yaml')
+    servo_file.save(with_friction(servo, learned), arguments.output / 'servo.yaml')
     for way, s in scores.items():
         print(f"{way}: MSE {s['mse']:.5f} N2 m2, MAE {s['mae']:.5f} N m, MAPE {s['mape']:.3f} %")

@@ -35,7 +35,6 @@ from ..diagnose.handover.output_error import (
     simulated,
 )
 from ..fit import fit
-from .fit import write
 
 LINEAR = 'linear'
 ITERATIONS = 10
@@ -200,6 +199,6 @@ def main(arguments: argparse.Namespace) -> int:
                       f'{100 * low:.0f} to {100 * high:.0f}', str(one.free),
                       f'{one.seconds:.0f}')
     console.print(shown)
-    write(found[0].servo, arguments.output)
+    servo_file.save(found[0].servo, arguments.output)
     console.print(f'{found[0].title} is in {arguments.output}')
     return 0

@@ -16,7 +16,6 @@ from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 
 from ..learn.transmission.two_way_backlash import measured_play, with_curve
-from .fit import write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,7 +62,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise ValueError('no bag is left: none was passed both ways')
     if arguments.output:
         plays = {settings[k]: play for k, _, _, play in known}
-        write(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
+        servo_file.save(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
               arguments.output)
         print(f'written to {arguments.output}')
     return 1 if refused else 0

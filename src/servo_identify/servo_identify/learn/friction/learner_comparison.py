@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from .error_scores import Scores, scores_of
+from ..error_scores import Scores, scores_of
 from .friction_dataset import Dataset
 from .learners import learner
 from .learners.learner import Model

@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
-from ..diagnose import Diagnosis
+from ..diagnosis import Diagnosis
 from ..handover.output_error import simulated
 
 MOST = 4000  # samples of a series
