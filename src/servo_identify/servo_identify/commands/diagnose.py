@@ -12,10 +12,10 @@ import json
 from pathlib import Path
 import shlex
 import sys
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
 
 REACH = {'travel': 'rad', 'speed': 'rad/s', 'torque': 'N m', 'amplitude': 'V'}
 FAIL_ON = {'gap': ('explained', 'partly_explained', 'unknown'), 'unknown': ('unknown',)}
@@ -73,6 +73,8 @@ def reach_of(text: str) -> dict[str, float]:
 
 def main(arguments: argparse.Namespace) -> int:
     """Diagnose; returns 0 when there is an answer. Raises ValueError with a sentence otherwise."""
+    from rich.console import Console
+
     if arguments.jobs:
         from ..jobs.many_diagnoses import run_all
         return run_all(arguments.jobs, Path(arguments.output), arguments.cluster)
@@ -110,6 +112,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Console):
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     from ..data.reading import read_recordings
     from ..diagnose.diagnose import diagnose
     from ..diagnose.stages import STAGES
@@ -133,6 +137,8 @@ def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Consol
 
 
 def _show(report, console: Console) -> None:
+    from rich.table import Table
+
     where = Table('equation', 'residual / noise', 'share', 'verdict', title='Where')
     for one in report.where:
         seen = one.verdict != 'not observable'

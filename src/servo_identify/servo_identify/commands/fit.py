@@ -18,15 +18,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 import sys
+from typing import TYPE_CHECKING
 
 from servo_twin.cli import named_servo
-from servo_twin.description import servo_file
-from servo_twin.physics.servo import Servo
 
-from ..fit.estimate import Estimate
-from ..fit.output_error import Progress, WEIGHTS
-from ..fit.segments import INPUT_OF
-from ..jobs.fit_jobs import each, Job, LEARNED, read_jobs, run, Settings
+from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
+
+if TYPE_CHECKING:
+    from servo_twin.physics.servo import Servo
+
+    from ..fit.estimate import Estimate
+    from ..fit.output_error import Progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,6 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Fit and write; nothing is written when the fit fails."""
+    from servo_twin.description import servo_file
+
+    from ..jobs.fit_jobs import each, Job, read_jobs, run, Settings
+
     if arguments.jobs_help:
         print(read_jobs.__doc__)
         return 0

@@ -14,13 +14,9 @@ import json
 from pathlib import Path
 import sys
 
-from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
-from servo_twin.description import servo_file
 
-from ..learn.friction.friction_dataset import dataset_of, FEATURES
-from ..learn.friction.friction_samples import friction_of
-from ..learn.friction.learner_comparison import best_of, compared, markdown, plain
+from ..learn.friction.friction_features import FEATURES
 from ..learn.friction.learners import names
 
 
@@ -49,6 +45,13 @@ def main(arguments: argparse.Namespace) -> int:
     """Learn, compare, draw, write."""
     from rich.console import Console
 
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+
+    from ..learn.friction.friction_dataset import dataset_of
+    from ..learn.friction.friction_samples import friction_of
+    from ..learn.friction.learner_comparison import best_of, compared, markdown, plain
+
     servo = servo_file.load(arguments.servo)
     recordings, unseen = ([read_recording(bag, arguments.namespace) for bag in bags]
                           for bags in (arguments.bags, arguments.unseen))
@@ -74,6 +77,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
+    from servo_twin.description import servo_file
+
     from ..learn.friction.friction_plots import friction_angle
     from ..learn.friction.servo_friction import learned_friction, with_friction
 

@@ -11,11 +11,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
-from servo_twin.description import servo_file
-
-from ..learn.transmission.two_way_backlash import measured_play, with_curve
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +32,11 @@ def main(arguments: argparse.Namespace) -> int:
 
     A bag that tells none is named and left out; the status is 1 then.
     """
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+
+    from ..learn.transmission.two_way_backlash import measured_play, with_curve
+
     settings = list(arguments.settings)
     if settings and len(settings) != len(arguments.bags):
         raise ValueError(f'there are {len(arguments.bags)} bags and {len(settings)} settings; '

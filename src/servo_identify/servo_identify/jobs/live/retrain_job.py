@@ -24,8 +24,8 @@ from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from ...fit.fit_choices import LEARNED
 from ...fit.output_error import fit, Progress
-from ..fit_jobs import LEARNED
 from .compare_job import judge
 from .job_process import report
 

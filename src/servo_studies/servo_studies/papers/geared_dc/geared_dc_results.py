@@ -15,7 +15,7 @@ import numpy as np
 
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.experiment.procedures import Choices, PROCEDURES
-from servo_identify.fit import fit
+from servo_identify.fit.output_error import fit
 from servo_identify.learn.free_run import free_runs
 from servo_identify.learn.friction.friction_dataset import Dataset, dataset_of
 from servo_identify.learn.friction.friction_samples import friction_of

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from importlib import import_module
+from typing import TYPE_CHECKING
 
-from .learner import Learner
+if TYPE_CHECKING:
+    from .learner import Learner
 
 _WHERE = {
     'coulomb_viscous': 'classical_models', 'stribeck': 'classical_models',
