@@ -11,7 +11,7 @@ import numpy as np
 from ..error_scores import Scores, scores_of
 from .friction_dataset import Dataset
 from .learners import learner
-from .learners.learner import Model
+from .learners.friction_learner import Model
 
 
 @dataclass(frozen=True)

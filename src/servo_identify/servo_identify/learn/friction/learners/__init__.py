@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .learner import Learner
+    from .friction_learner import Learner
 
 _WHERE = {
     'coulomb_viscous': 'classical_models', 'stribeck': 'classical_models',
