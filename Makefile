@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup training run demo test fast checks types fuzz lint blind-check results clean
+.PHONY: help setup training run demo test fast coverage checks types fuzz lint blind-check results clean
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -34,6 +34,11 @@ checks: lint types  ## check style, words, links, imports, packages, security an
 
 types: setup  ## check the types of the physics and of the front door
 	@$(WITH_ENV) mypy
+
+coverage: setup  ## run the fast tests and say which lines none of them ran; fails below the floor
+	@rm -rf log/coverage && mkdir -p log/coverage
+	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not ros' $(ARGS)
+	@$(WITH_ENV) coverage combine -q && coverage report
 
 fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; new ones each time
 	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py $(ARGS)
