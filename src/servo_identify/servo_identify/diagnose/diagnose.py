@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from ..data.check import check as check_data
 from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
-from .answer.report import GapReport
 from .answer.verdict import report_of
 from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
+from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
 from .handover.curves import parts_of
@@ -30,16 +30,6 @@ from .selection.explain import Explained, explained
 from .selection.stability import halves, shares
 from .splitting import Split, split
 from .stages import Stages
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """The report, the servo file to hand over (with values moved, ``refit``), the evidence."""
-
-    report: GapReport
-    augmented: Servo
-    refit: Servo
-    evidence: Evidence
 
 
 def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[Recording] = (),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import nan
 
 import numpy as np
 
@@ -77,15 +79,16 @@ class Measured:
         return self.column('temperature', ROOM_TEMPERATURE)
 
 
-def measure(recordings: list[Recording], servo: Servo,
-            drive_current) -> list[Measured]:
+def measure(recordings: Sequence[Recording], servo: Servo,
+            drive_current: Callable[[Recording], np.ndarray | None]) -> list[Measured]:
     """
     Prepare recordings of one machine, with test functions as short as their noise allows.
 
     ``drive_current(recording)`` returns what the drive makes of the command, A, or None.
     """
     noises = [noises_of(r, drive_current(r)) for r in recordings]
-    shafts, gears = {}, {}
+    shafts: dict[tuple[float, str], int] = {}
+    gears: dict[float, int] = {}
     for recording, noise in zip(recordings, noises, strict=True):
         kind = recording.period, recording.family
         shafts[kind] = max(_shaft_spacing(recording, noise, servo), shafts.get(kind, 0))
@@ -109,7 +112,7 @@ def measure(recordings: list[Recording], servo: Servo,
 
 
 def _torque_at_work(recording: Recording, servo: Servo) -> float:
-    values = servo.values
+    values = servo.numbers
     if recording.has('torque'):
         torque = recording['torque']
     else:
@@ -122,7 +125,7 @@ def _torque_at_work(recording: Recording, servo: Servo) -> float:
 
 def _shaft_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
     """Shortest spacing whose noise of the inertial torque is small against the torque at work."""
-    values = servo.values
+    values = servo.numbers
     ratio, scale = values['mechanism.ratio'], _torque_at_work(recording, servo)
     rotor = values.get('mechanism.rotor_inertia', 0.0) * ratio**2
     load = values['mechanism.load_inertia']
@@ -151,7 +154,7 @@ def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -
     With a torque sensor the transmission needs no acceleration, and clearance is seen the better
     the less of it is blurred. Without one it needs the test function of the shafts.
     """
-    values = servo.values
+    values = servo.numbers
     stiffness = values.get('mechanism.stiffness')
     if not stiffness or not all(recording.has(n) for n in (
             'motor_position', 'load_position', 'torque')):
@@ -181,9 +184,9 @@ def _twist(recording: Recording, servo: Servo) -> np.ndarray:
     if all(has.values()) or not any(has.values()) or not (
             servo.mechanism.compliant and servo.mechanism.correctable):
         return nothing
-    first = {name: float(recording[f'{name}_position'][0]) for name in has if has[name]}
+    first, second = (float(recording[f'{name}_position'][0]) if has[name] else nan for name in has)
     y = simulate(servo, inputs_of(recording.columns), recording.period,
-                 initial_state(servo, **first), 'observer')
+                 initial_state(servo, first, second), 'observer')
     motor, load = (y[:, OUTPUTS.index(f'{name}_position')] for name in ('motor', 'load'))
-    twist = motor / servo.values['mechanism.ratio'] - load
+    twist = motor / servo.numbers['mechanism.ratio'] - load
     return twist if np.isfinite(twist).all() else nothing
