@@ -119,6 +119,7 @@ def test_references_beyond_the_limits_are_held_there(name, tmp_path):
         assert np.nanmax(link.column('reference_velocity')) == pytest.approx(top)
 
 
+@pytest.mark.parametrize('name', OVER_TEMPERATURE)
 def test_a_fault_is_named_in_words_reset_and_left_behind(name, tmp_path):
     code, words = OVER_TEMPERATURE[name]
     with driven(name, tmp_path) as (made, link):

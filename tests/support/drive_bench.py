@@ -42,7 +42,8 @@ OVER_TEMPERATURE = {'canopen': (0x4310, 'over-temperature of the motor'),
                     'cubemars': (6, 'over-temperature of the motor'),
                     'moteus': (38, 'over-temperature')}
 """A fault of each drive, and its words."""
-NAMES = tuple(OVER_TEMPERATURE)
+NAMES = tuple(name for name in OVER_TEMPERATURE if name != 'cybergear')
+"""One of each class; CyberGear is RobStride with another table."""
 _channels = itertools.count()
 
 
@@ -226,6 +227,7 @@ class Bench:
         self.of = parameters(name)
         self.rig = EmulatedRig(rig_file(name), BusSettings('unix_bus', channel), seed=1,
                                driver=self.of, period=self.of['sync_period'])
+        self.rig._first = False  # there is no other rig: it need not listen for one
         self._serving = Thread(target=self.rig.serve, daemon=True)
         self._serving.start()
         self.tap = Wiretap(name, channel)

@@ -56,7 +56,7 @@ class Device(ABC):
     fd: ClassVar[bool] = False
     """Whether the bus has to be CAN FD."""
     on_request: ClassVar[bool] = False
-    """Whether an answer names no request: the next one then waits until the last is answered."""
+    """Whether each request is answered once and in order, by answers that name no request."""
 
     nodes: Mapping[int, str]
     kinds: int

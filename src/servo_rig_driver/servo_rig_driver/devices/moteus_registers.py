@@ -27,26 +27,32 @@ _LOWEST = tuple(-(1 << 8 * one.size - 1) for one in _STRUCTS)
 
 @dataclass(frozen=True)
 class Register:
-    """One register: its number, the place of its type in TYPES, and one count in its unit."""
+    """
+    One register: its number, and the place in TYPES of the type under which this driver has it.
+
+    ``scales`` is one count in the register's unit, by the places of TYPES; that of a float is 1.
+    """
 
     name: str
     number: int
     type: int
-    scale: float
+    scales: tuple[float, ...]
 
     def to_bytes(self, value: float) -> bytes:
         """Return a value on the wire: counts held at the ends, the lowest one for NaN; a float."""
         if TYPES[self.type] == 'float':
             return _STRUCTS[self.type].pack(value)
         low = _LOWEST[self.type]
-        counts = low if isnan(value) else min(max(round(value / self.scale), low + 1), -low - 1)
-        return _STRUCTS[self.type].pack(counts)
+        if isnan(value):
+            return _STRUCTS[self.type].pack(low)
+        counts = round(value / self.scales[self.type])
+        return _STRUCTS[self.type].pack(min(max(counts, low + 1), -low - 1))
 
-    def to_value(self, raw: float) -> float:
-        """Return the value of counts, or of a float; the lowest count is NaN."""
-        if TYPES[self.type] == 'float':
-            return raw
-        return nan if raw == _LOWEST[self.type] else raw * self.scale
+    def to_value(self, raw: float, place: int) -> float:
+        """Return the value of what came under a type; the lowest count of an integer is NaN."""
+        if TYPES[place] != 'float' and raw == _LOWEST[place]:
+            return nan
+        return raw * self.scales[place]
 
 
 class MoteusTable:
@@ -58,7 +64,7 @@ class MoteusTable:
             scales = content['scales']
             self.registers = {key: Register(
                 key, int(number), TYPES.index(kind),
-                1.0 if kind == 'float' else float(scales[quantity][kind]))
+                (*(float(scales[quantity][one]) for one in TYPES[:3]), 1.0))
                 for key, (number, quantity, kind) in content['registers'].items()}
             self.by_number = {one.number: one for one in self.registers.values()}
             self.reads = [self.registers[key] for key in content['reads']]
@@ -133,15 +139,8 @@ class MoteusTable:
                 raw = layout.unpack_from(data, at)[0]
                 at += layout.size
                 if known is not None:
-                    values[known.name] = self._as(known, place).to_value(raw)
+                    values[known.name] = known.to_value(raw, place)
         return values, asked
-
-    @staticmethod
-    def _as(register: Register, place: int) -> Register:
-        if place != register.type:
-            raise FrameError(f'register 0x{register.number:03X} ({register.name}) travels as '
-                             f'{TYPES[place]}; the table has {TYPES[register.type]}')
-        return register
 
 
 def padded(data: bytes) -> bytes:

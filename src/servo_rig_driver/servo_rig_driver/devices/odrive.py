@@ -45,7 +45,7 @@ class Odrive(OnRequest):
         self._state = DriveState.UNKNOWN
         self._fault = ''
         self._mode = ''
-        self._seen: set[str] = set()
+        self._estimates = 0  # that have come without their current
         self._wanted = ''
         self._wanted_at = 0
         self._last_order: Order | None = None
@@ -69,7 +69,6 @@ class Odrive(OnRequest):
 
     def query(self) -> Frames:
         """Return the remote frames that make an answer."""
-        self._seen.clear()
         self._asks += 1
         return self._requests + ([self._seldom] if self._asks % SELDOM_EVERY == 1 else [])
 
@@ -142,10 +141,16 @@ class Odrive(OnRequest):
             reading.current_reference = told['Iq_Setpoint']
         elif name == SELDOM:
             reading.temperature = told['Motor_Temperature']
-        if name not in ANSWERS:
-            return False
-        self._seen.add(name)
-        return name == ANSWERS[-1] and len(self._seen) == len(ANSWERS)
+        return self._whole(name)
+
+    def _whole(self, name: str) -> bool:
+        """Whether a message is the second one of an answer whose first one has come."""
+        if name == ANSWERS[0]:
+            self._estimates += 1
+        elif name == ANSWERS[1] and self._estimates:
+            self._estimates -= 1
+            return True
+        return False
 
     def _take_heartbeat(self, errors: int, state: int) -> None:
         words = self.messages.words('Heartbeat', 'Axis_State', state)

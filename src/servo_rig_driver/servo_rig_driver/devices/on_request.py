@@ -1,8 +1,7 @@
 """
 One drive that is asked for each sample and answers once: what ODrive, MIT mode and moteus share.
 
-An answer names no request, so that the next one waits until the last is answered. None of these
-drives has a quick stop of its own: the driver brakes it to rest by its speed loop, and then takes
+An answer names no request; it is that of the oldest one that is open. None of these drives has a quick stop of its own: the driver brakes it to rest by its speed loop, and then takes
 the torque away.
 """
 

@@ -250,7 +250,7 @@ class RigLink:
 
     def _waits(self, now: int) -> bool:
         """Wait for the next instant, or for frames, where it is not yet time to ask."""
-        due = max(self._origin + self._next * self.settings.period, self.sampler.open_until)
+        due = self._origin + self._next * self.settings.period
         if now < due:
             self._port.receive((due - now) * 1e-9)
         return now < due

@@ -24,8 +24,8 @@ class Sampler:
     Makes the frames of each tick and joins the answers to samples.
 
     A set-point is asked for only while the drive is enabled; in all other states the frames carry
-    zero. When the drive falls out of that state, what was queued is dropped. A device whose
-    answers name no request is asked again when it has answered, or after ``patience`` ns.
+    zero. When the drive falls out of that state, what was queued is dropped. Where answers name
+    no request, one that has not come after ``patience`` ns is given up.
     """
 
     def __init__(self, device: Device, player: SetpointPlayer, master: DriveMaster,
@@ -37,9 +37,9 @@ class Sampler:
         self.health = health
         self.blocks: BlockBuilder | None = None
         self.samples = 0
-        self.open_until = 0  # ns: before it, an answer is awaited and nothing else is asked
-        self._patience = patience if device.on_request else 0
-        self._joiner = SampleJoiner(device.kinds)
+        self._patience = patience
+        self._asked_at: deque[int] = deque()
+        self._joiner = SampleJoiner(device.kinds, device.on_request)
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
         self._expired, self._ended = player.expired, player.ended
         self._lost = 0
@@ -49,7 +49,7 @@ class Sampler:
         """Forget requests that nobody will answer, and the state of a drive that was away."""
         self._joiner.restart()
         self._begun.clear()
-        self.open_until = 0
+        self._asked_at.clear()
         self.device.forget()
         self.master.forget()
         self.player.clear()
@@ -68,9 +68,11 @@ class Sampler:
         """Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``."""
         order = self.master.step(self.device.state, now * 1e-9)
         point = self.player.at(instant, now) if self.master.enabled else None
+        if self.device.on_request:
+            self._give_up(now)
+            self._asked_at.append(now)
         self._joiner.ask(number)
         self._begun.append((number, point))
-        self.open_until = now + self._patience if self._patience else 0
         return self.device.ask(number, order, point, now)
 
     def rest(self, number: int, now: int) -> Frames:
@@ -90,8 +92,16 @@ class Sampler:
                 continue
             sample = self._joiner.answer(*answer)
             if sample is not None:
-                self.open_until = 0
                 self._pass_on(*sample)
+
+    def _give_up(self, now: int) -> None:
+        """Lose the samples whose answers are too late: a later one would be taken for another."""
+        asked = self._asked_at
+        while len(asked) > self._joiner.waiting:
+            asked.popleft()
+        while asked and now - asked[0] > self._patience:
+            asked.popleft()
+            self._joiner.give_up()
 
     def _pass_on(self, number: int, answers: list[list[float]]) -> None:
         begun, point = self._begun.popleft()
