@@ -23,13 +23,13 @@ import numpy as np
 from servo_rig_driver.can_bus.can_hub import CanHub
 from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
-from servo_rig_driver.devices.making import PROTOCOLS
+from servo_rig_driver.devices.protocols import PROTOCOLS
 from servo_rig_driver.driver.driver_parameters import DECLARED, limits
 from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import LinkSettings, RigLink
 from servo_rig_driver.driver.sampler import Sampler
 from servo_rig_driver.driver.setpoints import SetpointPlayer
-from servo_rig_driver.emulated.drives.making import driver_parameters
+from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 from servo_rig_driver.emulated.rig_process import EmulatedRig
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'

@@ -113,7 +113,7 @@ class MitMode(OnRequest):
         return True
 
     def _unwrapped(self, angle: float) -> float:
-        """Return the angle with its turns counted, where the field begins anew at its end."""
+        """Return the angle with its turns counted, where the field goes on at its other end."""
         if self.table.wraps:
             span = self.table.ranges['position'].high - self.table.ranges['position'].low
             if self._last_angle is not None and abs(angle - self._last_angle) > 0.5 * span:

@@ -93,7 +93,7 @@ class Odrive(OnRequest):
         return told + self.query()
 
     def _ask_state(self, name: str, now: int) -> Frames:
-        """Return the request for a state; not each time, since asking makes an axis begin anew."""
+        """Return the request for a state; not each time, since an axis then enters it again."""
         if self._wanted == name and now - self._wanted_at < ASK_STATE_EVERY:
             return []
         if name == 'idle' and self._state is DriveState.SWITCH_ON_DISABLED:

@@ -32,7 +32,7 @@ from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 from ..can_bus.opening import BusError, BusSettings, open_bus, Wire
 from ..devices.device import DeviceError
 from ..devices.drive_master import DriveMaster
-from ..devices.making import PROTOCOLS
+from ..devices.protocols import PROTOCOLS
 from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..ending import Ending

@@ -15,7 +15,7 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.parameter import Parameter
 
 from ..can_bus.opening import BusSettings, INTERFACES
-from ..devices.making import PROTOCOLS
+from ..devices.protocols import PROTOCOLS
 from ..devices.object_dictionary import NODE_IDS
 from .setpoints import Limits
 

@@ -42,7 +42,7 @@ class RigWatch:
         self.health.count('bus.foreign_frames')
 
     def booted(self, node: int) -> None:
-        """Note that a node has begun anew."""
+        """Note that a node has started again."""
         self.restarted = self.name(node)
         self.health.count(f'nodes.{self.nodes[node]}_boots')
 

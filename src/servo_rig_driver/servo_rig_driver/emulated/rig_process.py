@@ -29,7 +29,7 @@ from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import load_frames
 from ..ending import Ending
 from .bench import Bench, COMMANDS
-from .drives.making import driver_parameters, emulated_drive
+from .drives.by_protocol import driver_parameters, emulated_drive
 from .nodes import RigNodes
 from .settings import load_rig, RigFileError
 
