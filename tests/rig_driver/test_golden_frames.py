@@ -23,7 +23,7 @@ from servo_rig_driver.driver.setpoints import Mode, Setpoint
 
 
 def made(kind, table, node=1, host=0, **changed):
-    """Return a device whose gear is 10:1 and whose motor gives 0.1 N m/A, so 1 N m/A at the load."""
+    """Return a device with a gear of 10:1 and a motor of 0.1 N m/A: 1 N m/A at the load."""
     values = {'ratio': 10.0, 'torque_constant': 0.1, 'rest_speed': 0.1, 'kp': 60.0, 'kd': 3.0,
               'brake': 1.0} | changed
     watch = RigWatch({node: 'drive'}, RigHealth(), 1.0)

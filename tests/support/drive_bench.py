@@ -20,8 +20,8 @@ from can import CanError
 from driver_bench import wait_for
 import numpy as np
 
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.can_bus.can_hub import CanHub
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
 from servo_rig_driver.devices.protocols import PROTOCOLS
 from servo_rig_driver.driver.driver_parameters import DECLARED, limits
@@ -63,7 +63,8 @@ def parameters(name: str, **changed: Any) -> dict[str, Any]:
 
 def rig_file(name: str) -> Path:
     """Return the rig that the emulated drive sits on."""
-    return CONFIG / 'rigs' / f'{ {"canopen": "rv_bench", "cybergear": "robstride"}.get(name, name)}.yaml'
+    other = {'canopen': 'rv_bench', 'cybergear': 'robstride'}
+    return CONFIG / 'rigs' / f'{other.get(name, name)}.yaml'
 
 
 def meaning(name: str, identifier: int, data: bytes) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..can_bus.port import BusPort, Frames
+from ..can_bus.bus_port import BusPort, Frames
 from ..driver.rig_health import Heartbeats
 from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint

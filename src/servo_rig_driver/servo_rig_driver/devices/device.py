@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import ClassVar, NamedTuple
 
-from ..can_bus.port import BusPort, Frames
+from ..can_bus.bus_port import BusPort, Frames
 from ..driver.setpoints import Mode, Setpoint
 from .drive_master import DriveState, Order
 

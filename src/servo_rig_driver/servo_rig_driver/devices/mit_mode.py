@@ -11,7 +11,7 @@ in devices/tables. One table a model holds identifiers, bits and ranges; this cl
 
 from __future__ import annotations
 
-from ..can_bus.port import Frames
+from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED
 from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint

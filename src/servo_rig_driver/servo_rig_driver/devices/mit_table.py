@@ -20,8 +20,8 @@ class MitTable:
 
     ``states`` maps the values of the feedback's field `mode` to states; a model without that
     field stands as it was told last. ``faults`` maps bits (``fault_bits``) or values of the field
-    `fault` to words. ``wraps``: behind the end of its range the position goes on at the other end, it
-    is not held there.
+    `fault` to words. ``wraps``: behind the end of its range the position goes on at the
+    other end, it is not held there.
     """
 
     name: str

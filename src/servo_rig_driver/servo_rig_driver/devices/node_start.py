@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..can_bus.port import BusPort
+from ..can_bus.bus_port import BusPort
 from ..driver.rig_health import Heartbeats
 from .canopen_listener import CanopenListener
 from .canopen_rig import RigFrames

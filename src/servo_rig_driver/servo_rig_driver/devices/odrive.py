@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import tau
 
-from ..can_bus.port import Frames
+from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED, FD, REMOTE
 from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint

@@ -1,8 +1,9 @@
 """
 One drive that is asked for each sample and answers once: what ODrive, MIT mode and moteus share.
 
-An answer names no request; it is that of the oldest one that is open. None of these drives has a quick stop of its own: the driver brakes it to rest by its speed loop, and then takes
-the torque away.
+An answer names no request; it is that of the oldest one that is open. None of these drives has a
+quick stop of its own: the driver brakes it to rest by its speed loop, and then takes the torque
+away.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite, isnan, nan
 
-from ..can_bus.port import BusPort, Frames
+from ..can_bus.bus_port import BusPort, Frames
 from ..driver.rig_watch import RigWatch
 from ..driver.sample_blocks import COLUMNS
 from ..driver.setpoints import Mode, Setpoint

@@ -29,12 +29,12 @@ from sensor_msgs.msg import JointState
 
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
-from ..can_bus.opening import BusError, BusSettings, open_bus, Wire
+from ..can_bus.bus_opening import BusError, BusSettings, open_bus, Wire
 from ..devices.device import DeviceError
 from ..devices.drive_master import DriveMaster
-from ..devices.protocols import PROTOCOLS
 from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
+from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from . import driver_parameters as parameters
 from . import message_conversion as conversion

@@ -8,8 +8,8 @@ The thread between the driver and the bus: brings the rig up, paces requests, ta
 
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the
 device is started as its protocol has it; where two nodes have one id, ``refuse`` until stop().
-Request k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one packet with
-what the drive shall hold from then on.
+Request k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one
+packet with what the drive shall hold from then on.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from time import monotonic_ns, sleep
 
 import can
 
-from ..can_bus.opening import Wire
-from ..can_bus.port import BusPort, Frames
+from ..can_bus.bus_opening import Wire
+from ..can_bus.bus_port import BusPort, Frames
 from ..devices.device import Outcome
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch

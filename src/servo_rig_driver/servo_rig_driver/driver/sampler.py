@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from ..can_bus.port import Frames
+from ..can_bus.bus_port import Frames
 from ..devices.device import Device
 from ..devices.drive_master import DriveMaster, MAY_PUSH
 from ..devices.pdo_table import FrameError

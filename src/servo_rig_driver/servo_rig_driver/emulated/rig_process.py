@@ -23,15 +23,15 @@ from typing import Any
 import can
 import numpy as np
 
-from ..can_bus.opening import BusSettings, INTERFACES, open_bus, Wire
+from ..can_bus.bus_opening import BusSettings, INTERFACES, open_bus, Wire
 from ..devices.device import DeviceError
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import load_frames
 from ..ending import Ending
-from .bench import Bench, COMMANDS
+from .canopen_nodes import RigNodes
 from .drives.by_protocol import driver_parameters, emulated_drive
-from .nodes import RigNodes
-from .settings import load_rig, RigFileError
+from .emulated_bench import Bench, COMMANDS
+from .rig_file import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
 RETRY = 0.2  # s
@@ -128,8 +128,8 @@ class EmulatedRig:
         while time.monotonic() < until:
             for identifier, _ in self._wire.recv(POLL):
                 if identifier in mine:
-                    log.error('another %s speaks under 0x%03X on %s %s: end the other rig, or give '
-                              'this one another --channel or id',
+                    log.error('another %s speaks under 0x%03X on %s %s: end the other rig, or '
+                              'give this one another --channel or id',
                               mine[identifier].replace('_', ' '), identifier,
                               self.bus.interface, self.bus.channel)
                     return True

@@ -3,7 +3,7 @@ Run a rig, its driver, its twin and a recorder side by side, then replay what wa
 
   servo-twin run                                      the emulated bench, driven for 20 s
   servo-twin run --family speed_ladder --duration 24  another excitation
-  servo-twin run --driver odrive                      an emulated ODrive; robstride, cubemars, moteus
+  servo-twin run --driver odrive                      an emulated ODrive (robstride, moteus ...)
   servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
   servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
 
@@ -53,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                      help='a real drive, on the bus that the driver file names')
     rig.add_argument('--driver', type=Path, metavar='D.yaml',
                      help='parameter file of the driver, or the name of a shipped one, such as '
-                     'odrive, with its own rig and servo file (default: ../drivers/R.yaml from the '
-                     'rig file, else the shipped driver.yaml)')
+                     'odrive, with its own rig and servo file (default: ../drivers/R.yaml from '
+                     'the rig file, else the shipped driver.yaml)')
     rig.add_argument('--namespace', default='rig', help='of all nodes (default %(default)s)')
     rig.add_argument('--rate', type=float, metavar='HZ',
                      help='samples a second (default: as the driver file has it, else 1000)')

@@ -13,7 +13,7 @@ from ...devices.mit_table import load_mit_table
 from ...devices.moteus_registers import MoteusTable
 from ...devices.odrive import load_odrive
 from ...devices.on_request import DriveSettings
-from ..bench import Bench
+from ..emulated_bench import Bench
 from .mit_mode import EmulatedMit
 from .moteus import EmulatedMoteus
 from .odrive import EmulatedOdrive

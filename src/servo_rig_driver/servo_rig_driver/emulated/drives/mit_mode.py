@@ -1,4 +1,4 @@
-"""An emulated actuator in MIT mode, by the table of its model: each frame to it is answered once."""
+"""An emulated actuator in MIT mode, by its model's table: each frame to it is answered once."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from ...can_bus.unix_frames import EXTENDED
 from ...devices.mit_table import MitTable
 from ...devices.on_request import DriveSettings
 from ...devices.pdo_table import FrameError
-from .. import sampling
-from ..bench import Bench
+from .. import rig_sampling
+from ..emulated_bench import Bench
 from .one_drive import OneDrive, Send
 
 LOOP_RATE = 10_000.0  # Hz; assumed, the manuals do not give it
@@ -33,9 +33,9 @@ class EmulatedMit(OneDrive):
     def command(self) -> tuple[float, ...]:
         """Return the five numbers of the law."""
         if not self.running:
-            return (sampling.OFF,)
+            return (rig_sampling.OFF,)
         five = self._five
-        return (sampling.IMPEDANCE_MODE, five['position'], 0.0, five['velocity'], five['kp'],
+        return (rig_sampling.IMPEDANCE_MODE, five['position'], 0.0, five['velocity'], five['kp'],
                 five['kd'], five['torque'])
 
     def hear(self, identifier: int, data: bytes, now: float) -> bool:
@@ -68,7 +68,7 @@ class EmulatedMit(OneDrive):
         return self.table.frames['stop'].pack(ids) == self.table.frames['clear'].pack(ids)
 
     def _known(self, identifier: int, data: bytes) -> tuple[str, dict[str, float]] | None:
-        # frames of constants first: on the wire a command of five numbers may look like any of them
+        # frames of constants first: a command of five numbers may look like any of them
         for name in sorted(self.table.commands, key=lambda one: one == 'control'):
             try:
                 told = self.table.frames[name].unpack(identifier, data)
@@ -88,9 +88,12 @@ class EmulatedMit(OneDrive):
         identifier, data = self.table.frames['feedback'].pack(self._ids | {
             'mode': RUN if self.running else RESET, 'fault': self.faults, 'position': angle,
             'velocity': self.load_speed,
-            'torque': out[sampling.CURRENT] * self.torque_per_ampere,
-            'temperature': out[sampling.TEMPERATURE]})
+            'torque': out[rig_sampling.CURRENT] * self.torque_per_ampere,
+            'temperature': out[rig_sampling.TEMPERATURE]})
         self.send([(identifier | (EXTENDED if self.table.extended else 0), data)])
+
+    def beat(self, now: float) -> None:
+        """Say nothing: it speaks when it is asked."""
 
     def starved(self) -> None:
         """Leave the running mode for want of commands, without a fault."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from math import isnan, nan, tau
 
 from ...can_bus.unix_frames import EXTENDED, FD
-from ...devices.moteus import FAULTED, identifier as frame_identifier, REPLY_WANTED, TIMEOUT
+from ...devices.moteus import FAULTED, REPLY_WANTED, TIMEOUT
+from ...devices.moteus import identifier as frame_identifier
 from ...devices.moteus_registers import MoteusTable, padded
 from ...devices.on_request import DriveSettings
 from ...devices.pdo_table import FrameError
-from .. import sampling
-from ..bench import Bench
+from .. import rig_sampling
+from ..emulated_bench import Bench
 from .one_drive import OneDrive, Send
 
 LOOP_RATE = 15_000.0  # Hz; servo.pwm_rate_hz can be 15 to 60 kHz
@@ -43,11 +44,11 @@ class EmulatedMoteus(OneDrive):
     def command(self) -> tuple[float, ...]:
         """Return the position loop as an impedance, or zero speed."""
         if not self.gives_torque:
-            return (sampling.OFF,)
+            return (rig_sampling.OFF,)
         if self.mode == self.table.modes['zero_velocity']:
-            return sampling.IMPEDANCE_MODE, 0.0, 0.0, 0.0, 0.0, self._kd, 0.0
+            return rig_sampling.IMPEDANCE_MODE, 0.0, 0.0, 0.0, 0.0, self._kd, 0.0
         told = self._told
-        return (sampling.IMPEDANCE_MODE, self._control or 0.0, 0.0,
+        return (rig_sampling.IMPEDANCE_MODE, self._control or 0.0, 0.0,
                 told.get('command_velocity', 0.0) * tau,
                 self._kp * told.get('kp_scale', 1.0), self._kd * told.get('kd_scale', 1.0),
                 told.get('feedforward_torque', 0.0))
@@ -94,11 +95,15 @@ class EmulatedMoteus(OneDrive):
             self._control += self._told.get('command_velocity', 0.0) * tau * self._period
         per_ampere = self.torque_per_ampere
         told = {'mode': self.mode, 'position': self.load_angle / tau,
-                'velocity': self.load_speed / tau, 'torque': out[sampling.CURRENT] * per_ampere,
-                'q_current': out[sampling.CURRENT], 'voltage': SUPPLY,
-                'temperature': out[sampling.TEMPERATURE], 'fault': self.code,
-                'control_torque': out[sampling.CURRENT_REFERENCE] * per_ampere}
+                'velocity': self.load_speed / tau,
+                'torque': out[rig_sampling.CURRENT] * per_ampere,
+                'q_current': out[rig_sampling.CURRENT], 'voltage': SUPPLY,
+                'temperature': out[rig_sampling.TEMPERATURE], 'fault': self.code,
+                'control_torque': out[rig_sampling.CURRENT_REFERENCE] * per_ampere}
         return {name: told.get(name, nan) for name in names}
+
+    def beat(self, now: float) -> None:
+        """Say nothing: it speaks when it is asked."""
 
     def starved(self) -> None:
         """Latch the timeout; a stop command ends it."""

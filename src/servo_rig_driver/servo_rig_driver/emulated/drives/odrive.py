@@ -1,4 +1,4 @@
-"""An emulated ODrive axis: CAN Simple around the machine, loops at 8 kHz, heartbeat each 100 ms."""
+"""An emulated ODrive axis: CAN Simple around the machine, a heartbeat each 100 ms."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from ...can_bus.unix_frames import REMOTE
 from ...devices.dbc_messages import DbcMessages
 from ...devices.on_request import DriveSettings
 from ...devices.pdo_table import FrameError
-from .. import sampling
-from ..bench import Bench
+from .. import rig_sampling
+from ..emulated_bench import Bench
 from .one_drive import OneDrive, Send
 
 LOOP_RATE = 8000.0  # Hz; ODrive's control loop
@@ -44,11 +44,11 @@ class EmulatedOdrive(OneDrive):
         """Return the input by the controller's mode, at the load."""
         values = self.bench.rig.values
         if self.state != CLOSED_LOOP:
-            return (sampling.OFF,)
+            return (rig_sampling.OFF,)
         if self._mode == TORQUE:
-            return sampling.CURRENT_MODE, self._input / values['machine.torque_constant']
+            return rig_sampling.CURRENT_MODE, self._input / values['machine.torque_constant']
         at_load = self._input * tau / values['machine.ratio']
-        mode = sampling.VELOCITY_MODE if self._mode == VELOCITY else sampling.POSITION_MODE
+        mode = rig_sampling.VELOCITY_MODE if self._mode == VELOCITY else rig_sampling.POSITION_MODE
         return mode, at_load
 
     def hear(self, identifier: int, data: bytes, now: float) -> bool:
@@ -79,7 +79,7 @@ class EmulatedOdrive(OneDrive):
         elif name == 'Set_Controller_Mode':
             self._mode, self._input = int(told['Control_Mode']), 0.0
             if self._mode == POSITION:
-                self._input = self.last[sampling.MOTOR] / tau
+                self._input = self.last[rig_sampling.MOTOR] / tau
         elif name in _INPUTS:
             self._input = told[_INPUTS[name]]
 
@@ -94,15 +94,15 @@ class EmulatedOdrive(OneDrive):
     def _told(self, name: str) -> dict[str, float] | None:
         out, values = self.last, self.bench.rig.values
         kt = values['machine.torque_constant']
-        wanted = out[sampling.CURRENT_REFERENCE]
+        wanted = out[rig_sampling.CURRENT_REFERENCE]
         return {
-            'Get_Encoder_Estimates': {'Pos_Estimate': out[sampling.MOTOR] / tau,
-                                      'Vel_Estimate': out[sampling.SPEED] / tau},
-            'Get_Iq': {'Iq_Setpoint': wanted, 'Iq_Measured': out[sampling.CURRENT]},
+            'Get_Encoder_Estimates': {'Pos_Estimate': out[rig_sampling.MOTOR] / tau,
+                                      'Vel_Estimate': out[rig_sampling.SPEED] / tau},
+            'Get_Iq': {'Iq_Setpoint': wanted, 'Iq_Measured': out[rig_sampling.CURRENT]},
             'Get_Torques': {'Torque_Target': wanted * kt,
-                            'Torque_Estimate': out[sampling.CURRENT] * kt},
-            'Get_Temperature': {'FET_Temperature': out[sampling.TEMPERATURE],
-                                'Motor_Temperature': out[sampling.TEMPERATURE]},
+                            'Torque_Estimate': out[rig_sampling.CURRENT] * kt},
+            'Get_Temperature': {'FET_Temperature': out[rig_sampling.TEMPERATURE],
+                                'Motor_Temperature': out[rig_sampling.TEMPERATURE]},
             'Get_Bus_Voltage_Current': {'Bus_Voltage': SUPPLY, 'Bus_Current': 0.0},
             'Get_Error': {'Active_Errors': 0, 'Disarm_Reason': self.errors},
         }.get(name)

@@ -15,11 +15,11 @@ from typing import ClassVar
 import numpy as np
 
 from ...devices.on_request import DriveSettings
-from .. import sampling
-from ..bench import Bench, COMMANDS
+from .. import rig_sampling
+from ..emulated_bench import Bench, COMMANDS
 
 FAIL_ID = 0x7EF
-"""On this identifier an emulated drive takes a fault code (four bytes, little-endian) and fails."""
+"""On this identifier an emulated drive takes a fault code, four bytes little-endian, and fails."""
 COMPILED_STEP = 0.02  # s of the machine at most in one go
 
 Send = Callable[[list[tuple[int, bytes]]], None]
@@ -50,7 +50,7 @@ class OneDrive(ABC):
         self._cycles = max(1, round(bench.period * rate))
         self._period = bench.period
         self._heard: float | None = None
-        self.last = np.zeros(sampling.ANSWERS)
+        self.last = np.zeros(rig_sampling.ANSWERS)
 
     @property
     @abstractmethod
@@ -59,7 +59,7 @@ class OneDrive(ABC):
 
     @abstractmethod
     def command(self) -> tuple[float, ...]:
-        """Return what the loops work on, by the columns of sampling.py."""
+        """Return what the loops work on, by the columns of rig_sampling.py."""
 
     @abstractmethod
     def hear(self, identifier: int, data: bytes, now: float) -> bool:
@@ -73,11 +73,13 @@ class OneDrive(ABC):
     def fail(self, code: int) -> None:
         """Go to fault with a code."""
 
-    def boot(self) -> None:
-        """Say what the drive says by itself when it is switched on."""
-
+    @abstractmethod
     def beat(self, now: float) -> None:
         """Say what the drive says by itself from time to time."""
+
+    def boot(self) -> None:
+        """Begin on a bus on which nothing has been heard yet."""
+        self._heard = None
 
     def take(self, identifier: int, data: bytes, now: float) -> None:
         """Answer one frame; what is not for the drive is ignored."""
@@ -121,9 +123,9 @@ class OneDrive(ABC):
     @property
     def load_angle(self) -> float:
         """What the drive's one encoder makes of the load's angle, rad."""
-        return self.last[sampling.MOTOR] / self.bench.rig.values['machine.ratio']
+        return self.last[rig_sampling.MOTOR] / self.bench.rig.values['machine.ratio']
 
     @property
     def load_speed(self) -> float:
         """What the drive makes of the load's speed, rad/s."""
-        return self.last[sampling.SPEED] / self.bench.rig.values['machine.ratio']
+        return self.last[rig_sampling.SPEED] / self.bench.rig.values['machine.ratio']
