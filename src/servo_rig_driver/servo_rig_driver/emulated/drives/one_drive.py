@@ -78,8 +78,9 @@ class OneDrive(ABC):
         """Say what the drive says by itself from time to time."""
 
     def boot(self) -> None:
-        """Begin on a bus on which nothing has been heard yet."""
-        self._heard = None
+        """Begin on a bus on which nothing has been heard yet; a motor with torque is watched on."""
+        if not self.gives_torque:
+            self._heard = None
 
     def take(self, identifier: int, data: bytes, now: float) -> None:
         """Answer one frame; what is not for the drive is ignored."""
