@@ -1,4 +1,4 @@
-"""The driver node beside the emulated drives that people own: however it ends, the motor is off."""
+"""The driver node beside the emulated drives that people own: it ends with the motor off."""
 
 from contextlib import contextmanager
 import signal

@@ -3,6 +3,9 @@
 from math import isnan, pi, tau
 import struct
 
+from drive_bench import CONFIG
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 import yaml
 
@@ -16,10 +19,13 @@ from servo_rig_driver.devices.moteus_registers import MoteusTable, padded, read_
 from servo_rig_driver.devices.odrive import load_odrive, Odrive
 from servo_rig_driver.devices.on_request import DriveSettings
 from servo_rig_driver.devices.pdo_table import FrameError
+from servo_rig_driver.devices.protocols import PROTOCOLS
 from servo_rig_driver.devices.tables import SHIPPED
+from servo_rig_driver.driver.driver_parameters import contradiction, DECLARED
 from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_watch import RigWatch
 from servo_rig_driver.driver.setpoints import Mode, Setpoint
+from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 
 
 def made(kind, table, node=1, host=0, **changed):
@@ -185,6 +191,8 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     assert drive.reading.load_speed == pytest.approx(5.99, abs=0.01)
     assert drive.reading.current == pytest.approx(9.0, abs=0.01)
     assert drive.reading.temperature == pytest.approx(41.0)
+    drive.hear(0, bytes.fromhex('01 ffff 7f f7 ff 29 00'))
+    assert isnan(drive.reading.motor_position)  # held at the end of the range: no measurement
     drive.hear(0, bytes.fromhex('01 7fff 7f f7 ff 29 06'))
     assert drive.fault == 'over-temperature of the motor'
 
@@ -295,6 +303,40 @@ def test_a_table_that_is_none_is_named(change, words, tmp_path):
     path.write_text(yaml.safe_dump(content))
     with pytest.raises(DeviceError, match=words):
         load_mit_table(str(path))
+
+
+@given(st.sampled_from(['robstride_rs02', 'cybergear', 'cubemars_ak80_9']), st.data())
+def test_numbers_come_back_within_a_count_and_are_held_at_the_ends(name, data):
+    table = load_mit_table(name)
+    frame = table.frames['control']
+    given_ = {key: data.draw(st.floats(-100.0, 1000.0)) for key in (
+        'position', 'velocity', 'kp', 'kd', 'torque')}
+    told = frame.unpack(*frame.pack(given_ | {'drive': 5}))
+    assert told['drive'] == 5
+    for field in (*frame.identifier.fields, *frame.data.fields):
+        if field.range is not None:
+            count = (field.range.high - field.range.low) / ((1 << field.bits) - 1)
+            held = min(max(given_[field.name], field.range.low), field.range.high)
+            assert -1e-6 * count <= held - told[field.name] <= count * (1 + 1e-6)
+
+
+@given(st.binary(max_size=64))
+def test_any_bytes_are_registers_or_refused(data):
+    try:
+        values, asked = MoteusTable('moteus').parse(data)
+    except FrameError:
+        return
+    assert len(values) + len(asked) <= 3 * 16384
+
+
+@pytest.mark.parametrize('file', sorted(CONFIG.glob('drivers/*.yaml')), ids=lambda file: file.stem)
+def test_every_driver_file_names_parameters_that_there_are_and_a_device_that_can_be_made(file):
+    of = {one.name: one.default for one in DECLARED}
+    given_ = driver_parameters(file)
+    assert set(given_) <= set(of)
+    assert not contradiction(of | given_)
+    device, _ = PROTOCOLS[given_.get('protocol', 'canopen')](of | given_, RigHealth())
+    assert device.modes()
 
 
 def test_what_a_data_sheet_has_to_say_has_no_default():

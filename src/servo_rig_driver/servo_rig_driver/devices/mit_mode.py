@@ -11,6 +11,8 @@ in devices/tables. One table a model holds identifiers, bits and ranges; this cl
 
 from __future__ import annotations
 
+from math import nan
+
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED
 from ..driver.rig_watch import RigWatch
@@ -113,9 +115,16 @@ class MitMode(OnRequest):
         return True
 
     def _unwrapped(self, angle: float) -> float:
-        """Return the angle with its turns counted, where the field goes on at its other end."""
+        """
+        Return the angle with its turns counted, where the field goes on at its other end.
+
+        A field that is held at its ends says nothing there: NaN.
+        """
+        ends = self.table.ranges['position']
+        if not self.table.wraps and not ends.low < angle < ends.high:
+            return nan
         if self.table.wraps:
-            span = self.table.ranges['position'].high - self.table.ranges['position'].low
+            span = ends.high - ends.low
             if self._last_angle is not None and abs(angle - self._last_angle) > 0.5 * span:
                 self._turns += span if angle < self._last_angle else -span
             self._last_angle = angle

@@ -78,7 +78,7 @@ class OneDrive(ABC):
         """Say what the drive says by itself from time to time."""
 
     def boot(self) -> None:
-        """Begin on a bus on which nothing has been heard yet; a motor with torque is watched on."""
+        """Begin on a bus where nothing has been heard yet; a motor with torque is watched on."""
         if not self.gives_torque:
             self._heard = None
 
