@@ -10,23 +10,15 @@ from __future__ import annotations
 from math import nan, tau
 
 from ..can_bus.bus_port import Frames
-from ..can_bus.unix_frames import EXTENDED, FD, STANDARD_MASK
+from ..can_bus.unix_frames import EXTENDED, FD
 from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint
 from .drive_master import DriveState, Order
-from .moteus_registers import MoteusTable, padded
+from .moteus_registers import FAULTED, identifier, MoteusTable, padded, TIMEOUT
 from .on_request import DriveSettings, OnRequest
 
-REPLY_WANTED = 0x8000
-TIMEOUT, FAULTED = 11, 1
 LIMITING = 96
 """From this `fault` on, a code says what limits the power, and is none."""
-
-
-def identifier(source: int, destination: int, reply: bool = False) -> int:
-    """Return an identifier with its flags: extended where eleven bits do not hold it."""
-    number = source << 8 | destination | REPLY_WANTED * reply
-    return number | FD | (EXTENDED if number > STANDARD_MASK else 0)
 
 
 class Moteus(OnRequest):
@@ -64,6 +56,10 @@ class Moteus(OnRequest):
     def query(self) -> Frames:
         """Return a frame that reads alone."""
         return self._frame({})
+
+    def greeting(self) -> Frames:
+        """Return nothing: the drive needs no word before it is enabled."""
+        return []
 
     def off(self) -> Frames:
         """Return the stop command."""

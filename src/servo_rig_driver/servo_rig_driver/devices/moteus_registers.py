@@ -13,12 +13,15 @@ from itertools import groupby
 from math import isnan, nan
 from struct import Struct
 
-from ..can_bus.unix_frames import FD_SIZES
+from ..can_bus.unix_frames import EXTENDED, FD, FD_SIZES, STANDARD_MASK
 from .device import DeviceError
 from .pdo_table import FrameError
 from .tables import read_table
 
 WRITE, READ, REPLY, WRITE_ERROR, READ_ERROR, NOP = 0x00, 0x10, 0x20, 0x30, 0x31, 0x50
+REPLY_WANTED = 0x8000
+FAULTED, TIMEOUT = 1, 11
+"""Values of the register `mode`."""
 TYPES = ('int8', 'int16', 'int32', 'float')
 """In the order of their place in a subframe's first byte: base + 4 times the place + number."""
 _STRUCTS = tuple(Struct(f'<{code}') for code in 'bhif')
@@ -141,6 +144,12 @@ class MoteusTable:
                 if known is not None:
                     values[known.name] = known.to_value(raw, place)
         return values, asked
+
+
+def identifier(source: int, destination: int, reply: bool = False) -> int:
+    """Return an identifier with its flags: extended where eleven bits do not hold it."""
+    number = source << 8 | destination | REPLY_WANTED * reply
+    return number | FD | (EXTENDED if number > STANDARD_MASK else 0)
 
 
 def padded(data: bytes) -> bytes:

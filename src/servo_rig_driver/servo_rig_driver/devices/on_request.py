@@ -112,9 +112,9 @@ class OnRequest(Device):
     def foreign(self, identifier: int, data: bytes) -> str:
         """Return in words what another driver told this drive by a frame, empty for all others."""
 
+    @abstractmethod
     def greeting(self) -> Frames:
-        """Return what a drive has to be told once, before it is enabled."""
-        return []
+        """Return what a drive has to be told once, before it is enabled; [] for nothing."""
 
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
         """Ask until the drive answers; then tell it what it has to know."""
