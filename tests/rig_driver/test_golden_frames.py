@@ -14,8 +14,14 @@ from servo_rig_driver.devices.device import DeviceError
 from servo_rig_driver.devices.drive_master import DriveState, Order
 from servo_rig_driver.devices.mit_mode import MitMode
 from servo_rig_driver.devices.mit_table import load_mit_table
-from servo_rig_driver.devices.moteus import identifier, Moteus
-from servo_rig_driver.devices.moteus_registers import MoteusTable, padded, read_varuint, varuint
+from servo_rig_driver.devices.moteus import Moteus
+from servo_rig_driver.devices.moteus_registers import (
+    identifier,
+    MoteusTable,
+    padded,
+    read_varuint,
+    varuint,
+)
 from servo_rig_driver.devices.odrive import load_odrive, Odrive
 from servo_rig_driver.devices.on_request import DriveSettings
 from servo_rig_driver.devices.pdo_table import FrameError

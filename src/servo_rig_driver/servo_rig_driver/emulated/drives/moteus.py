@@ -5,9 +5,16 @@ from __future__ import annotations
 from math import isnan, nan, tau
 
 from ...can_bus.unix_frames import EXTENDED, FD
-from ...devices.moteus import FAULTED, REPLY_WANTED, TIMEOUT
-from ...devices.moteus import identifier as frame_identifier
-from ...devices.moteus_registers import MoteusTable, padded
+from ...devices.moteus_registers import (
+    FAULTED,
+    MoteusTable,
+    padded,
+    REPLY_WANTED,
+    TIMEOUT,
+)
+from ...devices.moteus_registers import (
+    identifier as frame_identifier,
+)
 from ...devices.on_request import DriveSettings
 from ...devices.pdo_table import FrameError
 from .. import rig_sampling
