@@ -29,10 +29,13 @@ from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import LinkSettings, RigLink
 from servo_rig_driver.driver.sampler import Sampler
 from servo_rig_driver.driver.setpoints import SetpointPlayer
+from servo_rig_driver.emulated import canopen_nodes
 from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 from servo_rig_driver.emulated.rig_process import EmulatedRig
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
+WATCHDOG = 1.0  # s; a busy machine stands still for longer than a drive's usual 0.1 s
+canopen_nodes.SYNC_LOST = WATCHDOG
 EXTENDED, REMOTE, FD = 1 << 31, 1 << 30, 1 << 32
 FAIL_ID = 0x7EF
 OVER_TEMPERATURE = {'canopen': (0x4310, 'over-temperature of the motor'),
@@ -58,7 +61,8 @@ def parameters(name: str, **changed: Any) -> dict[str, Any]:
     if name == 'cybergear':
         of['device.table'] = 'cybergear'
     return of | {'retry_period': 0.1, 'listen_time': 0.05, 'fault_reset_pause': 0.1,
-                 'command_timeout': 0.2, 'heartbeat_timeout': 1.0} | changed
+                 'command_timeout': 0.2, 'heartbeat_timeout': 5.0,
+                 'device.watchdog': WATCHDOG} | changed
 
 
 def rig_file(name: str) -> Path:

@@ -50,7 +50,8 @@ class Device(ABC):
 
     ``nodes`` names whom the driver must hear, by number; ``kinds`` is how many answers make a
     sample; ``doubled`` are the nodes that another one of their number stands beside, after a start
-    that ended so.
+    that ended so. ``emergency_stop`` says that somebody has stopped the drive, so that nobody but
+    a person may enable it again.
     """
 
     fd: ClassVar[bool] = False
@@ -61,6 +62,7 @@ class Device(ABC):
     nodes: Mapping[int, str]
     kinds: int
     doubled: list[int]
+    emergency_stop = False
 
     @property
     @abstractmethod

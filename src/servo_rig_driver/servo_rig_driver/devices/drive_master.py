@@ -56,6 +56,9 @@ class DriveMaster:
     try the master waits ``pause`` seconds, and after ``resets`` tries it gives up. Tries are
     forgiven once the drive has been enabled for ``forgive`` seconds on end.
 
+    A drive that somebody has stopped while it was enabled is ``held``: it is not reset, and stays
+    down until begin().
+
     A drive that follows its reference is taken down in order: quick stop, by which it brakes under
     its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
     seconds after.
@@ -73,7 +76,14 @@ class DriveMaster:
         self.tries = 0
         self._enabled_since: float | None = None
         self._stopping_since: float | None = None
+        self._followed = False  # whether it has since begin()
+        self.held = False
         self._no_fault()
+
+    def begin(self) -> None:
+        """Note that a person wants the drive up: all tries are there again."""
+        self.tries = 0
+        self._followed = self.held = False
 
     @property
     def enabled(self) -> bool:
@@ -82,8 +92,8 @@ class DriveMaster:
 
     @property
     def given_up(self) -> bool:
-        """Whether the drive is in fault and all resets have been tried."""
-        return (self.state is DriveState.FAULT and self.tries >= self.resets
+        """Whether the drive is in fault, and held or all resets have been tried."""
+        return self.held or (self.state is DriveState.FAULT and self.tries >= self.resets
                 and self._retry_at is None)
 
     def forget(self) -> None:
@@ -92,7 +102,7 @@ class DriveMaster:
         self._enabled_since = None
         self._no_fault()
 
-    def step(self, state: DriveState, now: float) -> Order:
+    def step(self, state: DriveState, now: float, emergency_stop: bool = False) -> Order:
         """
         Return the order that answers a state of the drive.
 
@@ -104,13 +114,15 @@ class DriveMaster:
             self._enabled_since = None
         elif self._enabled_since is None:
             self._enabled_since = now
+            self._followed = True
         elif now - self._enabled_since >= self.forgive:
             self.tries = 0
         if not self.enable:
             return self._down(now)
         self._stopping_since = None
         if self.state is DriveState.FAULT:
-            return self._reset(now)
+            self.held |= emergency_stop and self._followed
+            return Order.NO_TORQUE if self.held else self._reset(now)
         self._no_fault()
         return Order.ENABLE if state in _LEADS_UP else Order.NO_TORQUE
 

@@ -22,6 +22,8 @@ NODES = 32
 ANSWERS = ('Get_Encoder_Estimates', 'Get_Iq')
 SELDOM = 'Get_Temperature'
 SELDOM_EVERY = 50  # requests
+ESTOP = 'emergency stop requested'
+"""The error, in the words of the table, that a button leaves."""
 ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
 
 _STATES = {'idle': DriveState.SWITCH_ON_DISABLED,
@@ -162,6 +164,7 @@ class Odrive(OnRequest):
         self._fault = ', '.join(
             self.messages.words('Heartbeat', 'Axis_Error', 1 << bit)
             for bit in range(errors.bit_length()) if errors >> bit & 1)
+        self.emergency_stop = ESTOP in self._fault
         if errors and self._state is DriveState.SWITCH_ON_DISABLED:
             self._state = DriveState.FAULT
 

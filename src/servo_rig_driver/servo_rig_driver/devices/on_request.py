@@ -83,7 +83,7 @@ class OnRequest(Device):
         self.nodes: Mapping[int, str] = watch.nodes
         self.doubled: list[int] = []
         self.reading = Reading()
-        self._starting = False
+        self._sampling = False  # whether answers are samples
         self._answers = 0
         self._braked = 0
         self._rested = False
@@ -128,7 +128,7 @@ class OnRequest(Device):
             if answers:
                 break
             self.watch.silent(now())
-        if answers > 1 and all(self._asked(port, now) > 1 for _ in range(PROOFS)):
+        if answers > 1 and all(self._asked_quietly(port, now) > 1 for _ in range(PROOFS)):
             self.doubled = list(self.nodes)
             return Outcome.DOUBLED
         self._greet(port, now)
@@ -139,27 +139,35 @@ class OnRequest(Device):
         frames = self.greeting()
         if not frames:
             return
-        self._starting = True
         port.send(frames)
         until = now() + ECHO
         while now() < until:
             port.receive(0.005)
-        self._starting = False
+
+    def _asked_quietly(self, port: BusPort, now: Callable[[], int]) -> int:
+        """Return how many answers one request gets, once no earlier one is under way."""
+        quiet_since = now()
+        while now() - quiet_since < 5 * ECHO:
+            self._answers = 0
+            port.receive(0.01)
+            if self._answers:
+                quiet_since = now()
+        return self._asked(port, now)
 
     def _asked(self, port: BusPort, now: Callable[[], int]) -> int:
         """Return how many answers one request gets."""
-        self._answers, self._starting = 0, True
+        self._answers, self._sampling = 0, False
         port.send(self.query())
         until = now() + max(ECHO, round(self.settings.retry * 1e9))
         while now() < until and not self.watch.foreign:
             port.receive(0.005)
             if self._answers == 1:
                 until = min(until, now() + ECHO)
-        self._starting = False
         return self._answers
 
     def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return the order, the set-point and the request."""
+        self._sampling = True
         return self.frames(self._settled(order), point, now)
 
     def _settled(self, order: Order) -> Order:
@@ -174,7 +182,8 @@ class OnRequest(Device):
         return Order.NO_TORQUE if self._rested else order
 
     def rest(self, number: int, now: int) -> Frames:
-        """Return the frames that take the torque away."""
+        """Return the frames that take the torque away; what they are answered is no sample."""
+        self._sampling = False
         return self.off()
 
     def take(self, identifier: int, data: bytes, now: int) -> Answer | None:
@@ -189,7 +198,7 @@ class OnRequest(Device):
         if not whole:
             return None
         self._answers += 1
-        return None if self._starting else Answer(0, self._measured(), None)
+        return Answer(0, self._measured(), None) if self._sampling else None
 
     def _measured(self) -> list[float]:
         """

@@ -97,7 +97,7 @@ class RigLink:
 
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
-        self.sampler.master.tries = 0
+        self.sampler.master.begin()
         self._idle.clear()
         self._active = True
 

@@ -88,7 +88,9 @@ class RigWatch:
         if state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE):
             words = f' ({fault})' if fault else ''
             tries = f'reset {master.tries} of {master.resets} times'
-            if master.given_up:
+            if master.held:
+                tries = 'not reset; deactivate and activate the driver when it may move again'
+            elif master.given_up:
                 tries += ', given up; deactivate and activate the driver to try again'
             self.health.trouble('drive.fault', f'the drive is in fault{words}, {tries}', now)
         elif master.enable and now - self._disabled_since > ENABLING_MAY_TAKE:

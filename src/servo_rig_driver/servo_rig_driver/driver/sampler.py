@@ -66,7 +66,7 @@ class Sampler:
 
     def tick(self, number: int, instant: int, now: int) -> Frames:
         """Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``."""
-        order = self.master.step(self.device.state, now * 1e-9)
+        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop)
         point = self.player.at(instant, now) if self.master.enabled else None
         if self.device.on_request:
             self._give_up(now)
