@@ -27,7 +27,8 @@ LONGEST = 0.25  # s, of a test function
 SAWTOOTH = 0.3  # of a count, over the spacing squared: acceleration of a creeping shaft at worst
 SMOOTH_ENOUGH = 0.005  # noise of the inertial torque, as a share of the torque at work
 SMOOTH_TORSION = 0.05  # noise of the torsion times the stiffness, as a share of the same
-BLOCK, FEWEST_BLOCKS = 1.5, 40  # s taken as independent of its neighbours; blocks at least
+BLOCK = 1.5  # s that count as independent of their neighbours
+FEWEST_BLOCKS, MOST_BLOCKS = 40, 120  # of all recordings together; more only cost time
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def measure(recordings: Sequence[Recording], servo: Servo,
         needed = _gear_spacing(recording, noise, servo)
         gears[recording.period] = min(needed, gears.get(recording.period, needed))
     together = sum(r.duration for r in recordings)
-    block = float(np.clip(together / FEWEST_BLOCKS, 0.2, BLOCK))
+    block = float(np.clip(together / FEWEST_BLOCKS, 0.2, max(BLOCK, together / MOST_BLOCKS)))
     prepared = []
     for recording, noise in zip(recordings, noises, strict=True):
         period = recording.period
