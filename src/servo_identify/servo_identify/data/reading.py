@@ -10,7 +10,7 @@ from servo_twin.bag import read_recording
 from servo_twin.recording.recording import Recording
 
 from .mapping import read_mapping
-from .messages import holds_messages
+from .message_files import holds_messages
 from .table_import import import_table
 from .tables import SUFFIXES
 
