@@ -73,11 +73,13 @@ def _round(mean: float, samples: int) -> float:
 
 
 def _usual(time: np.ndarray) -> float:
-    """Return the period, s, of times that jitter or have rows missing."""
+    """Return the period, s, of uneven times: a round one that is meant, else their median."""
     median = float(np.median(np.diff(time)))
     steps = np.maximum(np.round(np.diff(time) / median), 1.0)
-    mean = (time[-1] - time[0]) / steps.sum()
-    return _round(mean, len(time)) if abs(mean / median - 1.0) < 1e-3 else median
+    mean = float((time[-1] - time[0]) / steps.sum())
+    meant = float(f'{mean:.1e}')
+    near = abs(meant / mean - 1.0) < 1e-3 and abs(mean / median - 1.0) < 0.03
+    return meant if near else median
 
 
 def _resample(time: np.ndarray, columns: dict[str, np.ndarray], step: float,
