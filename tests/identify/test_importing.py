@@ -97,7 +97,7 @@ def test_it_converts_the_units_that_a_header_gives(tmp_path):
 
 
 @pytest.mark.parametrize('change, text', [
-    ({'motor_position [furlong]': TIME}, "is in 'furlong', motor_position is in rad: 'furlong' is no"),
+    ({'motor_position [furlong]': TIME}, "is in 'furlong', motor_position is in rad: 'furlong'"),
     ({'motor_position [counts]': TIME}, 'write 1/4096 rev in place of counts'),
     ({'load_position [mm]': TIME}, 'a linear axis says so in its servo file: travel: linear'),
     ({'motor_angle': TIME}, "there is no column 'motor_angle'; is it 'motor_position'"),

@@ -7,6 +7,7 @@ import sys
 from servo_twin.cli import added_commands, dispatch
 
 COMMANDS = {
+    'init': ('.commands.init', 'look at a recording; write a servo file and a mapping file'),
     'import': ('.commands.import_table',
                'make a bag of a table: CSV, Parquet, or MAT and JSON by a mapping'),
     'info': ('.commands.info',
