@@ -1,9 +1,11 @@
 """Installs servo_identify as an ament_python package."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
+MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_identify'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
@@ -40,7 +42,7 @@ def shared_files(folder):
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
     description='Identification of servo models, and diagnosis of the sim-to-real gap.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

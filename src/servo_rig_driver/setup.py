@@ -1,9 +1,11 @@
 """Installs servo_rig_driver as an ament_python package."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
+MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_rig_driver'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
@@ -36,7 +38,7 @@ def configuration():
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
     description='The rig: its CAN bus, driver, recorder and the emulated servo bench.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

@@ -1,9 +1,11 @@
 """Installs servo_twin as an ament_python package."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
+MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_twin'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
@@ -37,7 +39,7 @@ def shared_files(folder):
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
     description='The servo twin: physics of effects, lockstep model, twin node and bags.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

@@ -24,8 +24,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
+from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
-from servo_twin.description.shipped import servo_at, shipped
+from servo_twin.description.shipped import shipped
 from servo_twin.physics.servo import Servo
 
 from ..experiment.bench import emulated_bench, python, ros, START
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('procedures', nargs='*', metavar='NAME', help='of the list, or all')
     parser.add_argument('--list', action='store_true', help='say what procedures there are')
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the bags')
-    parser.add_argument('--servo', default='rv_bench', metavar='S.yaml',
+    parser.add_argument('--servo', type=named_servo, default='rv_bench', metavar='S.yaml',
                         help='servo file that goes into the bags (default %(default)s)')
     where = parser.add_argument_group('the rig')
     where.add_argument('--namespace', default='rig', help='default %(default)s')
@@ -74,7 +75,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.list:
         print('\n'.join(f'{p.name:<20}{p.summary}' for p in PROCEDURES.values()))
         return 0
-    servo, path = servo_file.load(servo_at(arguments.servo)), servo_at(arguments.servo)
+    servo, path = servo_file.load(arguments.servo), arguments.servo
     limits = Limits(arguments.max_speed, arguments.max_torque, arguments.max_travel,
                     arguments.max_current)
     runs = planned(arguments, servo, limits)

@@ -20,8 +20,10 @@ import tempfile
 import numpy as np
 
 from servo_twin.bag import read_recording
+from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import add_force, new_folder
 from servo_twin.description import servo_file
-from servo_twin.description.shipped import servo_at, shipped
+from servo_twin.description.shipped import shipped
 from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import BALANCES, Recording
@@ -65,7 +67,7 @@ class Seen:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='DIR')
-    parser.add_argument('--servo', default='rv_bench', metavar='S.yaml',
+    parser.add_argument('--servo', type=named_servo, default='rv_bench', metavar='S.yaml',
                         help='servo file of the twin (default %(default)s)')
     parser.add_argument('--rig', type=Path, metavar='R.yaml',
                         help='rig file (default: the shipped rv_bench)')
@@ -80,6 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--hours', type=float, default=1.0,
                         help='to watch with nothing switched on (default %(default)g)')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -87,10 +90,10 @@ def main(arguments: argparse.Namespace) -> int:
     unknown = [name for name in arguments.effects if name not in EFFECTS]
     if unknown:
         raise ValueError(f'{unknown} cannot be switched on here; there are {list(EFFECTS)}')
-    servo = servo_file.load(servo_at(arguments.servo))
+    servo = servo_file.load(arguments.servo)
     rig = (arguments.rig or shipped('rigs/rv_bench.yaml')).read_text()
     settings = Settings(learn=arguments.learn, false_alarms=arguments.false_alarms)
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    new_folder(arguments.output, arguments.force, 'watch.json', 'watch.png')
     seen = []
     for name in arguments.effects:
         seen.append(_switched(name, servo, rig, settings, arguments.wait, arguments.seed))

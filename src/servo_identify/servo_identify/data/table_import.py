@@ -24,17 +24,18 @@ from .plausibility import check_angles
 from .tables import read_table, Table
 
 
-def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
+def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
                  family: str | None = None, replicate: int | None = None, note: str | None = None,
                  period: float = 0.0) -> Recording:
     """
     Return a table as a recording of the machine of a servo file.
 
-    What was changed or left out stands in its ``warnings`` and, for the bag, in its note. Raises
-    ValueError for a table whose columns, units, times or numbers cannot be those of a recording,
-    OSError for files that cannot be read.
+    Without one its angles are not held against each other, and are in rad. What was changed or
+    left out stands in its note, and what to mind in its ``warnings``. Raises ValueError for
+    a table whose columns, units, times or numbers cannot be those of a recording, OSError for
+    files that cannot be read.
     """
-    machine = servo_file.load(servo)
+    machine = servo_file.load(servo) if servo else None
     plan = read_mapping(mapping) if mapping else None
     if not np.isfinite(period) or period < 0.0:
         raise ValueError(f'--period = {period} s, it must be positive')
@@ -42,10 +43,11 @@ def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
     facts = (plan.describe(table) if plan else {}) | _beside(path)
     facts |= {name: value for name, value in
               (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
-    return recording_of(table, machine, servo.read_text('utf8'), facts, plan, period)
+    text = servo.read_text('utf8') if servo else ''
+    return recording_of(table, machine, text, facts, plan, period)
 
 
-def recording_of(table: Table, machine: Servo, servo_text: str, facts: Mapping[str, Any],
+def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
                  plan: ColumnMapping | None = None, period: float = 0.0) -> Recording:
     """
     Return a table that was read as a recording of a machine, on an even grid.
@@ -56,10 +58,12 @@ def recording_of(table: Table, machine: Servo, servo_text: str, facts: Mapping[s
     Raises ValueError as :func:`import_table` does.
     """
     path, warnings, told = table.path, list[str](), list[str]()
-    columns = (plan.apply(table, machine.linear, warnings) if plan
-               else named_columns(table, machine.linear, told))
+    linear = machine is not None and machine.linear
+    columns = (plan.apply(table, linear, warnings) if plan
+               else named_columns(table, linear, told))
     _check(table, columns, warnings)
-    check_angles(path, columns, machine.values['mechanism.ratio'])
+    if machine is not None:
+        check_angles(path, columns, machine.values['mechanism.ratio'])
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     if not 1e-6 <= step <= 1.0:
         warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')
@@ -67,8 +71,9 @@ def recording_of(table: Table, machine: Servo, servo_text: str, facts: Mapping[s
     if not 0 <= facts.get('replicate', 0) < 2**32:
         raise ValueError(f'replicate = {facts["replicate"]}, it must be 0 (not said) or more')
     facts['note'] = '\n'.join([facts.get('note', ''), *told, *warnings]).strip()
-    return Recording(path.stem, step, columns, start=max(start, 0.0), servo=machine.name,
-                     servo_file=servo_text, warnings=tuple(warnings), **facts)
+    return Recording(path.stem, step, columns, start=max(start, 0.0),
+                     servo=machine.name if machine else '', servo_file=servo_text,
+                     warnings=tuple(warnings), **facts)
 
 
 def _table(path: Path, plan: ColumnMapping | None) -> Table:

@@ -35,6 +35,7 @@ from ..devices.cia402 import DriveMaster
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import FrameError, load_frames
 from ..ending import Ending
+from ..node_help import asked_for_help
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .health_report import Diagnoser
@@ -268,6 +269,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     ROS stays up until the drive is down, whatever signals come meanwhile.
     """
+    if asked_for_help('driver', __doc__, 'config/driver.yaml'):
+        return 0
     sys.setswitchinterval(5e-4)
     ending = Ending()
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)

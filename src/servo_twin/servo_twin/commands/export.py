@@ -18,8 +18,8 @@ from pathlib import Path
 import re
 import shlex
 
+from ..cli import named_servo
 from ..description.servo_file import load
-from ..description.shipped import servo_at
 from ..physics import catalogue
 from ..physics.servo import Servo
 from ..simulators.joint import Joint, ModelError
@@ -34,7 +34,8 @@ PERIOD = 1e-3  # s
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
-    parser.add_argument('servo', help='servo file, or the name of a shipped one')
+    parser.add_argument('servo', type=named_servo, metavar='S.yaml',
+                        help='servo file, or the name of a shipped one')
     parser.add_argument('--format', required=True, choices=FORMATS, help='what to write')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FILE',
                         help='file to write')
@@ -61,7 +62,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.effects:
         catalogue.register(arguments.effects)
     _check(arguments)
-    servo = load(servo_at(arguments.servo))
+    servo = load(arguments.servo)
     name = arguments.joint or re.sub(r'[^\w.-]', '_', servo.name)
     nearest = nearest_joint(servo, name, arguments.format, arguments.timestep,
                             arguments.amplitude, arguments.frequency, arguments.duration)

@@ -20,8 +20,8 @@ from rich import box
 from rich.table import Table as RichTable
 
 from ..bag import read_recording
+from ..cli import named_servo
 from ..description.servo_file import load
-from ..description.shipped import servo_at
 from ..linear.forms import INPUT_UNITS, LinearForm, linearise
 from ..linear.jacobian import OUTPUT_UNITS
 from ..linear.loop import closed_loop, margins, REFERENCES
@@ -29,14 +29,16 @@ from ..linear.measured import estimate, Measured
 from ..linear.operating import FRICTIONS, usual_point
 from ..physics import catalogue
 from ..physics.servo import Servo, ServoError
-from .parameters import terminal
+from .any_bag import bag_of
+from .terminal import add_force, add_told, new_folder, tell, terminal
 
 PERIOD = 1e-3  # s, of a closed loop without recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
-    parser.add_argument('servo', help='servo file, or the name of a shipped one')
+    parser.add_argument('servo', type=named_servo, metavar='S.yaml',
+                        help='servo file, or the name of a shipped one')
     parser.add_argument('bag', nargs='?', type=Path,
                         help='recording whose frequency response is laid under the plots')
     parser.add_argument('--input', default='voltage', choices=list(INPUT_UNITS),
@@ -65,6 +67,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--duration', type=float, help='of the step plot, s')
     parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
+    parser.add_argument('--mapping', type=Path, metavar='M.yaml',
+                        help='how columns of a table, or fields of messages, become channels')
+    add_told(parser)
+    add_force(parser)
     parser.add_argument('-o', '--output-folder', type=Path, default=Path('linear'), metavar='DIR',
                         help='page, pictures and linear.json (default %(default)s)')
 
@@ -75,10 +81,12 @@ def main(arguments: argparse.Namespace) -> int:
 
     if arguments.effects:
         catalogue.register(arguments.effects)
-    servo = load(servo_at(arguments.servo))
+    servo = load(arguments.servo)
+    new_folder(arguments.output_folder, arguments.force, 'linear.json', 'linear.html')
     recording = None
     if arguments.bag:
-        recording = read_recording(arguments.bag, arguments.namespace, digest=False)
+        with bag_of(arguments.bag, arguments.servo, arguments.mapping) as bag:
+            recording = read_recording(bag, arguments.namespace, digest=False)
     form = form_of(servo, arguments, recording.period if recording else None)
     measured: dict[str, Measured] = {}
     if recording:
@@ -97,18 +105,18 @@ def main(arguments: argparse.Namespace) -> int:
         pictures[f'bode_{name}'] = figures.bode(form, name, band, measured.get(name))
         pictures[f'step_{name}'] = figures.step(form, name, arguments.duration)
 
-    console = terminal()
+    console = terminal(quiet=arguments.quiet or arguments.json == '-')
     for table in tables:
         console.print(_rich(table))
     folder = arguments.output_folder
-    folder.mkdir(parents=True, exist_ok=True)
     for name, png in pictures.items():
         (folder / f'{name}.png').write_bytes(png)
     (folder / 'linear.json').write_text(json.dumps(as_data(form), indent=1) + '\n')
     title = f'{form.servo}: linear form from {figures.spoken(form.input)}'
     systems = [f'{form.transfer(name)}' for name in form.outputs] + [f'{form.system}']
     (folder / 'linear.html').write_text(page.page(title, tables, pictures, systems))
-    print(f'page: {folder / "linear.html"}')
+    tell(arguments.json, as_data(form))
+    console.print(f'page: {folder / "linear.html"}', highlight=False, soft_wrap=True)
     return 0
 
 

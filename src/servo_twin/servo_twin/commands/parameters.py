@@ -10,13 +10,13 @@ import argparse
 from pathlib import Path
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from ..description.servo_file import load
 from ..description.shipped import servo_at
 from ..physics import catalogue
 from ..physics.effect import Parameter
+from .terminal import terminal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,12 +76,6 @@ def catalogue_table() -> Table:
         table.add_row(name, ', '.join(effect.sites), ', '.join(effect.parameters),
                       words[0] if words else '')
     return table
-
-
-def terminal() -> Console:
-    """Return the terminal, or what a file gets: lines of 160 columns."""
-    console = Console()
-    return console if console.is_terminal else Console(width=160)
 
 
 def _table(title: str, value: str, *more: str) -> Table:

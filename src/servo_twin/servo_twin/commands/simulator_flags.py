@@ -9,6 +9,7 @@ from ..physics.controllers import Open
 from ..simulators.from_model.as_servo import NO_SENSORS, servo_of, text_of
 from ..simulators.from_model.given import Given
 from ..simulators.joint import Joint, ModelError
+from .terminal import new_file
 
 
 def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,11 +60,11 @@ def numbers(given: list[str], flag: str) -> dict[str, float]:
 
 
 def check_output(path: Path, force: bool) -> None:
-    """Raise ModelError where a file must not be written."""
-    if path.exists() and not force:
-        raise ModelError(f'{path} exists already; --force writes over it')
-    if not path.resolve().parent.is_dir():
-        raise ModelError(f'{path}: there is no folder {path.resolve().parent}')
+    """Make the folder of a file; raise ModelError where the file must not be written."""
+    try:
+        new_file(path, force)
+    except ValueError as problem:
+        raise ModelError(str(problem)) from None
 
 
 def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origin: Path) -> int:
