@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from servo_twin.commands.terminal import add_force, add_told, new_folder, terminal
+from servo_twin.description.nearest_name import or_what
 
 from ..data.arguments import add_data, recordings
 from ..data.reading import files_of
@@ -63,8 +64,8 @@ def reach_of(text: str) -> dict[str, float]:
     for part in text.split(','):
         name, _, value = part.partition('=')
         if name not in REACH:
-            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; there are '
-                                             f'{list(REACH)}')
+            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; '
+                                             f'{or_what(name, REACH)}')
         try:
             found[name] = float(value)
         except ValueError:

@@ -26,6 +26,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
 from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
+from servo_twin.description.nearest_name import or_what
 from servo_twin.description.shipped import shipped
 from servo_twin.physics.servo import Servo
 
@@ -100,7 +101,8 @@ def planned(arguments: argparse.Namespace, servo: Servo, limits: Limits) -> list
     names = list(PROCEDURES) if arguments.procedures == ['all'] else arguments.procedures
     unknown = [name for name in names if name not in PROCEDURES]
     if unknown or not names:
-        raise ValueError(f'there is no procedure {unknown[0]!r}; there are {list(PROCEDURES)}'
+        raise ValueError(f'there is no procedure {unknown[0]!r}; '
+                         f'{or_what(unknown[0], PROCEDURES)}'
                          if unknown else f'name a procedure of {list(PROCEDURES)}')
     if not 100.0 <= arguments.rate <= 20_000.0:
         raise ValueError(f'--rate {arguments.rate:g} Hz is outside [100, 20000]')
