@@ -19,9 +19,9 @@ from servo_twin.description import servo_file
 
 from ..data.arguments import add_data
 from ..data.arguments import recordings as read
-from ..learn.friction.comparison import best_of, compared, markdown, plain
-from ..learn.friction.dataset import dataset_of, FEATURES
+from ..learn.friction.friction_dataset import dataset_of, FEATURES
 from ..learn.friction.friction_samples import friction_of
+from ..learn.friction.learner_comparison import best_of, compared, markdown, plain
 from ..learn.friction.learners import names
 
 
@@ -62,7 +62,7 @@ def main(arguments: argparse.Namespace) -> int:
                                 seconds=arguments.seconds, told=told)
     (arguments.output / 'table.md').write_text(markdown(rows))
     (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
-    from ..learn.friction.pictures import friction_speed
+    from ..learn.friction.friction_plots import friction_speed
     friction_speed(data, models, arguments.output / 'friction_speed.png')
     if not (tell(arguments.json, plain(rows)) or arguments.quiet):
         print(markdown(rows), end='')
@@ -72,8 +72,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
-    from ..learn.friction.learned import learned_friction, with_friction
-    from ..learn.friction.pictures import friction_angle
+    from ..learn.friction.friction_plots import friction_angle
+    from ..learn.friction.servo_friction import learned_friction, with_friction
     from .fit import write
 
     try:

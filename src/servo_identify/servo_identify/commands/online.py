@@ -19,8 +19,8 @@ import numpy as np
 from servo_twin.commands.terminal import add_force, add_told, new_folder, tell
 from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
+from servo_twin.recording.joined_samples import samples_of
 from servo_twin.recording.recording import Recording
-from servo_twin.recording.samples import samples_of
 
 from ..data.arguments import add_data, recordings
 from ..watch.estimator.online_estimator import OnlineEstimator, Snapshot

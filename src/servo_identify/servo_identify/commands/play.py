@@ -16,7 +16,7 @@ from servo_twin.description import servo_file
 
 from ..data.arguments import add_data
 from ..data.reading import files_of, read_one
-from ..learn.transmission.play import measured_play, with_curve
+from ..learn.transmission.two_way_backlash import measured_play, with_curve
 from .fit import write
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from .worlds import World, WORLDS
+from .rig_physics import World, WORLDS
 
 
 def schema() -> dict[str, Any]:
