@@ -9,7 +9,7 @@ from ..description.shipped import shipped_servos
 from ..physics.servo import ServoError
 
 SHELLS = ('bash', 'zsh')
-_BASH = """# Completion of {program}: eval "$({program} --completion {shell})"
+_BASH = """# Completion of {program}: eval "$({program} --completion {which})"
 {begin}_{name}() {{
   local word="${{COMP_WORDS[COMP_CWORD]}}" before="${{COMP_WORDS[COMP_CWORD-1]}}" words=""
   if [ "$COMP_CWORD" -eq 1 ]; then
@@ -45,7 +45,7 @@ def script(program: str, parsers: Mapping[str, argparse.ArgumentParser], asked: 
                 for name in action.option_strings:
                     choices.append(f'      "{command} {name}") words="{" ".join(known)}" ;;')
     begin = 'autoload -Uz bashcompinit && bashcompinit\n' if asked[0] == 'zsh' else ''
-    return _BASH.format(program=program, shell=asked[0], begin=begin,
+    return _BASH.format(program=program, which=asked[0], begin=begin,
                         name=program.replace('-', '_'), commands=' '.join(parsers),
                         choices='\n'.join(choices), options='\n'.join(options))
 

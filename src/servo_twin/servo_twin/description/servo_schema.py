@@ -16,7 +16,7 @@ from typing import Any
 from ..physics.catalogue import find, names
 from ..physics.effect import Parameter
 from ..physics.harmonic_drives import HARMONIC_DRIVES
-from ..physics.part import Correction
+from ..physics.servo_parts import Correction
 from ..physics.servo import CONTROLLERS, DRIVES, MECHANISMS, SENSORS
 
 Schema = dict[str, Any]
