@@ -186,3 +186,19 @@ def test_nothing_is_made_up_where_a_topic_was_silent(tmp_path):
     found = at_rows(np.array([0.055, 0.3, 0.555]), times, times, held=False)
     assert found[0] == pytest.approx(0.055) and np.isnan(found[1])
     assert at_rows(np.array([0.3]), times, times, held=True)[0] == pytest.approx(0.09)
+
+
+@pytest.mark.parametrize('spoil', ['half', 'bytes'])
+def test_a_damaged_mcap_ends_in_a_sentence(tmp_path, spoil):
+    path, mapping = tmp_path / 'log.mcap', tmp_path / 'mapping.yaml'
+    json_mcap(path)
+    mapping.write_text('time: {source: /drive.stamp}\ncolumns:\n'
+                       '  load_position: {source: "/drive.joints[joint].q"}\n')
+    content = bytearray(path.read_bytes())
+    if spoil == 'half':
+        del content[len(content) // 2:]
+    else:
+        content[400:440] = bytes(40)
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match='log.mcap.*`mcap recover`'):
+        read_recordings([path], SERVO, mapping)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from struct import error as StructError
 from typing import Any, NamedTuple, Protocol
 
 SUFFIXES = ('.mcap', '.db3', '.bag')
@@ -97,11 +98,27 @@ class _Mcap:
         return self._schemas[number].name if number in self._schemas else ''
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        for schema, channel, message in self._reader.iter_messages(topics=list(topics)):
+        for schema, channel, message in self._records(topics):
             if channel.id not in self._decoders:
                 self._decoders[channel.id] = self._decoder(schema, channel)
-            yield Message(channel.topic, schema.name if schema else '', message.log_time,
-                          self._decoders[channel.id](message.data))
+            try:
+                content = self._decoders[channel.id](message.data)
+            except _unreadable() as problem:
+                raise ValueError(f'{self._path}: a message on {channel.topic} is no '
+                                 f'{channel.message_encoding}: {problem}') from None
+            yield Message(channel.topic, schema.name if schema else '', message.log_time, content)
+
+    def _records(self, topics: Collection[str]) -> Iterator[tuple[Any, Any, Any]]:
+        records = self._reader.iter_messages(topics=list(topics))
+        while True:
+            try:
+                record = next(records)
+            except StopIteration:
+                return
+            except Exception as problem:  # each decompressor has an error of its own
+                raise ValueError(f'{self._path} is damaged: {problem}; `mcap recover` may mend '
+                                 'it') from None
+            yield record
 
     def _decoder(self, schema: Any, channel: Any) -> Callable[[bytes], Any]:
         encoding = channel.message_encoding
@@ -131,8 +148,19 @@ def _mcap(path: Path) -> Iterator[_Mcap]:
     with path.open('rb') as stream:
         try:
             yield _Mcap(path, make_reader(stream))
-        except (McapError, EOFError) as error:
-            raise ValueError(f'{path} cannot be read as MCAP: {error}') from None
+        except (McapError, EOFError, StructError, UnicodeDecodeError) as error:
+            raise ValueError(f'{path} cannot be read as MCAP: {error}; `mcap recover` may mend '
+                             'it') from None
+
+
+def _unreadable() -> tuple[type[Exception], ...]:
+    """Return what decoding a damaged message may raise."""
+    from rosbags.serde import SerdeError
+    try:
+        from google.protobuf.message import Error
+    except ImportError:
+        return ValueError, LookupError, StructError, SerdeError
+    return ValueError, LookupError, StructError, SerdeError, Error
 
 
 def _cdr(schema: Any) -> Callable[[bytes], Any]:

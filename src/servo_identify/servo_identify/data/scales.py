@@ -176,7 +176,8 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
         if balance is not None:
             more = _inertia_findings(recording, balance, servo)
             weak = balance.share.get('inertia', 0.0) < borne_out
-            found += [replace(one, level='amber') for one in more] if weak else more
+            found += ([replace(one, level='amber') for one in more if one.level == 'red'] if weak
+                      else more)
     if not any(one.level == 'red' for one in found):  # those would be blamed on sensors too
         found += [one for recording in recordings for one in sensor_findings(recording, servo)]
     return found
