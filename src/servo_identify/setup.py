@@ -5,13 +5,11 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_identify'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
     'jinja2',
     'markupsafe',
-    'mcap',
     'numba',
     'numpy>=1.26.4',
     'pyarrow',
@@ -25,7 +23,6 @@ REQUIRES = [
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
     'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks
-    'protobuf': ['mcap-protobuf-support'],  # MCAP files with protobuf messages
     'plot': ['matplotlib'],  # pictures of curves, friction, the online estimator
 }
 
@@ -42,7 +39,7 @@ def shared_files(folder):
 
 setup(
     name=NAME,
-    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='Identification of servo models, and diagnosis of the sim-to-real gap.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

@@ -5,7 +5,6 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_rig_driver'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
@@ -38,7 +37,7 @@ def configuration():
 
 setup(
     name=NAME,
-    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='The rig: its CAN bus, driver, recorder and the emulated servo bench.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

@@ -1,11 +1,9 @@
 """Installs servo_studies as an ament_python package."""
 
-from pathlib import Path
 from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_studies'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
@@ -26,7 +24,7 @@ EXTRAS = {
 
 setup(
     name=NAME,
-    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='The systems of the papers, real machines, and the blind check of the diagnosis.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

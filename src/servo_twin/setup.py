@@ -5,7 +5,6 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-MANIFEST = Path(__file__).with_name('package.xml')  # the version stands there alone
 NAME = 'servo_twin'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
@@ -39,7 +38,7 @@ def shared_files(folder):
 
 setup(
     name=NAME,
-    version=ElementTree.parse(MANIFEST).findtext('version'),  # noqa: S314
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='The servo twin: physics of effects, lockstep model, twin node and bags.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

@@ -10,14 +10,16 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.data.physical_units import factor_to, UnitError, value_in
 from servo_identify.data.reading import read_recordings
+from servo_identify.init.flag_names import TYPES, VALUES
+from servo_identify.init.machine import flags, SECTIONS
 from servo_identify.init.noise import noise_of
 from servo_identify.init.proposals import ANGLE, looks_like
 from servo_twin.description.servo_file import load
 
 SERVO = Path(__file__).resolve().parents[2] / 'config' / 'servos' / 'geared_dc.yaml'
-VALUES = ['--drive', 'voltage', '--resistance', '2100 mohm', '--back-emf', '212 rpm/V',
-          '--torque-constant', '45 mN m/A', '--rotor-inertia', '320 g cm2', '--load-inertia',
-          '120 kg cm2', '--ratio', '50', '--no-questions']
+GIVEN = ['--drive', 'voltage', '--resistance', '2100 mohm', '--back-emf', '212 rpm/V',
+         '--torque-constant', '45 mN m/A', '--rotor-inertia', '320 g cm2', '--load-inertia',
+         '120 kg cm2', '--ratio', '50', '--no-questions']
 COUNT = 2.0 * np.pi / 4096
 
 
@@ -51,7 +53,7 @@ def write(path, columns, delimiter=',', decimal='.', names=True):
 
 def init(data, folder, *more):
     return main(['init', str(data), '-o', str(folder / 'new' / 's.yaml'), '--mapping-out',
-                 str(folder / 'new' / 'm.yaml'), *VALUES, *more])
+                 str(folder / 'new' / 'm.yaml'), *GIVEN, *more])
 
 
 @pytest.mark.parametrize(('text', 'wanted', 'value'), [
@@ -70,6 +72,12 @@ def test_it_understands_units_as_people_write_them(text, wanted, value):
 def test_it_refuses_a_value_without_its_unit(text, wanted, word):
     with pytest.raises(UnitError, match=word):
         value_in(text, wanted)
+
+
+def test_its_flags_are_those_of_the_declarations():
+    assert {section: tuple(types) for section, types in SECTIONS.items()} == TYPES
+    assert {name: tuple(dict.fromkeys(kind for _, kind in owners))
+            for name, owners in flags().items()} == VALUES
 
 
 def test_a_count_of_an_encoder_is_a_unit():

@@ -12,11 +12,8 @@ from dataclasses import asdict
 import sys
 
 from servo_twin.commands.terminal import add_told, tell
-from servo_twin.description import servo_file
-from servo_twin.description.given_values import defaults
 
 from ..data.arguments import add_data, recordings
-from ..data.check import check
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,16 +24,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the findings; 1 where one is red."""
+    from servo_twin.description import servo_file
+    from servo_twin.description.given_values import defaults
+
+    from ..data.check import check
+
     servo = servo_file.load(arguments.servo)
     found = check(recordings(arguments), servo)
-    printed = tell(arguments.json, {'findings': [asdict(one) for one in found],
-                                    'defaults': [asdict(one) for one in defaults(servo)]})
-    if not printed:
-        for one in found:
-            if not arguments.quiet or one.level == 'red':
-                print(f'{one.level:5}  {one.sentence}' + (f'\n       {one.action}'
-                                                          if one.action else ''))
     taken = defaults(servo)
+    printed = tell(arguments.json, {'findings': [asdict(one) for one in found],
+                                    'defaults': [asdict(one) for one in taken]})
+    for one in found if not printed else ():
+        if not arguments.quiet or one.level == 'red':
+            print(f'{one.level:5}  {one.sentence}' + (f'\n       {one.action}'
+                                                      if one.action else ''))
     if taken and not (printed or arguments.quiet):
         print('defaults taken: ' + ', '.join(f'{d.path} = {d.value} {d.unit}'.rstrip()
                                              for d in taken), file=sys.stderr)

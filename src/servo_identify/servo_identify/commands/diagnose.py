@@ -12,16 +12,15 @@ import json
 from pathlib import Path
 import shlex
 import sys
-
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import add_force, add_told, new_folder, terminal
 from servo_twin.description.nearest_name import or_what
 
-from ..data.arguments import add_data, recordings
-from ..data.reading import files_of
+from ..data.arguments import add_data, files, recordings
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 REACH = {'travel': 'rad', 'speed': 'rad/s', 'torque': 'N m', 'amplitude': 'V'}
 FAIL_ON = {'gap': ('explained', 'partly_explained', 'unknown'), 'unknown': ('unknown',)}
@@ -75,6 +74,7 @@ def reach_of(text: str) -> dict[str, float]:
 
 def main(arguments: argparse.Namespace) -> int:
     """Diagnose; returns 0 when there is an answer. Raises ValueError with a sentence otherwise."""
+
     if arguments.jobs:
         from ..jobs.many_diagnoses import run_all
         return run_all(arguments.jobs, Path(arguments.output), arguments.cluster)
@@ -83,19 +83,21 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description import servo_file
     from servo_twin.physics import catalogue
 
+    from ..diagnose.diagnosis_files import write_diagnosis
+
     if arguments.effects:
         print(f'running the code of the effects in {arguments.effects}', file=sys.stderr)
         catalogue.register(arguments.effects)
     for paths in (arguments.bags, arguments.accept, arguments.report):
-        files_of(paths)
+        files(paths)
     path = arguments.servo
     servo, text = servo_file.load(path), Path(path).read_text()
     output = new_folder(arguments.output, arguments.force, 'report.json', 'augmented.yaml')
     to_stdout = arguments.json == '-'
     console = terminal(stderr=to_stdout)
     found = _diagnosed(arguments, servo, console)
-    write(found, text, servo, output, arguments.refit, not arguments.no_page,
-          shlex.join(['servo-identify', *sys.argv[1:]]))
+    write_diagnosis(found, text, servo, output, arguments.refit, not arguments.no_page,
+                    shlex.join(['servo-identify', *sys.argv[1:]]))
     if arguments.json:
         told = json.dumps(found.report.as_dict(), indent=1, allow_nan=False)
         sys.stdout.write(told + '\n') if to_stdout else Path(arguments.json).write_text(told)
@@ -110,6 +112,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     from ..diagnose.diagnose import diagnose
     from ..diagnose.stages import STAGES
 
@@ -131,21 +135,9 @@ def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
     return found
 
 
-def write(found, text: str, servo, output: Path, refit: bool = False, page: bool = True,
-          command: str = '') -> None:
-    """Write report.json, augmented.yaml and report.html of a diagnosis into a folder."""
-    from ..diagnose.answer.patch import difference, patched
-
-    found.report.save(output / 'report.json')
-    new = patched(text, servo, found.refit if refit else found.augmented)
-    (output / 'augmented.yaml').write_text(new)
-    if page:
-        from ..diagnose.answer.document import document_of
-        from ..diagnose.page.page import write_page
-        write_page(document_of(found, difference(text, new), command), output / 'report.html')
-
-
 def _show(report, console: Console) -> None:
+    from rich.table import Table
+
     where = Table('equation', 'residual / noise', 'share', 'verdict', title='Where')
     for one in report.where:
         seen = one.verdict != 'not observable'

@@ -16,19 +16,19 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
-import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import add_force, add_told, new_file, tell, terminal
-from servo_twin.description import servo_file
-from servo_twin.physics.servo import Servo
 
-from ..data.arguments import add_data
-from ..data.reading import files_of
-from ..fit.estimate import Estimate
-from ..fit.output_error import Progress, WEIGHTS
-from ..fit.segments import INPUT_OF
-from ..jobs.fit_jobs import each, Job, LEARNED, read_jobs, run, Settings
+from ..data.arguments import add_data, files
+from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
+
+if TYPE_CHECKING:
+    from servo_twin.physics.servo import Servo
+
+    from ..fit.estimate import Estimate
+    from ..fit.output_error import Progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +65,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Fit and write; nothing is written when the fit fails."""
+    from servo_twin.description import servo_file
+
+    from ..jobs.fit_jobs import each, Job, read_jobs, run, Settings
+
     if arguments.jobs_help:
         print(read_jobs.__doc__)
         return 0
@@ -73,7 +77,7 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.weights, not arguments.no_delays, arguments.beyond_tolerance, arguments.robust,
         arguments.namespace, str(arguments.mapping) if arguments.mapping else None)
     _complete(arguments)
-    bags = tuple(files_of(arguments.bags))
+    bags = tuple(files(arguments.bags))
     if arguments.jobs or arguments.each:
         from ..jobs.many_fits import run_all
         jobs = (read_jobs(arguments.jobs, vars(settings)) if arguments.jobs
@@ -84,7 +88,7 @@ def main(arguments: argparse.Namespace) -> int:
         answer = run(Job(arguments.servo, bags, settings), progress)
     if answer.estimate and arguments.report:
         answer.estimate.save(arguments.report)
-    write(answer.servo, arguments.output)
+    servo_file.save(answer.servo, arguments.output)
     printed = tell(arguments.json, answer.estimate.as_dict() if answer.estimate
                    else {'said': list(answer.said)})
     if arguments.quiet or printed:
@@ -128,16 +132,6 @@ def _shown(quiet: bool) -> Iterator:
             bar.update(task, description=f'step {progress.iteration}, cost {progress.cost:.6g}')
 
         yield told
-
-
-def write(servo: Servo, path: Path) -> None:
-    """Write a servo file whole or not at all."""
-    draft = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        servo_file.save(servo, draft)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _show(estimate: Estimate, before: Servo) -> None:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 import sys
-from typing import Any
-
-import numpy as np
+from typing import Any, TYPE_CHECKING
 
 from servo_twin.commands.terminal import add_told, tell, terminal
-from servo_twin.recording.recording import COLUMNS, Recording
 
-from ..data.arguments import add_data
-from ..data.reading import files_of, read_one
+from ..data.arguments import add_data, files, recordings
+
+if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,9 +27,8 @@ def main(arguments: argparse.Namespace) -> int:
     failed, found = 0, []
     for named in arguments.bags:
         try:
-            for path in files_of([named]):
-                recording = read_one(path, arguments.servo, arguments.mapping,
-                                     arguments.namespace)
+            for path in files([named]):
+                recording, = recordings(arguments, [path])
                 _show(console, path, recording)
                 found.append(facts_of(path, recording))
         except (ValueError, OSError) as error:
@@ -42,6 +40,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 def facts_of(path: Path, recording: Recording) -> dict[str, Any]:
     """Return what `info` says of a recording as plain data."""
+    import numpy as np
+
+    from servo_twin.recording.recording import COLUMNS
+
     channels = {name: {'unit': unit, 'min': float(np.nanmin(recording[name])),
                        'max': float(np.nanmax(recording[name])),
                        'mean': float(np.nanmean(recording[name])),
@@ -54,7 +56,10 @@ def facts_of(path: Path, recording: Recording) -> dict[str, Any]:
 
 
 def _show(console, path: Path, recording: Recording) -> None:
+    import numpy as np
     from rich.table import Table
+
+    from servo_twin.recording.recording import COLUMNS
 
     said = [f'{recording.duration:.6g} s at {1.0 / recording.period:.6g} Hz',
             f'{len(recording)} samples from number {recording.sequence}',

@@ -19,17 +19,12 @@ from pathlib import Path
 import shlex
 import sys
 import tempfile
+from typing import TYPE_CHECKING
 
-from servo_twin.description import servo_file
+from ..init.flag_names import TYPES, VALUES
 
-from ..data.check import check
-from ..data.reading import read_recordings
-from ..init.asking import choose_columns, complete, given_columns
-from ..init.files import mapping_text, servo_text, write
-from ..init.machine import flags, Machine, SECTIONS
-from ..init.noise import noise_of
-from ..init.proposals import proposed
-from ..init.sources import offered
+if TYPE_CHECKING:
+    from ..init.machine import Machine
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,21 +47,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     columns.add_argument('--si', action='store_true',
                          help='what has no unit in its header is in SI units')
     parts = parser.add_argument_group('the machine')
-    for section, types in SECTIONS.items():
+    for section, types in TYPES.items():
         parts.add_argument(f'--{section}', choices=list(types), metavar='TYPE',
                            help=f'one of {", ".join(types)}')
     parts.add_argument('--linear', action='store_true', help='it moves straight: m, N and kg')
     parts.add_argument('--tolerance', default='', metavar='SHARE',
                        help="how far off the values may be, such as '10 %%'")
     values = parser.add_argument_group('values, each with its unit')
-    for name, owners in flags().items():
+    for name, kinds in VALUES.items():
         values.add_argument(f'--{name.replace("_", "-")}', metavar="'NUMBER UNIT'",
-                            dest=f'value_{name}', help='of ' + ', '.join(
-                                dict.fromkeys(kind for _, kind in owners)))
+                            dest=f'value_{name}', help=f'of {", ".join(kinds)}')
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Ask, check, write; 1 where the recording contradicts what was given."""
+    from servo_twin.description import servo_file
+
+    from ..data.check import check
+    from ..data.reading import read_recordings
+    from ..init.asking import choose_columns, complete, given_columns
+    from ..init.files import mapping_text, servo_text, write
+    from ..init.noise import noise_of
+    from ..init.proposals import proposed
+    from ..init.sources import offered
+
     for path in (arguments.output, arguments.mapping_out):
         if path is not None and path.exists() and not arguments.force:
             raise ValueError(f'{path} exists already; --force writes over it')
@@ -111,9 +115,11 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _machine(arguments: argparse.Namespace) -> Machine:
+    from ..init.machine import flags, Machine
+
     name = arguments.name or arguments.output.stem
     machine = Machine(name, arguments.linear, {
-        section: kind for section in SECTIONS if (kind := getattr(arguments, section))})
+        section: kind for section in TYPES if (kind := getattr(arguments, section))})
     if 'mechanism' not in machine.parts and _given(arguments, ('stiffness', 'damping')):
         machine.parts['mechanism'] = 'two_inertia'
     for value, owners in flags().items():

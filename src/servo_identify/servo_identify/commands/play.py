@@ -12,12 +12,8 @@ from pathlib import Path
 import sys
 
 from servo_twin.commands.terminal import add_force, add_told, new_file, tell
-from servo_twin.description import servo_file
 
-from ..data.arguments import add_data
-from ..data.reading import files_of, read_one
-from ..learn.transmission.two_way_backlash import measured_play, with_curve
-from .fit import write
+from ..data.arguments import add_data, files, recordings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +33,11 @@ def main(arguments: argparse.Namespace) -> int:
 
     A bag that tells none is named and left out; the status is 1 then.
     """
-    settings, bags = list(arguments.settings), files_of(arguments.bags)
+    from servo_twin.description import servo_file
+
+    from ..learn.transmission.two_way_backlash import measured_play, with_curve
+
+    settings, bags = list(arguments.settings), files(arguments.bags)
     if settings and len(settings) != len(bags):
         raise ValueError(f'there are {len(bags)} bags and {len(settings)} settings; '
                          'give one for each')
@@ -51,7 +51,7 @@ def main(arguments: argparse.Namespace) -> int:
     known, refused = [], []
     for k, bag in enumerate(bags):
         try:
-            recording = read_one(bag, arguments.servo, arguments.mapping, arguments.namespace)
+            recording, = recordings(arguments, [bag])
             known.append((k, bag, recording, measured_play(servo, recording)))
         except ValueError as problem:
             refused.append(str(problem))
@@ -67,7 +67,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise ValueError('no bag is left: none was passed both ways')
     if arguments.output:
         plays = {settings[k]: play for k, _, _, play in known}
-        write(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
+        servo_file.save(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
               arguments.output)
         if not (printed or arguments.quiet):
             print(f'written to {arguments.output}')

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import argparse
 
-from servo_twin.description.shipped import shipped
-
 FILES = ('servo', 'mapping', 'rig')
 
 
@@ -22,5 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the schema."""
+    from servo_twin.description.shipped import shipped
+
     print(shipped(f'schemas/{arguments.file}.json').read_text('utf8'), end='')
     return 0

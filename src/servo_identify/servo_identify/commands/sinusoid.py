@@ -10,13 +10,17 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import add_told, tell
-from servo_twin.recording.recording import COLUMNS, Recording
+from servo_twin.recording.channels import COLUMNS
 
-from ..data.arguments import add_data
-from ..data.reading import files_of, read_one
-from ..learn.sinusoid.sinusoid_recovery import recovered, Sinusoid, SinusoidError
+from ..data.arguments import add_data, files, recordings
+
+if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
+
+    from ..learn.sinusoid.sinusoid_recovery import Sinusoid
 
 USUAL = ('reference_position', 'reference_velocity', 'voltage', 'motor_position', 'load_position')
 POOR = 0.9  # share of the variance below which a record is hardly a sinusoid
@@ -35,9 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a line a bag."""
+
     found = {}
-    for bag in files_of(arguments.bags):
-        recording = read_one(bag, arguments.servo, arguments.mapping, arguments.namespace)
+    for bag in files(arguments.bags):
+        recording, = recordings(arguments, [bag])
         column, sine = of_recording(recording, arguments.column, arguments.begin, arguments.end)
         found[str(bag)] = {'column': column, **asdict(sine)}
         if not arguments.quiet and arguments.json != '-':
@@ -53,6 +58,8 @@ def of_recording(recording: Recording, column: str | None = None, begin: float =
 
     The phase is that at the first sample of the recording. Raises SinusoidError.
     """
+    from ..learn.sinusoid.sinusoid_recovery import recovered, SinusoidError
+
     if column is None:
         column = next((name for name in USUAL if recording.has(name)), None)
         if column is None:

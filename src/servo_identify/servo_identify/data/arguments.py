@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from servo_twin.cli import named_servo
-from servo_twin.recording.recording import Recording
 
-from .reading import read_recordings
+if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
 
 WHAT = 'bags, rosbag2 folders, MCAP files, tables, or patterns of them'
 
@@ -34,9 +35,16 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--namespace', help='rig to read where a bag has several')
 
 
-def recordings(arguments: argparse.Namespace, paths: Iterable[str] | None = None
+def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None = None
                ) -> list[Recording]:
     """Return the recordings that the arguments, or paths beside them, name."""
+    from .reading import read_recordings
     several = arguments.bags if paths is None else paths
     return read_recordings(several, getattr(arguments, 'servo', None), arguments.mapping,
                            arguments.namespace)
+
+
+def files(paths: Iterable[str | Path]) -> list[Path]:
+    """Return the files that paths and patterns name; raises FileNotFoundError."""
+    from .reading import files_of
+    return files_of(paths)

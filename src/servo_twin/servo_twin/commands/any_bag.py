@@ -9,9 +9,6 @@ import subprocess
 import sys
 import tempfile
 
-from ..description.shipped import shipped
-from ..physics.servo import ServoError
-
 _BY_MAPPING = ('.mat', '.json')
 """Files whose shipped mapping is taken where there is one of the servo's name."""
 
@@ -26,6 +23,9 @@ def bag_of(given: Path, servo: Path | None, mapping: Path | None = None,
     gone afterwards. Raises ServoError for what does not exist, for a table without a servo file,
     and where the import refused.
     """
+    from ..description.shipped import shipped
+    from ..physics.servo import ServoError
+
     if not given.exists():
         raise ServoError(f'{given} does not exist; give a bag, an MCAP file or a table')
     table = given.is_file() and given.suffix.lower() != '.mcap'

@@ -13,21 +13,16 @@ import argparse
 from pathlib import Path
 import sys
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING
 
-from ..bag import read_changes, read_predictions, read_recording, write_predictions
-from ..balances.goodness_of_fit import Fit, fit_of
 from ..cli import named_servo
-from ..description.servo_file import load, loads
-from ..lockstep.lockstep import Settings, warm_up
-from ..lockstep.twin import LIVE_MODES
-from ..lockstep.whole_recording import answer, differences, part_of
-from ..pages.fit_table import balance_table, channel_table
-from ..physics import catalogue
-from ..physics.servo import Servo, ServoError
-from ..recording.recording import Predictions, Recording
+from ..lockstep.live_modes import LIVE_MODES
 from .any_bag import bag_of
 from .terminal import add_force, add_told, new_file, tell, terminal
+
+if TYPE_CHECKING:
+    from ..physics.servo import Servo
+    from ..recording.recording import Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', type=Path, metavar='OUT',
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
-    parser.add_argument('--mode', choices=LIVE_MODES, default=Settings.mode,
+    parser.add_argument('--mode', choices=LIVE_MODES, default=LIVE_MODES[0],
                         help='the way of running (default %(default)s)')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
     parser.add_argument('--stretch', type=int,
@@ -61,6 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay; returns 1 when --compare finds a difference."""
+    from ..physics import catalogue
+    from ..physics.servo import ServoError
+
     if arguments.graph:
         from ..nodes.graph_replay import play
         return play(arguments.bag, arguments.rate, arguments.namespace, arguments.stretch)
@@ -76,6 +74,12 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _answered(arguments: argparse.Namespace) -> int:
+    from ..bag import read_changes, read_predictions, read_recording, write_predictions
+    from ..balances.goodness_of_fit import fit_of
+    from ..lockstep.lockstep import Settings, warm_up
+    from ..lockstep.whole_recording import answer, differences, part_of
+    from ..pages.fit_table import balance_table, channel_table
+
     printed = arguments.json == '-'
     console = terminal(quiet=arguments.quiet or printed)
     begin = perf_counter()
@@ -106,7 +110,11 @@ def _answered(arguments: argparse.Namespace) -> int:
     console.print(channel_table(fit))
     if fit.balances:
         console.print(balance_table(fit))
-    tell(arguments.json, _plain(recording, servo, fit, result))
+    tell(arguments.json, {
+        'recording': recording.name, 'servo': servo.name, 'period': recording.period,
+        'duration': recording.duration, 'channels': [vars(one) for one in fit.channels],
+        'balances': [vars(one) for one in fit.balances],
+        'warnings': [*recording.warnings, *result.warnings]})
     if arguments.page:
         from ..pages.replay_page import write_page
         page = write_page(arguments.page, servo, recording, result, arguments.mode)
@@ -116,17 +124,11 @@ def _answered(arguments: argparse.Namespace) -> int:
     return 0 if live is None else say_differences(differences(live, result), printed)
 
 
-def _plain(recording: Recording, servo: Servo, fit: Fit, result: Predictions) -> dict[str, Any]:
-    """Return what a replay found as plain data."""
-    return {'recording': recording.name, 'servo': servo.name, 'period': recording.period,
-            'duration': recording.duration,
-            'channels': [vars(one) for one in fit.channels],
-            'balances': [vars(one) for one in fit.balances],
-            'warnings': [*recording.warnings, *result.warnings]}
-
-
 def servo_of(recording: Recording, given: Path | None) -> Servo:
     """Return the servo of a file, or the one stored with the recording; raises ServoError."""
+    from ..description.servo_file import load, loads
+    from ..physics.servo import ServoError
+
     if given is not None:
         return load(given)
     if not recording.servo_file:

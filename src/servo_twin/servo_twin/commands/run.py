@@ -17,14 +17,14 @@ from datetime import datetime
 from pathlib import Path
 import signal
 import sys
+from typing import TYPE_CHECKING
 
 from ..bringup.processes import ProcessError
-from ..bringup.rig_and_twin import Bench, record
-from ..description.servo_file import load
-from ..description.shipped import servo_at, shipped
-from ..lockstep.twin import LIVE_MODES
-from ..physics.servo import ServoError
+from ..lockstep.live_modes import LIVE_MODES
 from .any_bag import bag_of
+
+if TYPE_CHECKING:
+    from ..bringup.rig_and_twin import Bench
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,6 +68,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run; 0 when nothing was lost and the replay is the live run."""
+    from ..bringup.rig_and_twin import record
+    from ..description.servo_file import load
+    from ..description.shipped import servo_at
+
     folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
     for number in (signal.SIGTERM, signal.SIGHUP):  # these end it as Ctrl-C does
         signal.signal(number, signal.default_int_handler)
@@ -101,6 +105,10 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
 
 
 def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
+    from ..bringup.rig_and_twin import Bench
+    from ..description.shipped import servo_at, shipped
+    from ..physics.servo import ServoError
+
     settings = list(arguments.setting)
     command = arguments.command
     if arguments.family == 'sine' and not settings and command is None:
@@ -118,5 +126,7 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
 
 def _driver_of(rig: Path | None) -> Path:
     """Return the driver's parameters for a rig file: dictionaries and limits of its machine."""
+    from ..description.shipped import shipped
+
     own = None if rig is None else rig.resolve().parent.parent / 'drivers' / rig.name
     return own if own is not None and own.exists() else shipped('driver.yaml')
