@@ -52,7 +52,7 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
         print(f'{program} {version(program.replace("-", "_"))}')
         return 0
     if argv[:1] == ['--completion']:
-        from .commands.completion import script
+        from .description.completion import script
         print(script(program, {name: _parser(program, name, commands, package)[1]
                                for name in commands}, argv[1:]), end='')
         return 0

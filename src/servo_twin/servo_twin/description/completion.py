@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 
-from ..description.shipped import shipped_servos
 from ..physics.servo import ServoError
+from .shipped import shipped_servos
 
 SHELLS = ('bash', 'zsh')
 _BASH = """# Completion of {program}: eval "$({program} --completion {which})"
