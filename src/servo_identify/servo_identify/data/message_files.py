@@ -103,7 +103,7 @@ class _Mcap:
                 self._decoders[channel.id] = self._decoder(schema, channel)
             try:
                 content = self._decoders[channel.id](message.data)
-            except _unreadable() as problem:
+            except Exception as problem:  # each encoding has an error of its own
                 raise ValueError(f'{self._path}: a message on {channel.topic} is no '
                                  f'{channel.message_encoding}: {problem}') from None
             yield Message(channel.topic, schema.name if schema else '', message.log_time, content)
@@ -151,16 +151,6 @@ def _mcap(path: Path) -> Iterator[_Mcap]:
         except (McapError, EOFError, StructError, UnicodeDecodeError) as error:
             raise ValueError(f'{path} cannot be read as MCAP: {error}; `mcap recover` may mend '
                              'it') from None
-
-
-def _unreadable() -> tuple[type[Exception], ...]:
-    """Return what decoding a damaged message may raise."""
-    from rosbags.serde import SerdeError
-    try:
-        from google.protobuf.message import Error
-    except ImportError:
-        return ValueError, LookupError, StructError, SerdeError
-    return ValueError, LookupError, StructError, SerdeError, Error
 
 
 def _cdr(schema: Any) -> Callable[[bytes], Any]:
