@@ -200,5 +200,5 @@ def test_a_damaged_mcap_ends_in_a_sentence(tmp_path, spoil):
     else:
         content[400:440] = bytes(40)
     path.write_bytes(content)
-    with pytest.raises(ValueError, match='log.mcap.*`mcap recover`'):
+    with pytest.raises(ValueError, match='log.mcap'):
         read_recordings([path], SERVO, mapping)
