@@ -292,7 +292,7 @@ def test_the_command_starts_without_torch_and_ros():
 
 def test_it_names_an_unknown_command(capsys):
     assert main(['fly']) == 2
-    assert "there is no command 'fly'; there are ['import', 'info'" in capsys.readouterr().err
+    assert "there is no command 'fly'; there are ['init', 'schema'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(('header', 'meant'), [
