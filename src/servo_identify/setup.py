@@ -10,6 +10,7 @@ NAME = 'servo_identify'
 REQUIRES = [
     'jinja2',
     'markupsafe',
+    'mcap',
     'numba',
     'numpy>=1.26.4',
     'pyarrow',
@@ -23,6 +24,7 @@ REQUIRES = [
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
     'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks
+    'protobuf': ['mcap-protobuf-support'],  # MCAP files with protobuf messages
     'plot': ['matplotlib'],  # pictures of curves, friction, the online estimator
 }
 

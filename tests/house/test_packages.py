@@ -18,7 +18,7 @@ KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip',
         'scipy': 'python3-scipy', 'sklearn': 'python3-sklearn',
         'torch': 'python3-torch', 'yaml': 'python3-yaml'}
 """Modules and their keys in rosdep's python.yaml."""
-PIP = {'backports': 'backports.zstd', 'fmpy': 'FMPy'}
+PIP = {'backports': 'backports.zstd', 'fmpy': 'FMPy', 'mcap_protobuf': 'mcap-protobuf-support'}
 """Modules without a key whose distribution has another name; what is in neither is a package."""
 BY_PIP = PIP | {'can': 'python-can', 'ruamel': 'ruamel.yaml', 'sklearn': 'scikit-learn',
                 'yaml': 'pyyaml', 'fmpy': 'fmpy', 'compression': 'backports.zstd'}

@@ -1,5 +1,6 @@
 """A rosbag2 of anybody's messages: the import ..."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -90,3 +91,114 @@ def test_it_says_what_there_is_where_a_mapping_names_what_is_not(bag, tmp_path, 
         read_recordings([bag], SERVO, mapping)
     for word in words:
         assert word in str(refusal.value)
+
+
+def test_it_reads_the_mapping_of_odrive_at_times_of_receipt(tmp_path):
+    kind = 'odrive_can/msg/ControllerStatus'
+    fields = ('pos_estimate', 'vel_estimate', 'iq_setpoint', 'iq_measured')
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg('\n'.join(f'float32 {one}' for one in fields), kind))
+    with Writer(tmp_path / 'log', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection('/odrive_axis0/controller_status', kind,
+                                           typestore=store)
+        for k in range(50):
+            values = dict(zip(fields, (0.01 * k, 0.0, 2.0, 1.5), strict=True))
+            writer.write(connection, START + k * PERIOD,
+                         store.serialize_cdr(store.types[kind](**values), kind))
+    one, = read_recordings([tmp_path / 'log'], SERVO, CONFIG / 'imports' / 'odrive.yaml')
+    assert np.allclose(one['motor_position'], 0.02 * np.pi * np.arange(50), atol=1e-5)
+    assert one['voltage'][3] == 2.0 and one['current'][3] == 1.5
+    mcap, = (tmp_path / 'log').glob('*.mcap')
+    alone, = read_recordings([mcap], SERVO, CONFIG / 'imports' / 'odrive.yaml')
+    assert np.array_equal(alone['motor_position'], one['motor_position'])
+
+
+def json_mcap(path):
+    """Write two topics of JSON at two rates, the faster one late by a jitter of its receipt."""
+    from mcap.writer import Writer as Mcap
+    jitter = np.random.default_rng(3).integers(1_000_000, 4_000_000, COUNT)
+    with path.open('wb') as stream:
+        writer = Mcap(stream)
+        writer.start()
+        schema = writer.register_schema('Drive', 'jsonschema', b'{}')
+        drive = writer.register_channel('/drive', 'json', schema)
+        command = writer.register_channel('/command', 'json', schema)
+        for k in range(COUNT):
+            at = START + k * PERIOD
+            content = {'stamp': {'sec': at // 10**9, 'nsec': at % 10**9},
+                       'name': ['wrist', 'joint'],
+                       'joints': [{'q': 9.0}, {'q': angle(k), 'i': None if k == 5 else 0.1}]}
+            writer.add_message(drive, at + int(jitter[k]), json.dumps(content).encode(), at)
+            if k % 10 == 0:
+                writer.add_message(command, at, json.dumps({'u': float(k)}).encode(), at)
+        writer.finish()
+
+
+def protobuf_mcap(path):
+    """Write one message type of our own, whose definition lies in the file."""
+    from google.protobuf import (
+        descriptor_pb2,
+        descriptor_pool,
+        message_factory,
+        timestamp_pb2,
+    )
+    from mcap_protobuf.writer import Writer as Mcap
+    file = descriptor_pb2.FileDescriptorProto(
+        name='drive.proto', package='own', syntax='proto3',
+        dependency=['google/protobuf/timestamp.proto'])
+    message = file.message_type.add(name='Drive')
+    message.field.add(name='timestamp', number=1, type=11, label=1,
+                      type_name='.google.protobuf.Timestamp')
+    message.field.add(name='position', number=2, type=1, label=3)
+    message.field.add(name='u', number=3, type=1, label=1)
+    pool = descriptor_pool.DescriptorPool()
+    pool.AddSerializedFile(timestamp_pb2.DESCRIPTOR.serialized_pb)
+    pool.AddSerializedFile(file.SerializeToString())
+    drive = message_factory.GetMessageClass(pool.FindMessageTypeByName('own.Drive'))
+    with path.open('wb') as stream, Mcap(stream) as writer:
+        for k in range(COUNT):
+            at = START + k * PERIOD
+            one = drive(position=[9.0, angle(k)], u=float(k))
+            one.timestamp.seconds, one.timestamp.nanos = at // 10**9, at % 10**9
+            writer.write_message('/drive', one, log_time=at + 2_000_000, publish_time=at)
+
+
+@pytest.mark.parametrize(('make', 'position', 'command'), [
+    (json_mcap, '/drive.joints[joint].q', '/command.u'),
+    (protobuf_mcap, '/drive.position[1]', '/drive.u')])
+def test_it_reads_plain_mcap_with_json_and_protobuf(tmp_path, make, position, command):
+    path, mapping = tmp_path / 'log.mcap', tmp_path / 'mapping.yaml'
+    make(path)
+    mapping.write_text('time: {source: /drive.stamp}\ncolumns:\n'
+                       f'  load_position: {{source: "{position}"}}\n'
+                       f'  voltage: {{source: "{command}"}}\n')
+    one, = read_recordings([path], SERVO, mapping)
+    assert one.period == pytest.approx(0.005)
+    assert np.allclose(one['load_position'], angle(np.arange(COUNT)), atol=1e-12)
+    assert one['voltage'][25] == (20.0 if make is json_mcap else 25.0)
+    with pytest.raises(ValueError, match=r"topics are \[.*'/drive'.*servo-identify init"):
+        read_recordings([path], SERVO)
+
+
+def test_nothing_is_made_up_where_a_topic_was_silent(tmp_path):
+    from servo_identify.data.joining import at_rows
+    times = np.concatenate([np.arange(0.0, 0.1, 0.01), np.arange(0.5, 0.6, 0.01)])
+    found = at_rows(np.array([0.055, 0.3, 0.555]), times, times, held=False)
+    assert found[0] == pytest.approx(0.055) and np.isnan(found[1])
+    assert at_rows(np.array([0.3]), times, times, held=True)[0] == pytest.approx(0.09)
+
+
+@pytest.mark.parametrize('spoil', ['half', 'bytes'])
+def test_a_damaged_mcap_ends_in_a_sentence(tmp_path, spoil):
+    path, mapping = tmp_path / 'log.mcap', tmp_path / 'mapping.yaml'
+    json_mcap(path)
+    mapping.write_text('time: {source: /drive.stamp}\ncolumns:\n'
+                       '  load_position: {source: "/drive.joints[joint].q"}\n')
+    content = bytearray(path.read_bytes())
+    if spoil == 'half':
+        del content[len(content) // 2:]
+    else:
+        content[400:440] = bytes(40)
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match='log.mcap'):
+        read_recordings([path], SERVO, mapping)

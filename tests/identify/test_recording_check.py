@@ -14,6 +14,7 @@ from servo_identify.data.check import check
 from servo_identify.data.reading import read_recordings
 from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load
+from servo_twin.recording.recording import COLUMNS, Recording
 
 DEGREES = 180.0 / pi
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -55,6 +56,11 @@ MISTAKES = {
         lambda r: changed(r, current=-r['current'], voltage=-r['voltage']), 'opposite signs'),
     'a load that turns the other way': (
         lambda r: changed(r, load_position=-r['load_position']), 'runs against'),
+    'a torque sensor of the other sign': (
+        lambda r: changed(r, torque=-r['torque']), 'against the torque'),
+    'a torque in millinewtonmetres': (lambda r: changed(r, torque=1e3 * r['torque']), 'mN m'),
+    'a reference speed in rpm': (
+        lambda r: changed(r, reference_velocity=30 / pi * r['reference_velocity']), 'rpm'),
     'no encoder': (lambda r: changed(r, motor_position=np.full(len(r), np.nan),
                                      load_position=np.full(len(r), np.nan)), 'neither'),
     'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),
@@ -106,6 +112,43 @@ def test_it_sees_degrees_where_there_is_one_encoder_and_no_current(shared_data, 
     angles = {n: one[n] * DEGREES for n in ('motor_position', 'reference_position')}
     red = of_level('red', changed(one, **angles), load(servo))
     assert any('degrees' in finding.sentence for finding in red)
+
+
+def gear_motor(ratio=50.0):
+    """Return one encoder, command and current of a voltage drive, with noise; and its servo."""
+    servo = load(CONFIG / 'servos' / 'geared_dc.yaml')
+    values, period = servo.values, 1e-3
+    time = np.arange(4000) * period
+    speed = 60.0 * np.sin(3.0 * time) + 30.0 * np.sin(17.0 * time)
+    angle = np.cumsum(speed) * period
+    inertia = (values['mechanism.rotor_inertia']
+               + values['mechanism.load_inertia'] / values['mechanism.ratio']**2)
+    current = (inertia * np.gradient(speed, period) + 1e-3 * np.sign(speed)) / values[
+        'drive.torque_constant']
+    voltage = (values['drive.resistance'] * current + values['drive.back_emf'] * speed) / values[
+        'drive.gain']
+    nothing = np.full(len(time), np.nan)
+    columns = {name: nothing for name in COLUMNS} | {
+        'voltage': voltage, 'current': current, 'motor_position': angle}
+    return Recording('motor', period, columns), servo
+
+
+def test_it_sees_an_encoder_on_the_other_shaft_by_the_back_emf():
+    one, servo = gear_motor()
+    assert servo.drive.name == 'voltage_drive'
+    assert not of_level('red', one, servo)
+    wrong = changed(one, load_position=one['motor_position'],
+                    motor_position=np.full(len(one), np.nan))
+    red = of_level('red', wrong, servo)
+    assert any('other shaft' in finding.sentence for finding in red), red
+
+
+def test_a_slow_recording_does_not_outvote_the_one_that_shows_the_inertia(good):
+    turned = changed(good, current=-good['current'], voltage=-good['voltage'])
+    slow = replace(good, name='slow', columns={**good.columns, **{
+        name: good[name][0] + 1e-3 * (good[name] - good[name][0])
+        for name in ('motor_position', 'load_position')}})
+    assert any(one.level == 'red' for one in check([turned, slow], BENCH))
 
 
 def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tmp_path, capsys):

@@ -92,12 +92,13 @@ def test_it_converts_the_units_that_a_header_gives(tmp_path):
     assert np.allclose(recording['reference_velocity'], np.pi)
     assert np.array_equal(recording['torque'], np.full(200, 5.0))
     assert recording.period == 1e-3
-    assert any("'motor_position [deg]' is converted to rad by 0.0174532925" in warning
-               for warning in recording.warnings)
+    assert "'motor_position [deg]' is converted to rad by 0.0174532925" in recording.note
+    assert recording.warnings == ()
 
 
 @pytest.mark.parametrize('change, text', [
-    ({'motor_position [furlong]': TIME}, "is in 'furlong', motor_position is in rad; known units"),
+    ({'motor_position [furlong]': TIME}, "is in 'furlong', motor_position is in rad: 'furlong'"),
+    ({'motor_position [counts]': TIME}, 'write 1/4096 rev in place of counts'),
     ({'load_position [mm]': TIME}, 'a linear axis says so in its servo file: travel: linear'),
     ({'motor_angle': TIME}, "there is no column 'motor_angle'; is it 'motor_position'"),
     ({'volts': TIME, 'load_pos': TIME}, "there is no column 'load_pos'; is it 'load_position'"),
@@ -150,10 +151,10 @@ def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_pat
     recording = import_table(
         write_csv(tmp_path / 'a.csv', table(t=time, humidity=TIME)), SERVO)
     assert len(recording) == 199
-    assert any("columns ['humidity'] are left out" in warning for warning in recording.warnings)
+    assert "columns ['humidity'] are left out" in recording.note
     assert any('1 rows repeat the time' in warning and 'row 51' in warning
                for warning in recording.warnings)
-    assert recording.note == '\n'.join(recording.warnings)
+    assert recording.note.endswith('\n'.join(recording.warnings))
 
 
 @pytest.mark.parametrize('name, content, text', [
@@ -161,7 +162,7 @@ def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_pat
     ('a.csv', 't,voltage,motor_position\n1,2\n', 'is no table'),
     ('a.csv', 't,t,motor_position\n1,2,3\n', r"columns \['t'\] are there twice"),
     ('a.xlsx', 'x', "suffix '.xlsx' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
-    ('a.json', '[]', 'needs a mapping file'), ('nowhere.csv', None, 'does not exist')])
+    ('a.json', '[]', 'has no rows'), ('nowhere.csv', None, 'does not exist')])
 def test_it_says_what_is_no_table(tmp_path, name, content, text):
     if content is not None:
         (tmp_path / name).write_text(content)
@@ -291,16 +292,24 @@ def test_the_command_starts_without_torch_and_ros():
 
 def test_it_names_an_unknown_command(capsys):
     assert main(['fly']) == 2
-    assert "there is no command 'fly'; there are ['import', 'info'" in capsys.readouterr().err
+    assert "there is no command 'fly'; there are ['init', 'schema'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(('header', 'meant'), [
-    ('time', 't'), ('u', 'voltage'), ('i', 'current'), ('theta', 'motor_position')])
+    ('stamp', 't'), ('u', 'voltage'), ('i', 'current'), ('theta', 'motor_position')])
 def test_a_short_name_is_refused_with_the_name_that_is_meant(tmp_path, header, meant):
     names = {'t': 't', 'voltage': 'voltage', 'motor_position': 'motor_position'} | {meant: header}
     table = tmp_path / 'short.csv'
     table.write_text(','.join(names.values()) + '\n' + ','.join('0' * len(names)) + '\n')
     with pytest.raises(ValueError, match=f"no column '{header}'; is it '{meant}'"):
+        named_columns(read_table(table), False, [])
+
+
+def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
+    table = tmp_path / 'short.csv'
+    table.write_text('time,u,i,theta\n0,1,2,3\n')
+    with pytest.raises(ValueError, match=r"'u'; is it 'voltage'\?; 'i': is it 'current'\?; "
+                       r"'theta': is it 'motor_position'\? .*servo-identify init"):
         named_columns(read_table(table), False, [])
 
 
@@ -313,6 +322,67 @@ def test_a_table_without_names_is_refused_with_what_to_write(tmp_path):
 def test_decimal_commas_are_read_between_semicolons(tmp_path):
     (tmp_path / 'comma.csv').write_text('t;voltage\n0,0;1,5\n0,001;-2,25\n')
     assert read_table(tmp_path / 'comma.csv')['voltage'].tolist() == [1.5, -2.25]
+
+
+def test_a_text_column_that_nobody_asks_for_is_no_harm(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,voltage,motor_position,state\n0,1,2,idle\n0.1,1,2,run\n')
+    assert len(import_table(path, SERVO)) == 2
+
+
+def test_stamps_of_a_calendar_are_seconds(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('time,voltage,motor_position\n2026-01-01 00:00:00.000,1,2\n'
+                    '2026-01-01 00:00:00.004,1,2\n')
+    assert import_table(path, SERVO).period == 0.004
+
+
+def test_mat_and_json_files_with_our_names_need_no_mapping(tmp_path):
+    columns = table(pair=np.ones((200, 2)))
+    savemat(tmp_path / 'a.mat', columns)
+    (tmp_path / 'a.json').write_text(json.dumps(
+        {name: np.asarray(column).tolist() for name, column in columns.items() if name != 'pair'}))
+    for name in ('a.mat', 'a.json'):
+        assert np.array_equal(import_table(tmp_path / name, SERVO)['motor_position'], TIME**2)
+    savemat(tmp_path / 's.mat', {'log': columns})
+    assert {'log.t', 'log.pair[1]'} <= set(read_table(tmp_path / 's.mat').columns)
+
+
+def test_jitter_and_lost_rows_leave_the_period_what_it_was(tmp_path):
+    random = np.random.default_rng(5)
+    time = (TIME + random.uniform(-2e-5, 2e-5, 200))[random.random(200) > 0.05]
+    columns = {'t': time, 'voltage': time, 'motor_position': time}
+    assert import_table(write_csv(tmp_path / 'a.csv', columns), SERVO).period == pytest.approx(
+        1e-3, rel=5e-4)
+
+
+def test_a_mapping_names_the_columns_of_a_bare_table_and_brings_units_to_si(tmp_path):
+    (tmp_path / 'bare.csv').write_text('0;1,5;4096\n2;1,5;0\n')
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('names: [clock, u, counts]\ntime: {source: clock, unit: ms}\ncolumns:\n'
+                       '  voltage: {source: u}\n'
+                       '  motor_position: {source: counts, unit: 1/4096 rev}\n')
+    one = import_table(tmp_path / 'bare.csv', SERVO, mapping=mapping)
+    assert one.period == 0.002 and one['voltage'][0] == 1.5
+    assert one['motor_position'][0] == pytest.approx(2.0 * np.pi)
+
+
+def test_rows_of_several_topics_side_by_side_are_joined(tmp_path):
+    """PlotJuggler writes a row a message, empty where another topic speaks."""
+    rows = ['__time,/joint_states/a/position,/command/data']
+    for k in range(100):
+        rows.append(f'{5.0 + 0.002 * k:.6f},{0.01 * k},')
+        if k % 5 == 0:
+            rows.append(f'{5.0005 + 0.002 * k:.6f},,{k}')
+    (tmp_path / 'plot.csv').write_text('\n'.join(rows) + '\n')
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('time: {source: __time}\ncolumns:\n'
+                       '  load_position: {source: /joint_states/a/position}\n'
+                       '  voltage: {source: /command/data}\n')
+    one = import_table(tmp_path / 'plot.csv', SERVO, mapping=mapping)
+    assert len(one) == 100 and one.period == 0.002
+    assert np.allclose(one['load_position'], 0.01 * np.arange(100))
+    assert np.array_equal(one['voltage'][1:], (np.arange(99)) // 5 * 5.0)
 
 
 def test_an_npz_file_is_a_table_of_its_rows(tmp_path):

@@ -7,6 +7,8 @@ import sys
 from servo_twin.cli import added_commands, dispatch
 
 COMMANDS = {
+    'init': ('.commands.init', 'look at a recording; write a servo file and a mapping file'),
+    'schema': ('.commands.schema', 'print the JSON schema of servo, mapping or rig files'),
     'import': ('.commands.import_table',
                'make a bag of a table: CSV, Parquet, or MAT and JSON by a mapping'),
     'info': ('.commands.info',

@@ -7,6 +7,7 @@ from importlib import import_module
 from importlib.metadata import entry_points, version
 from pathlib import Path
 import sys
+from types import ModuleType
 
 COMMANDS = {
     'run': ('.commands.run',
@@ -38,7 +39,10 @@ def added_commands(group: str) -> dict[str, tuple[str, str]]:
 def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], package: str,
              argv: list[str] | None) -> int:
     """
-    Run a subcommand and return its exit status: 0 done, 1 not as expected, 2 cannot be.
+    Run a subcommand and return its exit status.
+
+    0: done, 1: not as expected, 2: cannot be, 3: a gap is there (`diagnose --fail-on`), 130:
+    interrupted.
 
     ``commands`` maps a subcommand to its module, relative to ``package``, and a summary; the
     module has `add_arguments(parser)` and `main(arguments)`.
@@ -47,13 +51,14 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
     if argv == ['--version']:
         print(f'{program} {version(program.replace("-", "_"))}')
         return 0
+    if argv[:1] == ['--completion']:
+        from .description.completion import script
+        print(script(program, {name: _parser(program, name, commands, package)[1]
+                               for name in commands}, argv[1:]), end='')
+        return 0
     if not argv or argv[0] not in commands:
         return _overview(program, about, commands, argv)
-    module = import_module(commands[argv[0]][0], package)
-    parser = argparse.ArgumentParser(
-        prog=f'{program} {argv[0]}', description=module.__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter)
-    module.add_arguments(parser)
+    module, parser = _parser(program, argv[0], commands, package)
     arguments = parser.parse_args(argv[1:])
     try:
         return module.main(arguments)
@@ -63,6 +68,16 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def _parser(program: str, name: str, commands: dict[str, tuple[str, str]], package: str
+            ) -> tuple[ModuleType, argparse.ArgumentParser]:
+    module = import_module(commands[name][0], package)
+    parser = argparse.ArgumentParser(
+        prog=f'{program} {name}', description=module.__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    module.add_arguments(parser)
+    return module, parser
 
 
 def named_servo(text: str) -> Path:
@@ -78,10 +93,15 @@ def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:
     lines = [f'usage: {program} COMMAND ...', '', about, '']
     wide = max(len(name) for name in commands) + 2
     lines += [f'  {name:<{wide}}{summary}' for name, (_, summary) in commands.items()]
-    lines += ['', f'{program} COMMAND --help says more; {program} --version says which it is.']
+    lines += ['', f'{program} COMMAND --help says more; {program} --version says which it is; '
+              f'{program} --completion', 'bash or zsh prints what completes it. Exit status: 0 '
+              'done, 1 not as expected, 2 cannot be, 3 a', 'gap is there (diagnose --fail-on), '
+              '130 interrupted.']
     wanted = not argv or argv[0] in ('-h', '--help', 'help')
     if not wanted:
-        lines.insert(0, f'{program}: there is no command {argv[0]!r}; there are {list(commands)}')
+        from .description.nearest_name import or_what
+        lines.insert(0, f'{program}: there is no command {argv[0]!r}; '
+                     f'{or_what(argv[0], commands)}')
     print('\n'.join(lines), file=sys.stdout if wanted else sys.stderr)
     return 0 if wanted else 2
 

@@ -14,6 +14,11 @@ import shlex
 import sys
 from typing import TYPE_CHECKING
 
+from servo_twin.commands.terminal import add_force, add_told, new_folder, terminal
+from servo_twin.description.nearest_name import or_what
+
+from ..data.arguments import add_data, files, recordings
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -24,16 +29,12 @@ GAP_THERE = 3  # exit status where --fail-on finds what it names
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of `servo-identify diagnose`."""
-    parser.add_argument('bags', nargs='*', metavar='BAG',
-                        help='recordings of one machine: bags, tables, or patterns of them')
-    parser.add_argument('--servo', metavar='SERVO.yaml', help='servo file, or a shipped name')
+    add_data(parser, nargs='*')
     parser.add_argument('--accept', nargs='+', default=[], metavar='BAG',
                         help='recordings on which an effect must prove itself')
     parser.add_argument('--report', nargs='+', default=[], metavar='BAG',
                         help='recordings on which the shrink is measured')
     parser.add_argument('-o', '--output', required=True, metavar='DIR')
-    parser.add_argument('--mapping', type=Path, metavar='M.yaml',
-                        help='how the columns of tables become channels')
     parser.add_argument('--despite-check', action='store_true',
                         help='go on where the check finds the data to contradict the servo file')
     parser.add_argument('--effects', metavar='FOLDER',
@@ -47,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                             f'{name} {unit}' for name, unit in REACH.items()))
     parser.add_argument('--fail-on', choices=tuple(FAIL_ON),
                         help=f'exit status {GAP_THERE} where there is a gap, or an unknown one')
-    parser.add_argument('--json', metavar='FILE', help='write the report there too; - for stdout')
-    parser.add_argument('--quiet', action='store_true', help='the sentence alone')
+    add_told(parser)
+    add_force(parser)
     parser.add_argument('--no-page', action='store_true', help='leave report.html out')
     parser.add_argument('--jobs', type=Path, metavar='RIGS.yaml',
                         help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each')
@@ -62,8 +63,8 @@ def reach_of(text: str) -> dict[str, float]:
     for part in text.split(','):
         name, _, value = part.partition('=')
         if name not in REACH:
-            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; there are '
-                                             f'{list(REACH)}')
+            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; '
+                                             f'{or_what(name, REACH)}')
         try:
             found[name] = float(value)
         except ValueError:
@@ -73,7 +74,6 @@ def reach_of(text: str) -> dict[str, float]:
 
 def main(arguments: argparse.Namespace) -> int:
     """Diagnose; returns 0 when there is an answer. Raises ValueError with a sentence otherwise."""
-    from rich.console import Console
 
     if arguments.jobs:
         from ..jobs.many_diagnoses import run_all
@@ -81,7 +81,6 @@ def main(arguments: argparse.Namespace) -> int:
     if not arguments.bags or not arguments.servo:
         raise ValueError('diagnose needs recordings and --servo SERVO.yaml (or --jobs RIGS.yaml)')
     from servo_twin.description import servo_file
-    from servo_twin.description.shipped import servo_at
     from servo_twin.physics import catalogue
 
     from ..diagnose.diagnosis_files import write_diagnosis
@@ -89,13 +88,14 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.effects:
         print(f'running the code of the effects in {arguments.effects}', file=sys.stderr)
         catalogue.register(arguments.effects)
-    path = servo_at(arguments.servo)
+    for paths in (arguments.bags, arguments.accept, arguments.report):
+        files(paths)
+    path = arguments.servo
     servo, text = servo_file.load(path), Path(path).read_text()
-    output = Path(arguments.output)
-    output.mkdir(parents=True, exist_ok=True)
+    output = new_folder(arguments.output, arguments.force, 'report.json', 'augmented.yaml')
     to_stdout = arguments.json == '-'
-    console = Console(stderr=to_stdout, quiet=False, width=None if sys.stdout.isatty() else 140)
-    found = _diagnosed(arguments, servo, path, console)
+    console = terminal(stderr=to_stdout)
+    found = _diagnosed(arguments, servo, console)
     write_diagnosis(found, text, servo, output, arguments.refit, not arguments.no_page,
                     shlex.join(['servo-identify', *sys.argv[1:]]))
     if arguments.json:
@@ -111,10 +111,9 @@ def main(arguments: argparse.Namespace) -> int:
     return GAP_THERE if status in FAIL_ON.get(arguments.fail_on, ()) else 0
 
 
-def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Console):
+def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from ..data.reading import read_recordings
     from ..diagnose.diagnose import diagnose
     from ..diagnose.stages import STAGES
 
@@ -128,7 +127,7 @@ def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Consol
             progress.update(tasks[stage], completed=share, visible=True)
 
         tick('reading', 0.0)
-        several = [read_recordings(paths, path, arguments.mapping)
+        several = [recordings(arguments, paths)
                    for paths in (arguments.bags, arguments.accept, arguments.report)]
         found = diagnose(several[0], servo, several[1], several[2], tuple(arguments.without),
                          tick, arguments.reach, arguments.despite_check)

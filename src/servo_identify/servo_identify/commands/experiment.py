@@ -22,6 +22,8 @@ import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
+from servo_twin.cli import named_servo
+from servo_twin.description.nearest_name import or_what
 
 from ..experiment.usual_limits import USUAL
 
@@ -42,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('procedures', nargs='*', metavar='NAME', help='of the list, or all')
     parser.add_argument('--list', action='store_true', help='say what procedures there are')
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the bags')
-    parser.add_argument('--servo', default='rv_bench', metavar='S.yaml',
+    parser.add_argument('--servo', type=named_servo, default='rv_bench', metavar='S.yaml',
                         help='servo file that goes into the bags (default %(default)s)')
     where = parser.add_argument_group('the rig')
     where.add_argument('--namespace', default='rig', help='default %(default)s')
@@ -72,7 +74,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Perform; 0 when all was recorded, 1 when it ended early."""
     from servo_twin.description import servo_file
-    from servo_twin.description.shipped import servo_at
 
     from ..experiment.procedures import PROCEDURES
     from ..experiment.run_limits import Limits
@@ -80,7 +81,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.list:
         print('\n'.join(f'{p.name:<20}{p.summary}' for p in PROCEDURES.values()))
         return 0
-    servo, path = servo_file.load(servo_at(arguments.servo)), servo_at(arguments.servo)
+    servo, path = servo_file.load(arguments.servo), arguments.servo
     limits = Limits(arguments.max_speed, arguments.max_torque, arguments.max_travel,
                     arguments.max_current)
     runs = planned(arguments, servo, limits)
@@ -107,7 +108,8 @@ def planned(arguments: argparse.Namespace, servo: Servo, limits: Limits) -> list
     names = list(PROCEDURES) if arguments.procedures == ['all'] else arguments.procedures
     unknown = [name for name in names if name not in PROCEDURES]
     if unknown or not names:
-        raise ValueError(f'there is no procedure {unknown[0]!r}; there are {list(PROCEDURES)}'
+        raise ValueError(f'there is no procedure {unknown[0]!r}; '
+                         f'{or_what(unknown[0], PROCEDURES)}'
                          if unknown else f'name a procedure of {list(PROCEDURES)}')
     if not 100.0 <= arguments.rate <= 20_000.0:
         raise ValueError(f'--rate {arguments.rate:g} Hz is outside [100, 20000]')

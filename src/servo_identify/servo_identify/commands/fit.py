@@ -17,11 +17,11 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-import sys
 from typing import TYPE_CHECKING
 
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import add_force, add_told, new_file, tell, terminal
 
+from ..data.arguments import add_data, files
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 
 if TYPE_CHECKING:
@@ -33,9 +33,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='*', metavar='BAG')
-    parser.add_argument('--servo', type=named_servo,
-                        help='servo file to begin with, or the name of a shipped one')
+    add_data(parser, nargs='*')
     parser.add_argument('-o', '--output', type=Path,
                         help='servo file to write; with --each or --jobs a folder')
     parser.add_argument('--free', nargs='+', metavar='PATH', default=(),
@@ -51,8 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--beyond-tolerance', action='store_true',
                         help='let values leave the tolerance of the servo file')
     parser.add_argument('--robust', action='store_true', help="Huber's loss instead of squares")
-    parser.add_argument('--namespace', help='rig to read where a bag has several')
     parser.add_argument('--report', type=Path, help='JSON file to write the whole estimate to')
+    add_told(parser)
+    add_force(parser)
     many = parser.add_argument_group('many rigs, many bags')
     many.add_argument('--each', action='store_true', help='fit every bag by itself')
     many.add_argument('--jobs', type=Path, metavar='FILE', help='YAML file of fits')
@@ -76,20 +75,24 @@ def main(arguments: argparse.Namespace) -> int:
     settings = Settings(
         tuple(arguments.free), arguments.learn, arguments.mode, arguments.horizon,
         arguments.weights, not arguments.no_delays, arguments.beyond_tolerance, arguments.robust,
-        arguments.namespace)
+        arguments.namespace, str(arguments.mapping) if arguments.mapping else None)
     _complete(arguments)
+    bags = tuple(files(arguments.bags))
     if arguments.jobs or arguments.each:
         from ..jobs.many_fits import run_all
         jobs = (read_jobs(arguments.jobs, vars(settings)) if arguments.jobs
-                else each(arguments.servo, arguments.bags, settings))
+                else each(arguments.servo, bags, settings))
         return run_all(jobs, arguments.output, arguments.cluster, arguments.workers)
-    if not arguments.output.parent.is_dir():
-        raise ValueError(f'{arguments.output}: there is no folder {arguments.output.parent}')
-    with _shown() as progress:
-        answer = run(Job(arguments.servo, tuple(arguments.bags), settings), progress)
+    new_file(arguments.output, arguments.force)
+    with _shown(arguments.quiet) as progress:
+        answer = run(Job(arguments.servo, bags, settings), progress)
     if answer.estimate and arguments.report:
         answer.estimate.save(arguments.report)
     servo_file.save(answer.servo, arguments.output)
+    printed = tell(arguments.json, answer.estimate.as_dict() if answer.estimate
+                   else {'said': list(answer.said)})
+    if arguments.quiet or printed:
+        return 0
     if answer.estimate:
         _show(answer.estimate, servo_file.load(arguments.servo))
     print('\n'.join([*answer.said, f'written to {arguments.output}']))
@@ -113,13 +116,12 @@ def _complete(arguments: argparse.Namespace) -> None:
 
 
 @contextmanager
-def _shown() -> Iterator:
+def _shown(quiet: bool) -> Iterator:
     """Show a fit's progress on the terminal; its warnings stay."""
-    from rich.console import Console
     from rich.progress import Progress as Bar
     from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    console = Console(stderr=True)
+    console = terminal(stderr=True, quiet=quiet)
     columns = (SpinnerColumn(), TextColumn('{task.description}'), TimeElapsedColumn())
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task('simulating')
@@ -133,10 +135,9 @@ def _shown() -> Iterator:
 
 
 def _show(estimate: Estimate, before: Servo) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 110)
+    console = terminal()
     table = Table(title=f'{estimate.servo.name}: {estimate.iterations} steps in '
                   f'{estimate.seconds:.1f} s, horizon {estimate.horizon:.3g} s',
                   title_justify='left')

@@ -14,22 +14,22 @@ import json
 from pathlib import Path
 import sys
 
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import add_force, add_told, new_folder, tell, terminal
 
+from ..data.arguments import add_data
+from ..data.arguments import recordings as read
 from ..learn.friction.friction_features import FEATURES
 from ..learn.friction.learners import lacking, names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
-    parser.add_argument('--unseen', type=Path, nargs='+', metavar='BAG', default=[],
+    add_data(parser)
+    parser.add_argument('--unseen', nargs='+', metavar='BAG', default=[],
                         help='bags that nothing is trained on, to judge every learner by')
     parser.add_argument('--without', nargs='+', choices=FEATURES, default=[],
                         help='features that the learners shall not be given; without a torque '
                         'sensor friction is a sum of current and acceleration')
-    parser.add_argument('--servo', type=named_servo, required=True,
-                        help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path, required=True, help='folder to write to')
     parser.add_argument('--learners', nargs='+', choices=names(), default=[],
                         help='default: all whose libraries are installed')
@@ -39,14 +39,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--cells', type=int, default=360,
                         help='equal angles of the turn that friction is resampled to')
     parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--namespace', help='rig to read where a bag has several')
+    add_told(parser)
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Learn, compare, draw, write."""
-    from rich.console import Console
 
-    from servo_twin.bag import read_recording
     from servo_twin.description import servo_file
 
     from ..learn.friction.friction_dataset import dataset_of
@@ -58,13 +57,12 @@ def main(arguments: argparse.Namespace) -> int:
         print(f'left out, since a library is missing: '
               f'{", ".join(name for name in names() if name not in chosen)}', file=sys.stderr)
     servo = servo_file.load(arguments.servo)
-    recordings, unseen = ([read_recording(bag, arguments.namespace) for bag in bags]
-                          for bags in (arguments.bags, arguments.unseen))
+    recordings, unseen = read(arguments), read(arguments, arguments.unseen)
     samples = friction_of(servo, [*recordings, *unseen], arguments.site)
     data = dataset_of(samples, without=arguments.without, unseen=range(
         len(recordings), len(recordings) + len(unseen)))
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    console = Console(stderr=True)
+    new_folder(arguments.output, arguments.force, 'table.md', 'table.json', 'servo.yaml')
+    console = terminal(stderr=True, quiet=arguments.quiet)
     with console.status('learning') as status:
         def told(name: str, epoch: int, loss: float, held: float) -> None:
             status.update(f'{name}: epoch {epoch}, loss {loss:.4g}, validation {held:.4g}')
@@ -75,8 +73,9 @@ def main(arguments: argparse.Namespace) -> int:
     (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
     from ..learn.friction.friction_plots import friction_speed
     friction_speed(data, models, arguments.output / 'friction_speed.png')
-    print(markdown(rows), end='')
-    print(f'smallest error: {best_of(rows).name}')
+    if not (tell(arguments.json, plain(rows)) or arguments.quiet):
+        print(markdown(rows), end='')
+        print(f'smallest error: {best_of(rows).name}')
     _paper_network(servo, recordings, arguments)
     return 0
 

@@ -12,38 +12,36 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import add_force, add_told, new_file, tell, terminal
+
+from ..data.arguments import add_data, recordings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG', help='recordings to fit to')
-    parser.add_argument('--servo', type=named_servo, required=True,
-                        help='servo file of the machine, or the name of a shipped one')
-    parser.add_argument('--held-out', type=Path, nargs='+', required=True, metavar='BAG',
+    add_data(parser)
+    parser.add_argument('--held-out', nargs='+', required=True, metavar='BAG',
                         help='recordings to rank by')
     parser.add_argument('--models', nargs='+', default=(), metavar='NAME',
                         help='which models; default: all. A name that is none lists them')
     parser.add_argument('-o', '--output', type=Path, required=True,
                         help='servo file to write, with the best model')
+    add_told(parser)
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Rank, show and write the best."""
-    from rich.console import Console
     from rich.table import Table
 
-    from servo_twin.bag import read_recording
     from servo_twin.description import servo_file
 
     from ..jobs.harmonic_drive_ranking import ranked
 
-    if not arguments.output.parent.is_dir():
-        raise ValueError(f'{arguments.output}: there is no folder {arguments.output.parent}')
-    console = Console()
+    new_file(arguments.output, arguments.force)
+    console = terminal(quiet=arguments.quiet or arguments.json == '-')
     with console.status('reading') as status:
-        sets = [[read_recording(bag) for bag in bags]
-                for bags in (arguments.bags, arguments.held_out)]
+        sets = [recordings(arguments, bags) for bags in (arguments.bags, arguments.held_out)]
         found = ranked(servo_file.load(arguments.servo), *sets, names=arguments.models,
                        told=lambda what, share: status.update(f'fitting {what}'))
     shown = Table('model', 'remaining gap', 'shrink', '90 %', 'free', 's',
@@ -56,4 +54,6 @@ def main(arguments: argparse.Namespace) -> int:
     console.print(shown)
     servo_file.save(found[0].servo, arguments.output)
     console.print(f'{found[0].title} is in {arguments.output}')
+    tell(arguments.json, [{name: value for name, value in vars(one).items() if name != 'servo'}
+                          for one in found])
     return 0

@@ -1,11 +1,12 @@
 """
 Make a bag of a table.
 
-CSV and Parquet files carry the names t, voltage, current_reference, current, motor_position,
-load_position, torque, external_torque, reference_position, reference_velocity, temperature, in SI
-units; what is missing is NaN. A header may say a unit: 'motor_position [deg]'. MAT and JSON files
-need a mapping file, and any file may have one. Family and replicate come from the options, a
-recordings.yaml beside the table, or the mapping file, whichever is found first.
+Columns carry the names t, voltage, current_reference, current, motor_position, load_position,
+torque, external_torque, reference_position, reference_velocity, temperature, coupled_position,
+added_command, in SI units; what is missing is NaN. A header may say a unit: 'motor_position
+[deg]'. Other names and messages need a mapping file, which `servo-identify init` writes. Family
+and replicate come from the options, a recordings.yaml beside the table, or the mapping file,
+whichever is found first.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from servo_twin.cli import named_servo
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('file', type=Path, help='table: .csv, .parquet, .mat or .json; or a '
-                        'rosbag2 folder of any messages, with a mapping')
+    parser.add_argument('file', type=Path, help='table: .csv, .parquet, .npz, .mat or .json; or a '
+                        'rosbag2 folder or MCAP of any messages, with a mapping')
     parser.add_argument('--servo', type=named_servo, required=True,
                         help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path, required=True, help='bag to create')
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--note', help='free text')
     parser.add_argument('--period', type=float, default=0.0,
                         help='s, resample to it; left out, the period of the times')
+    parser.add_argument('--quiet', action='store_true', help='print warnings alone')
     parser.add_argument('--block-size', type=int, default=100, help='samples a message')
 
 
@@ -45,9 +47,15 @@ def main(arguments: argparse.Namespace) -> int:
     recording = import_table(
         arguments.file, arguments.servo, mapping=arguments.mapping, family=arguments.family,
         replicate=arguments.replicate, note=arguments.note, period=arguments.period)
-    for warning in recording.warnings:
-        print(f'warning: {warning}', file=sys.stderr)
+    for line in recording.note.splitlines():
+        if line in recording.warnings:
+            print(f'warning: {line}', file=sys.stderr)
+        elif not arguments.quiet:
+            print(f'note: {line}', file=sys.stderr)
+    arguments.output.parent.mkdir(parents=True, exist_ok=True)
     write_recording(arguments.output, recording, arguments.block_size)
+    if arguments.quiet:
+        return 0
     channels = [name for name in recording.columns if recording.has(name)]
     print(f'{arguments.output}: {len(recording)} samples of {recording.period:.9g} s '
           f'({recording.duration:.6g} s), {", ".join(channels)}'

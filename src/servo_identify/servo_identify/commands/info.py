@@ -5,7 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 import sys
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
+
+from servo_twin.commands.terminal import add_told, tell, terminal
+
+from ..data.arguments import add_data, files, recordings
 
 if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording
@@ -13,27 +17,42 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
-    parser.add_argument('--namespace', help='rig to read where a bag has several')
+    add_data(parser, servo=False)
+    add_told(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a table a bag; 2 when one of them cannot be read, after the others."""
-    from rich.console import Console
-
-    from servo_twin.bag import BagError, read_recording
-
-    console = Console(width=None if sys.stdout.isatty() else 110)
-    failed = 0
-    for path in arguments.bags:
+    console = terminal(quiet=arguments.quiet or arguments.json == '-')
+    failed, found = 0, []
+    for named in arguments.bags:
         try:
-            recording = read_recording(path, arguments.namespace)
-        except BagError as error:
+            for path in files([named]):
+                recording, = recordings(arguments, [path])
+                _show(console, path, recording)
+                found.append(facts_of(path, recording))
+        except (ValueError, OSError) as error:
             print(f'servo-identify info: {error}', file=sys.stderr)
             failed = 2
-            continue
-        _show(console, path, recording)
+    tell(arguments.json, found)
     return failed
+
+
+def facts_of(path: Path, recording: Recording) -> dict[str, Any]:
+    """Return what `info` says of a recording as plain data."""
+    import numpy as np
+
+    from servo_twin.recording.recording import COLUMNS
+
+    channels = {name: {'unit': unit, 'min': float(np.nanmin(recording[name])),
+                       'max': float(np.nanmax(recording[name])),
+                       'mean': float(np.nanmean(recording[name])),
+                       'missing': int(np.isnan(recording[name]).sum())}
+                for name, unit in COLUMNS.items() if recording.has(name)}
+    return {'path': str(path), 'duration': recording.duration, 'period': recording.period,
+            'samples': len(recording), 'servo': recording.servo, 'family': recording.family,
+            'replicate': recording.replicate, 'channels': channels, 'note': recording.note,
+            'warnings': list(recording.warnings), 'sha256': recording.digest}
 
 
 def _show(console, path: Path, recording: Recording) -> None:

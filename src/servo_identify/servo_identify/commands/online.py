@@ -15,6 +15,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from servo_twin.commands.terminal import add_force, add_told, new_folder, tell
+
+from ..data.arguments import add_data, recordings
+
 if TYPE_CHECKING:
     from servo_twin.physics.servo import Servo
     from servo_twin.recording.recording import Recording
@@ -26,38 +30,42 @@ _FOREVER = 1e9  # s, a time constant that forgets nothing
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bag', type=Path, metavar='BAG')
-    parser.add_argument('--servo', required=True, metavar='S.yaml',
-                        help='servo file, or the name of a shipped one')
+    add_data(parser, nargs=None)
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='DIR')
     parser.add_argument('--time-constant', type=float, default=60.0, metavar='S',
                         help='in which it forgets (default %(default)g)')
     parser.add_argument('--every', type=float, default=1.0, metavar='S',
                         help='from one estimate to the next (default %(default)g)')
-    parser.add_argument('--namespace', help='rig to read where a bag has several')
+    add_told(parser)
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay and draw; 1 when the bag said nothing about any quantity."""
-    from servo_twin.bag import read_recording
     from servo_twin.description import servo_file
-    from servo_twin.description.shipped import servo_at
 
     given = {'--time-constant': arguments.time_constant, '--every': arguments.every}
     for name, value in given.items():
         if not value > 0.0:
             raise ValueError(f'{name} = {value:g} s; it must be positive')
-    servo = servo_file.load(servo_at(arguments.servo))
-    recording = read_recording(arguments.bag, arguments.namespace)
+    servo = servo_file.load(arguments.servo)
+    recording, = recordings(arguments, [arguments.bag])
     snapshots = followed(servo, recording, arguments.time_constant, arguments.every)
     if not snapshots or not snapshots[-1].names:
         raise ValueError(f'{servo.name} has nothing that is tracked online, or '
                          f'{recording.name} is too short')
     windows = in_windows(servo, recording, arguments.time_constant)
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
     _write(snapshots, recording, arguments.output / 'online.csv')
     _draw(snapshots, windows, recording, servo, arguments.output / 'online.png')
     last = snapshots[-1]
+    printed = tell(arguments.json, {
+        name: {'value': value, 'std': std, 'unit': servo.unit(name), 'bounded': bool(bounded),
+               'rows': rows}
+        for name, value, std, bounded, rows in zip(last.names, last.values, last.std,
+                                                   last.bounded, last.rows, strict=True)})
+    if printed or arguments.quiet:
+        return 0 if last.rows.any() else 1
     for name, value, std, bounded, rows in zip(last.names, last.values, last.std, last.bounded,
                                                last.rows, strict=True):
         print(f'{name}: {value:.5g} ± {std:.2g} {servo.unit(name)}, from {rows:.0f} rows'

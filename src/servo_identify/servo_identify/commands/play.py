@@ -11,19 +11,20 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import add_force, add_told, new_file, tell
+
+from ..data.arguments import add_data, files, recordings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
-    parser.add_argument('--servo', type=named_servo, required=True, metavar='S.yaml',
-                        help='for the ratio, the stiffness and the friction of the load')
+    add_data(parser)
     parser.add_argument('--settings', type=float, nargs='+', metavar='M', default=(),
                         help='where the slide stood in each bag, m')
     parser.add_argument('-o', '--output', type=Path, metavar='NEW.yaml',
                         help='servo file to write with the curve')
-    parser.add_argument('--namespace', help='rig to read where a bag has several')
+    add_told(parser)
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -32,28 +33,31 @@ def main(arguments: argparse.Namespace) -> int:
 
     A bag that tells none is named and left out; the status is 1 then.
     """
-    from servo_twin.bag import read_recording
     from servo_twin.description import servo_file
 
     from ..learn.transmission.two_way_backlash import measured_play, with_curve
 
-    settings = list(arguments.settings)
-    if settings and len(settings) != len(arguments.bags):
-        raise ValueError(f'there are {len(arguments.bags)} bags and {len(settings)} settings; '
+    settings, bags = list(arguments.settings), files(arguments.bags)
+    if settings and len(settings) != len(bags):
+        raise ValueError(f'there are {len(bags)} bags and {len(settings)} settings; '
                          'give one for each')
     if arguments.output and not settings:
         raise ValueError('--output needs --settings: a curve is over something')
     if len(set(settings)) < len(settings):
         raise ValueError(f'two bags have the same setting: {settings}')
+    if arguments.output:
+        new_file(arguments.output, arguments.force)
     servo = servo_file.load(arguments.servo)
     known, refused = [], []
-    for k, bag in enumerate(arguments.bags):
+    for k, bag in enumerate(bags):
         try:
-            recording = read_recording(bag, arguments.namespace)
+            recording, = recordings(arguments, [bag])
             known.append((k, bag, recording, measured_play(servo, recording)))
         except ValueError as problem:
             refused.append(str(problem))
-    for k, bag, _, play in known:
+    printed = tell(arguments.json, [{'bag': bag, 'setting': settings[k] if settings else None,
+                                     **vars(play)} for k, bag, _, play in known])
+    for k, bag, _, play in known if not (printed or arguments.quiet) else ():
         at = f' at {1e3 * settings[k]:g} mm' if settings else ''
         print(f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from cell to '
               f'cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of torsion')
@@ -65,5 +69,6 @@ def main(arguments: argparse.Namespace) -> int:
         plays = {settings[k]: play for k, _, _, play in known}
         servo_file.save(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
               arguments.output)
-        print(f'written to {arguments.output}')
+        if not (printed or arguments.quiet):
+            print(f'written to {arguments.output}')
     return 1 if refused else 0

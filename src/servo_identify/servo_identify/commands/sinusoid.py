@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import asdict
-import json
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from servo_twin.commands.terminal import add_told, tell
 from servo_twin.recording.channels import COLUMNS
+
+from ..data.arguments import add_data, files, recordings
 
 if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording
@@ -27,28 +28,26 @@ POOR = 0.9  # share of the variance below which a record is hardly a sinusoid
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG')
+    add_data(parser, servo=False)
     parser.add_argument('--column', choices=list(COLUMNS), help='default: see above')
     parser.add_argument('--from', dest='begin', type=float, default=0.0, metavar='S',
                         help='leave out what comes before, s (default %(default)g)')
     parser.add_argument('--to', dest='end', type=float, metavar='S',
                         help='leave out what comes after, s')
-    parser.add_argument('--namespace', help='rig to read where a bag has several')
-    parser.add_argument('--json', type=Path, metavar='FILE', help='write what was found, too')
+    add_told(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a line a bag."""
-    from servo_twin.bag import read_recording
 
     found = {}
-    for bag in arguments.bags:
-        recording = read_recording(bag, arguments.namespace)
+    for bag in files(arguments.bags):
+        recording, = recordings(arguments, [bag])
         column, sine = of_recording(recording, arguments.column, arguments.begin, arguments.end)
         found[str(bag)] = {'column': column, **asdict(sine)}
-        print(said(bag.name, column, sine))
-    if arguments.json:
-        arguments.json.write_text(json.dumps(found, indent=1) + '\n')
+        if not arguments.quiet and arguments.json != '-':
+            print(said(bag.name, column, sine))
+    tell(arguments.json, found)
     return 0
 
 

@@ -18,6 +18,9 @@ from pathlib import Path
 import tempfile
 from typing import TYPE_CHECKING
 
+from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import add_force, new_folder
+
 if TYPE_CHECKING:
     from servo_twin.physics.servo import Servo
     from servo_twin.recording.recording import Recording
@@ -57,7 +60,7 @@ class Seen:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='DIR')
-    parser.add_argument('--servo', default='rv_bench', metavar='S.yaml',
+    parser.add_argument('--servo', type=named_servo, default='rv_bench', metavar='S.yaml',
                         help='servo file of the twin (default %(default)s)')
     parser.add_argument('--rig', type=Path, metavar='R.yaml',
                         help='rig file (default: the shipped rv_bench)')
@@ -72,22 +75,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--hours', type=float, default=1.0,
                         help='to watch with nothing switched on (default %(default)g)')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Measure, print and write."""
     from servo_twin.description import servo_file
-    from servo_twin.description.shipped import servo_at, shipped
+    from servo_twin.description.shipped import shipped
 
     from ..watch.changes.change_detector import Settings
 
     unknown = [name for name in arguments.effects if name not in EFFECTS]
     if unknown:
         raise ValueError(f'{unknown} cannot be switched on here; there are {list(EFFECTS)}')
-    servo = servo_file.load(servo_at(arguments.servo))
+    servo = servo_file.load(arguments.servo)
     rig = (arguments.rig or shipped('rigs/rv_bench.yaml')).read_text()
     settings = Settings(learn=arguments.learn, false_alarms=arguments.false_alarms)
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    new_folder(arguments.output, arguments.force, 'watch.json', 'watch.png')
     seen = []
     for name in arguments.effects:
         seen.append(_switched(name, servo, rig, settings, arguments.wait, arguments.seed))

@@ -17,6 +17,16 @@ from .scales import scale_findings, torque_balance
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 SATURATED = 0.6  # share of samples at the largest command
+READER = {
+    'not even': 'record at a fixed rate where you can; nothing else has to be done',
+    'repeat the time': 'look at the clock of the logger; nothing else has to be done',
+    'missing in': 'look at the link that lost them; rows without a number are not used',
+    'holes of': 'look at the logger; rows in holes are not used',
+    'is t in s?': 'give the unit of the time: t [ms]',
+    'there is no voltage': 'record what the drive received',
+    'the drive is off': 'nothing, where it was meant to be off',
+}
+"""Words of a warning of the reader, and what to do about it."""
 EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
 
 
@@ -77,9 +87,18 @@ def _sampling(one: Recording, angle: str) -> list[Finding]:
     if lost > LOST:
         found.append(Finding('amber', f'{one.name}: {angle} is missing in {100 * lost:.1f} % of '
                              'the samples.', 'look at the link that lost them'))
-    found += [Finding('amber', f'{one.name}: {said}', 'read the warning of the reader')
-              for said in one.warnings]
+    slow = any(finding.level == 'red' for finding in found)
+    found += [Finding('amber', f'{one.name}: {said}', _to_do(said)) for said in one.warnings
+              if not (slow and 'is t in s?' in said)]
     return found
+
+
+def _to_do(warning: str) -> str:
+    """Return what to do about a warning of the reader."""
+    for words, action in READER.items():
+        if words in warning:
+            return action
+    return 'docs/recordings.md says what happens with such data'
 
 
 def _excitation(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:

@@ -13,14 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity')
-"""Columns that hold from their sample to the next."""
+from .joining import HELD, HOLE
 
 _EVEN = 0.01
 """Periods that a time may lie off the even grid."""
-
-_HOLE = 3.0
-"""Periods between two samples beyond which nothing is interpolated."""
 
 
 def even(path: Path, columns: dict[str, np.ndarray], period: float,
@@ -48,7 +44,7 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
     off = np.abs(time - time[0] - own * np.arange(len(time))).max() / own
     if off <= _EVEN and (not period or abs(period - own) * len(time) <= _EVEN * own):
         return float(time[0]), period or own, rest
-    step = period or float(np.median(np.diff(time)))
+    step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
     warnings.append(
         f'times are not even ({shortest:.6g} to {longest:.6g} s apart): resampled to '
@@ -76,15 +72,25 @@ def _round(mean: float, samples: int) -> float:
     return mean
 
 
+def _usual(time: np.ndarray) -> float:
+    """Return the period, s, of uneven times: a round one that is meant, else their median."""
+    median = float(np.median(np.diff(time)))
+    steps = np.maximum(np.round(np.diff(time) / median), 1.0)
+    mean = float((time[-1] - time[0]) / steps.sum())
+    meant = float(f'{mean:.1e}')
+    near = abs(meant / mean - 1.0) < 1e-3 and abs(mean / median - 1.0) < 0.03
+    return meant if near else median
+
+
 def _resample(time: np.ndarray, columns: dict[str, np.ndarray], step: float,
               warnings: list[str]) -> dict[str, np.ndarray]:
     grid = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
     last = np.clip(np.searchsorted(time, grid + 1e-9 * step, 'right') - 1, 0, len(time) - 1)
     following = np.minimum(last + 1, len(time) - 1)
     usual = max(step, float(np.median(np.diff(time))))
-    hole = (time[following] - time[last] > _HOLE * usual) & (grid > time[last] + 1e-9 * step)
+    hole = (time[following] - time[last] > HOLE * usual) & (grid > time[last] + 1e-9 * step)
     if hole.any():
-        warnings.append(f'{int(hole.sum())} rows lie in holes of more than {_HOLE:g} periods, the '
+        warnings.append(f'{int(hole.sum())} rows lie in holes of more than {HOLE:g} periods, the '
                         f'first at t = {grid[hole][0]:.9g} s; they are NaN')
     result = {}
     for name, column in columns.items():

@@ -10,6 +10,7 @@ these steps, in this order, each of which may be left out::
     scale: 0.00113       multiply
     offset: 0.0          add
     times: input_volts   multiply by another column of the file
+    unit: deg            what the numbers are in by now, brought to SI; 1/4096 rev is one count
     negate: true
     zero: first          subtract the first value, or the mean (incremental encoders)
 """
@@ -23,17 +24,24 @@ from typing import Any
 import numpy as np
 import yaml
 
+from servo_twin.description.nearest_name import or_what
 from servo_twin.description.strict_yaml import NotPlain, read_yaml
 
-from .column_units import NAMES
+from .column_units import factor_of, NAMES
+from .joining import HELD, joined
 from .tables import Table
 
-_KEYS = {'rows': str, 'time': dict, 'columns': dict, 'recording': dict, 'period': (int, float),
-         'drive_on': str}
-_STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
-          'scale': (int, float), 'offset': (int, float), 'times': str, 'negate': bool, 'zero': str}
-_FACTS = ('family', 'replicate', 'note')
-_ZEROS = ('first', 'mean')
+KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
+        'recording': dict, 'period': (int, float), 'drive_on': str}
+STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
+         'scale': (int, float), 'offset': (int, float), 'times': str, 'unit': str, 'negate': bool,
+         'zero': str}
+FACTS = {'family': str, 'replicate': int, 'note': str}
+ZEROS = ('first', 'mean')
+
+
+LEADING = ('motor_position', 'load_position')
+"""The first of these that is mapped gives the rows where several topics are joined."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +49,9 @@ class Mapping:
     """
     A mapping file, checked.
 
-    ``rows`` names the list of records in a JSON file; ``period``, s, is the grid to resample to,
+    ``rows`` names the list of records in a JSON file, ``names`` the columns of a text file that
+    has no line of names; ``join`` says that each row belongs to one of several topics and leaves
+    the columns of the others empty. ``period``, s, is the grid to resample to,
     0 to take it from the times; ``drive_on`` names a column that is 0 while the drive is switched
     off; ``recording`` gives family, replicate and note, in which {name} stands for what the file
     says of it.
@@ -53,6 +63,8 @@ class Mapping:
     period: float = 0.0
     drive_on: str = ''
     recording: dict[str, Any] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    join: bool = False
 
     def sources(self, *names: str) -> set[str]:
         """Return the sources of some columns, or of all, with what is read beside them."""
@@ -60,14 +72,18 @@ class Mapping:
         found = {one[key] for one in steps for key in ('source', 'times') if key in one}
         return found | ({self.drive_on} if self.drive_on and not names else set())
 
-    def apply(self, table: Table, warnings: list[str]) -> dict[str, np.ndarray]:
+    def apply(self, table: Table, linear: bool, warnings: list[str]) -> dict[str, np.ndarray]:
         """
         Return the columns of a table; raises ValueError for a source that it lacks.
+
+        ``linear``: m for rad and N for N m.
 
         Where the drive is off its terminals are open, which a command of 0 V is not: there is no
         command there (NaN).
         """
-        columns = {name: _follow(table, steps) for name, steps in self.columns.items()}
+        table = self._of_one_topic(table)
+        columns = {name: _follow(table, steps, self._factor(name, linear))
+                   for name, steps in self.columns.items()}
         if self.drive_on:
             off = np.flatnonzero(table[self.drive_on] == 0.0)
             if len(off):
@@ -77,6 +93,17 @@ class Mapping:
                     columns['voltage'] = np.array(columns['voltage'], dtype=float)
                     columns['voltage'][off] = np.nan
         return columns
+
+    def _factor(self, name: str, linear: bool) -> float:
+        return factor_of(f'{self.path}: {name}', name, self.columns[name].get('unit', ''), linear)
+
+    def _of_one_topic(self, table: Table) -> Table:
+        time = self.columns['t'].get('source', '')
+        if not (self.join or time == '__time'):  # the latter is PlotJuggler's
+            return table
+        leading = next((self.columns[name]['source'] for name in LEADING
+                        if 'source' in self.columns.get(name, {})), time)
+        return joined(table, time, leading, self.sources(), self.sources(*HELD))
 
     def describe(self, table: Table) -> dict[str, Any]:
         """Return family, replicate and note of a table."""
@@ -99,23 +126,26 @@ def read_mapping(path: Path) -> Mapping:
     except yaml.YAMLError as error:
         raise ValueError(f'{path} is no YAML: {error}') from None
     if not isinstance(content, dict):
-        raise ValueError(f'{path} is no mapping file: it has no keys {list(_KEYS)}')
-    _check(path, 'the file', content, _KEYS)
+        raise ValueError(f'{path} is no mapping file: it has no keys {list(KEYS)}')
+    _check(path, 'the file', content, KEYS)
     if 'time' not in content or not content.get('columns'):
         raise ValueError(f"{path}: 'time' and 'columns' must be there; there are {list(content)}")
     columns = {'t': content['time']} | content['columns']
     for name, steps in columns.items():
         _check_steps(path, name, steps)
     recording = content.get('recording', {})
-    _check(path, 'recording', recording, {name: (str, int) for name in _FACTS})
+    _check(path, 'recording', recording, {name: (str, int) for name in FACTS})
     return Mapping(path, columns, content.get('rows', ''), float(content.get('period', 0.0)),
-                   content.get('drive_on', ''), recording)
+                   content.get('drive_on', ''), recording,
+                   tuple(str(one) for one in content.get('names', ())),
+                   content.get('join', False))
 
 
 def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None:
     for key, value in content.items():
         if key not in known:
-            raise ValueError(f'{path}: {where} has no {key!r}; it has {list(known)}')
+            raise ValueError(f'{path}: {where} has no {key!r}; '
+                             f'{or_what(key, known, "it has")}')
         if not isinstance(value, known[key]) or (
                 isinstance(value, bool) and known[key] is not bool):
             raise ValueError(f'{path}: {where}: {key} = {value!r} is of the wrong kind')
@@ -125,27 +155,31 @@ def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None
 
 def _check_steps(path: Path, name: str, steps: Any) -> None:
     if name not in NAMES:
-        raise ValueError(f'{path}: there is no column {name!r}; columns are {list(NAMES)}')
+        raise ValueError(f'{path}: there is no column {name!r}; '
+                         f'{or_what(name, NAMES, "columns are")}')
     if not isinstance(steps, dict):
-        raise ValueError(f'{path}: {name}: {steps!r} is no set of steps; known are {list(_STEPS)}')
-    _check(path, name, steps, _STEPS)
+        raise ValueError(f'{path}: {name}: {steps!r} is no set of steps; known are {list(STEPS)}')
+    _check(path, name, steps, STEPS)
     if ('source' in steps) == ('value' in steps):
         raise ValueError(f"{path}: {name}: give either 'source' or 'value'")
     if ('above' in steps) != ('subtract' in steps):
         raise ValueError(f"{path}: {name}: 'above' and 'subtract' go together")
-    if steps.get('zero', 'first') not in _ZEROS:
-        raise ValueError(f'{path}: {name}: zero = {steps["zero"]!r}; known are {list(_ZEROS)}')
+    if steps.get('zero', 'first') not in ZEROS:
+        raise ValueError(f'{path}: {name}: zero = {steps["zero"]!r}; known are {list(ZEROS)}')
 
 
-def _follow(table: Table, steps: dict[str, Any]) -> np.ndarray:
+def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     if 'value' in steps:
-        return np.full(len(next(iter(table.columns.values()))), float(steps['value']))
+        rows = len(next(iter(table.columns.values())))
+        return np.full(rows, float(steps['value']) * factor)
     column = table[steps['source']].copy()
     if 'above' in steps:
         column[column > steps['above']] -= steps['subtract']
     column = column * steps.get('scale', 1.0) + steps.get('offset', 0.0)
     if 'times' in steps:
         column = column * table[steps['times']]
+    if factor != 1.0:
+        column = column * factor
     if steps.get('negate'):
         column = -column
     if 'zero' in steps:

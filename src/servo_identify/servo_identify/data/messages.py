@@ -1,5 +1,5 @@
 """
-Messages of any rosbag2 as a table: what a mapping file names, joined in time.
+Messages of any file as a table: what a mapping file names, joined in time.
 
 A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a number
 or a name that the message lists in ``name``, ``joint_names`` or ``interface_names``:
@@ -9,22 +9,24 @@ receipt where there is no header or it is zero. The topic of the mapping's time 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from pathlib import Path
 import re
 from typing import Any
 
 import numpy as np
 
+from servo_twin.description.nearest_name import or_what
+
+from .joining import at_rows
+from .message_files import opened
 from .tables import Table
 
-_NAMES = ('name', 'joint_names', 'interface_names')
+_NAMES = ('name', 'names', 'joint_names', 'interface_names')
+_STAMPS = ('stamp', 'timestamp')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
-
-
-def holds_messages(path: Path) -> bool:
-    """Tell whether a path is that of a rosbag2 folder."""
-    return (path / 'metadata.yaml').is_file()
+_DEEPEST, _LONGEST = 6, 32  # of fields within fields, of rows whose elements are listed
+_LACKING = object()
 
 
 def read_messages(path: Path, sources: Collection[str], time: str, held: Collection[str]) -> Table:
@@ -35,75 +37,143 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
     first message of its topic a source is NaN. Raises ValueError for a topic, field or name that
     is not there; the error says what is.
     """
-    from rosbags.highlevel import AnyReader, AnyReaderError
-    from rosbags.typesys import get_typestore, Stores
-
     wanted = sorted({*sources, time})
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            topics = sorted(reader.topics)
-            plans = {source: _split(path, source, topics) for source in wanted}
-            chosen = {topic for topic, _ in plans.values()}
-            stamps: dict[str, list[int]] = {topic: [] for topic in chosen}
-            values: dict[str, list[float]] = {source: [] for source in wanted}
-            connections = [c for c in reader.connections if c.topic in chosen]
-            for connection, received, raw in reader.messages(connections):
-                message = reader.deserialize(raw, connection.msgtype)
-                stamps[connection.topic].append(_stamp(message, received))
-                for source, (topic, parts) in plans.items():
-                    if topic == connection.topic and parts != ['stamp']:
-                        values[source].append(_value(path, source, message, parts))
-    except AnyReaderError as error:
-        raise ValueError(f'{path} cannot be read as a rosbag2: {error}') from None
+    with opened(path) as file:
+        topics = sorted(file.topics)
+        plans = {source: _split(path, source, topics) for source in wanted}
+        of_topic: dict[str, list[tuple[str, list[str]]]] = {}
+        for source, (topic, parts) in plans.items():
+            of_topic.setdefault(topic, []).append((source, parts))
+        stamps: dict[str, list[int]] = {topic: [] for topic in of_topic}
+        values: dict[str, list[float]] = {source: [] for source in wanted}
+        for message in file.messages(of_topic):
+            stamps[message.topic].append(_stamp(message.content, message.received))
+            for source, parts in of_topic[message.topic]:
+                if parts != ['stamp']:
+                    values[source].append(_value(path, source, message.content, parts))
     return _joined(path, plans, stamps, values, time, held)
+
+
+def fields_of(path: Path) -> dict[str, str]:
+    """
+    Return all numbers of a file of messages, as sources, with the type of their message.
+
+    Taken from the first message of each topic; ``TOPIC.stamp`` is the first of each.
+    """
+    with opened(path) as file:
+        found, waiting = dict[str, str](), set(file.topics)
+        for message in file.messages(waiting.copy()):
+            if message.topic in waiting:
+                waiting.remove(message.topic)
+                found[f'{message.topic}.stamp'] = message.kind
+                for field in _numbers(message.content, [message.content]):
+                    found[message.topic + field] = message.kind
+                if not waiting:
+                    break
+    return found
+
+
+def _numbers(at: Any, owners: list[Any]) -> Iterator[str]:
+    """Yield what follows the topic in the sources of all numbers of a message."""
+    if isinstance(at, (bool, int, float, np.number)):
+        yield ''
+    elif isinstance(at, (str, bytes)) or len(owners) > _DEEPEST:
+        return
+    elif hasattr(at, '__len__') and not isinstance(at, dict):
+        named = _listed(owners)
+        for k in range(min(len(at), _LONGEST)):
+            index = named[k] if len(named) == len(at) else str(k)
+            yield from (f'[{index}]{rest}' for rest in _numbers(at[k], [*owners, at[k]]))
+    else:
+        for name in _fields(at):
+            if name != 'header':
+                part = _part(at, name)
+                yield from (f'.{name}{rest}' for rest in _numbers(part, [*owners, part]))
 
 
 def _split(path: Path, source: str, topics: list[str]) -> tuple[str, list[str]]:
     """Return topic and field parts of a source."""
-    topic = max((t for t in topics if source.startswith(f'{t}.')), key=len, default=None)
+    topic = max((t for t in topics if source.startswith((f'{t}.', f'{t}['))), key=len,
+                default=None)
     if topic is None:
-        raise ValueError(f'{path}: {source!r} names no topic of the bag; topics are {topics}')
-    return topic, [m[1] or m[2] for m in _PART.finditer(source[len(topic) + 1:]) if m[1] or m[2]]
+        raise ValueError(f'{path}: {source!r} names no topic of the file; '
+                         f'{or_what(source.partition(".")[0], topics, "topics are")}')
+    return topic, [m[1] or m[2] for m in _PART.finditer(source[len(topic):]) if m[1] or m[2]]
 
 
 def _stamp(message: Any, received: int) -> int:
-    """Return the time of a message in ns: of its header where that is set."""
-    header = getattr(message, 'header', None)
-    stamp = getattr(header, 'stamp', None)
-    if stamp is None or not (stamp.sec or stamp.nanosec):
-        return received
-    return stamp.sec * 10**9 + stamp.nanosec
+    """Return the time of a message in ns: of its header, or a stamp of its own, where set."""
+    header = _part(message, 'header', None)
+    for owner in (header, message):
+        for name in _STAMPS:
+            stamp = _part(owner, name, None)
+            seconds = _first(stamp, 'sec', 'secs', 'seconds')
+            nanoseconds = _first(stamp, 'nanosec', 'nsec', 'nsecs', 'nanos')
+            if seconds or nanoseconds:
+                return int(seconds or 0) * 10**9 + int(nanoseconds or 0)
+    return received
+
+
+def _first(owner: Any, *names: str) -> Any:
+    return next((value for name in names if (value := _part(owner, name, None)) is not None), None)
+
+
+def _fields(at: Any) -> list[str]:
+    """Return the names of the fields of a message or a part of it."""
+    if isinstance(at, dict):
+        return list(at)
+    if hasattr(at, 'DESCRIPTOR'):
+        return [one.name for one in at.DESCRIPTOR.fields]
+    return [name for name in getattr(at, '__dataclass_fields__', {}) if name != '__msgtype__']
+
+
+def _part(at: Any, name: str, otherwise: Any = _LACKING) -> Any:
+    if isinstance(at, dict):
+        return at.get(name, otherwise)
+    return getattr(at, name, otherwise) if name in _fields(at) else otherwise
 
 
 def _value(path: Path, source: str, message: Any, parts: list[str]) -> float:
     """Return the number of a message that a source names."""
     at, seen = message, [message]
     for part in parts:
-        if hasattr(at, '__len__') and not isinstance(at, str):
+        if hasattr(at, '__len__') and not isinstance(at, (str, dict)):
             at = _element(path, source, at, part, seen)
-        elif hasattr(at, part):
-            at = getattr(at, part)
         else:
-            fields = [n for n in getattr(at, '__dataclass_fields__', {}) if n != '__msgtype__']
-            raise ValueError(f'{path}: {source}: there is no {part!r}; there are {fields}')
+            inner = _part(at, part)
+            if inner is _LACKING:
+                raise ValueError(f'{path}: {source}: there is no {part!r}; '
+                                 f'{or_what(part, _fields(at))}')
+            at = inner
         seen.append(at)
     try:
-        return float(at)
+        return np.nan if at is None else float(at)
     except (TypeError, ValueError):
         raise ValueError(f'{path}: {source} is no number; give a field or an index of '
                          f'{type(at).__name__}') from None
+
+
+def _listed(owners: list[Any]) -> list[str]:
+    """Return the names that the nearest owner lists for the elements of its rows."""
+    for owner in reversed(owners):
+        for key in _NAMES:
+            names = _part(owner, key, None)
+            if names is not None and not isinstance(names, str) and len(names):
+                return [str(name) for name in names]
+    return []
 
 
 def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> Any:
     index = int(which) if which.isdigit() else None
     named: list[str] = []
     for owner in reversed(seen):
-        names = [n for key in _NAMES for n in getattr(owner, key, ())]
+        names = _listed([owner])
         named += names
         if index is None and which in names:
             index = names.index(which)
     if index is None:
-        raise ValueError(f'{path}: {source}: there is no {which!r}; names are {named}')
+        raise ValueError(f'{path}: {source}: there is no {which!r}; '
+                         f'{or_what(which, named, "names are")}')
     if index >= len(row):
         return np.nan  # a message may leave its row empty
     return row[index]
@@ -114,28 +184,17 @@ def _joined(path: Path, plans: dict[str, tuple[str, list[str]]], stamps: dict[st
     leading = plans[time][0]
     if not stamps[leading]:
         raise ValueError(f'{path}: there is no message on {leading}')
-    zero = stamps[leading][0]
+    zero = min(stamps[leading])
     times = {topic: np.array(those, dtype=np.int64) - zero for topic, those in stamps.items()}
-    rows = times[leading] * 1e-9
+    order = np.argsort(times[leading], kind='stable')
+    rows = times[leading][order] * 1e-9
     columns = {}
     for source, (topic, parts) in plans.items():
         if parts == ['stamp']:
             columns[source] = rows
         elif topic == leading:
-            columns[source] = np.array(values[source])
+            columns[source] = np.array(values[source])[order]
         else:
-            columns[source] = _at(rows, times[topic] * 1e-9, np.array(values[source]),
-                                  source in held)
+            columns[source] = at_rows(rows, times[topic] * 1e-9, np.array(values[source]),
+                                      source in held)
     return Table(path, columns)
-
-
-def _at(rows: np.ndarray, times: np.ndarray, values: np.ndarray, held: bool) -> np.ndarray:
-    """Return values of another topic at the times of the rows; NaN before its first message."""
-    if not len(times):
-        return np.full(len(rows), np.nan)
-    order = np.argsort(times, kind='stable')
-    times, values = times[order], values[order]
-    if held:
-        last = np.searchsorted(times, rows, 'right') - 1
-        return np.where(last < 0, np.nan, values[np.maximum(last, 0)])
-    return np.interp(rows, times, values, left=np.nan, right=np.nan)

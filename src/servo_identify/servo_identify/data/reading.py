@@ -1,4 +1,4 @@
-"""One reader for data: bags of ours, bags of any messages and tables become recordings."""
+"""One reader for data: bags of ours, files of any messages and tables become recordings."""
 
 from __future__ import annotations
 
@@ -6,28 +6,40 @@ from collections.abc import Iterable
 from glob import glob, has_magic
 from pathlib import Path
 
-from servo_twin.bag import read_recording
+from servo_twin.bag import BagError, read_recording
 from servo_twin.recording.recording import Recording
 
 from .mapping import read_mapping
-from .messages import holds_messages
+from .message_files import holds_messages, opened
 from .table_import import import_table
 from .tables import SUFFIXES
 
 
-def read_recordings(paths: Iterable[str | Path], servo: str | Path,
-                    mapping: str | Path | None = None) -> list[Recording]:
+def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None,
+                    mapping: str | Path | None = None, namespace: str | None = None
+                    ) -> list[Recording]:
     """
     Return the recordings that paths and patterns name, in their order.
 
-    ``servo`` is the servo file and ``mapping`` the mapping file by which tables are read; a bag
-    needs neither. Raises ValueError (of a bag BagError) or OSError, which name the file.
+    ``servo`` is the servo file and ``mapping`` the mapping file by which tables and messages are
+    read; a bag of ours needs neither. Without a servo file the angles of a table are not held
+    against each other. ``namespace`` picks one rig of a bag with several. Raises ValueError (of a
+    bag BagError) or OSError, which name the file; all are looked for before one is read.
     """
-    return [_read(path, Path(servo), None if mapping is None else Path(mapping))
-            for named in paths for path in _files(str(named))]
+    return [read_one(path, servo, mapping, namespace) for path in files_of(paths)]
 
 
-def _files(named: str) -> list[Path]:
+def files_of(paths: Iterable[str | Path]) -> list[Path]:
+    """Return the files that paths and patterns name; raises FileNotFoundError for what is not."""
+    found = [path for named in paths for path in _matching(str(named))]
+    for path in found:
+        if not path.exists():
+            raise FileNotFoundError(f'{path} does not exist; give a bag, an MCAP file, or a table '
+                                    f'({", ".join(SUFFIXES)})')
+    return found
+
+
+def _matching(named: str) -> list[Path]:
     path = Path(named).expanduser()
     if path.exists() or not has_magic(named):
         return [path]
@@ -37,14 +49,37 @@ def _files(named: str) -> list[Path]:
     return found
 
 
-def _read(path: Path, servo: Path, mapping: Path | None) -> Recording:
-    if not path.exists():
-        raise FileNotFoundError(f'{path} does not exist; give a bag, or a table '
-                                f'({", ".join(SUFFIXES)})')
-    table = path.is_file() and path.suffix.lower() in SUFFIXES
-    if table or mapping is not None and holds_messages(path) and speaks_of_topics(mapping):
-        return import_table(path, servo, mapping=mapping)
-    return read_recording(path)
+def read_one(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
+             namespace: str | None = None) -> Recording:
+    """Return the recording of one path; raises as :func:`read_recordings` does."""
+    plan = None if mapping is None else Path(mapping)
+    machine = None if servo is None else Path(servo)
+    if path.is_file() and path.suffix.lower() in SUFFIXES:
+        return import_table(path, machine, mapping=plan)
+    if holds_messages(path) and plan is not None and speaks_of_topics(plan):
+        return import_table(path, machine, mapping=plan)
+    try:
+        return read_recording(path, namespace)
+    except BagError as problem:
+        strangers = _strangers(path)
+        if strangers:
+            raise BagError(f'{path} is no bag of this project: its topics are {strangers}. A '
+                           'mapping file (--mapping) says which of their fields are what; '
+                           f'`servo-identify init {path} -o S.yaml --mapping-out M.yaml` writes '
+                           'one, and config/imports has some') from None
+        raise problem from None
+
+
+def _strangers(path: Path) -> list[str]:
+    """Return the topics of a file that holds none of our messages."""
+    if not holds_messages(path):
+        return []
+    try:
+        with opened(path) as file:
+            return sorted(file.topics) if not any(
+                kind.startswith('servo_twin_msgs/') for kind in file.topics.values()) else []
+    except (ValueError, OSError):
+        return []
 
 
 def speaks_of_topics(mapping: Path) -> bool:

@@ -24,6 +24,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from .finding import Finding
+from .sensor_scales import sensor_findings
 
 WIDTHS = (3.0, 8.0, 20.0, 50.0)
 """Standard deviations of the Gaussian that are tried, samples."""
@@ -162,16 +163,23 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
     Return what units, scales and signs look wrong; none where all is well.
 
     A slow recording can show the stiffness of a friction or a spring for an inertia. So what one
-    says of the inertia stops nothing where another one bears the servo file out.
+    says of the inertia stops nothing where another one, in which inertia explains more of the
+    torque, bears the servo file out.
     """
     found = [one for recording in recordings for one in _current_findings(recording, servo)]
     if found or not inertia_of(servo) > 0.0:
         return found
     balances = [torque_balance(recording, servo) for recording in recordings]
-    found = [one for recording, balance in zip(recordings, balances, strict=True)
-             if balance is not None for one in _inertia_findings(recording, balance, servo)]
-    if any(one and believed(one) and 0.5 < one.inertia < 2.0 for one in balances):
-        found = [replace(one, level='amber') for one in found]
+    borne_out = max((one.share['inertia'] for one in balances
+                     if one and believed(one) and 0.5 < one.inertia < 2.0), default=0.0)
+    for recording, balance in zip(recordings, balances, strict=True):
+        if balance is not None:
+            more = _inertia_findings(recording, balance, servo)
+            weak = balance.share.get('inertia', 0.0) < borne_out
+            found += ([replace(one, level='amber') for one in more if one.level == 'red'] if weak
+                      else more)
+    if not any(one.level == 'red' for one in found):  # those would be blamed on sensors too
+        found += [one for recording in recordings for one in sensor_findings(recording, servo)]
     return found
 
 
@@ -192,8 +200,13 @@ def _inertia_findings(one: Recording, balance: Balance, servo: Servo) -> list[Fi
     if found:
         return [found]
     if not 0.25 < balance.inertia < 4.0:
+        ratio = servo.values['mechanism.ratio']
+        other = ratio > 3.0 and any(abs(np.log(balance.inertia / factor)) < NEAR
+                                    for factor in (ratio, 1.0 / ratio))
         return [Finding('amber', f'{one.name}: the recording shows {balance.inertia:.3g} times '
-                        'the inertia of the servo file',
+                        'the inertia of the servo file' + (
+                            f', near the ratio of {ratio:g}: is the angle that of the other shaft?'
+                            if other else ''),
                         'look at inertias, ratio, torque constant, and at the units of command '
                         'and angle')]
     return []
@@ -239,14 +252,28 @@ def _current_findings(one: Recording, servo: Servo) -> list[Finding]:
                             'drive of the servo file makes of the command',
                             'look at the gain of the drive, its resistance and the units')]
     if servo.drive.name == 'voltage_drive' and error > MISFIT:
-        turned = at.speed * pi / 180.0
-        other = expected_current(servo, Smoothed(**{**vars(at), 'speed': turned}))
-        if _error(at.current, other) < FIT:
-            return [Finding('red', f'{one.name}: a factor of 57.3 on the angle closes '
-                            f'{100 - 100 * _error(at.current, other) / error:.0f} % of the '
-                            'voltage balance: the angle is in degrees?',
-                            'give its unit in the header or the mapping: motor_position [deg]')]
+        return _speed_findings(one.name, servo, at, error)
     return []
+
+
+def _speed_findings(name: str, servo: Servo, at: Smoothed, error: float) -> list[Finding]:
+    """Try known factors on the speed in the voltage balance, where it does not close."""
+    ratio = servo.values['mechanism.ratio']
+    shaft = ('the angle is that of the other shaft?',
+             'map it to load_position or motor_position, the shaft that its encoder sits on')
+    known = {pi / 180.0: ('a factor of 57.3 on the angle', 'the angle is in degrees?',
+                          'give its unit in the header or the mapping: motor_position [deg]')}
+    if ratio > 3.0:
+        known |= {ratio: (f'the ratio of {ratio:g} on the angle', *shaft),
+                  1.0 / ratio: (f'a factor of 1/{ratio:g} on the angle', *shaft)}
+    left = {factor: _error(at.current, expected_current(servo, replace(
+        at, speed=factor * at.speed))) for factor in known}
+    best = min(left, key=lambda factor: left[factor])
+    if left[best] >= FIT:
+        return []
+    what, question, action = known[best]
+    return [Finding('red', f'{name}: {what} closes {100 - 100 * left[best] / error:.0f} % of the '
+                    f'voltage balance: {question}', action)]
 
 
 def _error(seen: np.ndarray, told: np.ndarray) -> float:

@@ -15,80 +15,84 @@ from servo_twin.recording.recording import Recording
 
 from .column_units import named_columns
 from .even_grid import even
+from .joining import HELD
 from .mapping import Mapping as ColumnMapping
 from .mapping import read_mapping
-from .messages import holds_messages, read_messages
+from .message_files import holds_messages
+from .messages import read_messages
 from .plausibility import check_angles
 from .tables import read_table, Table
 
-_NEEDS_MAPPING = ('.mat', '.json')
-_HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity',
-         'added_command')
-"""Columns that keep their last value between two messages."""
 
-
-def import_table(path: Path, servo: Path, *, mapping: Path | None = None,
+def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
                  family: str | None = None, replicate: int | None = None, note: str | None = None,
                  period: float = 0.0) -> Recording:
     """
     Return a table as a recording of the machine of a servo file.
 
-    What was changed or left out stands in its ``warnings`` and, for the bag, in its note. Raises
-    ValueError for a table whose columns, units, times or numbers cannot be those of a recording,
-    OSError for files that cannot be read.
+    Without one its angles are not held against each other, and are in rad. What was changed or
+    left out stands in its note, and what to mind in its ``warnings``. Raises ValueError for
+    a table whose columns, units, times or numbers cannot be those of a recording, OSError for
+    files that cannot be read.
     """
-    machine = servo_file.load(servo)
+    machine = servo_file.load(servo) if servo else None
     plan = read_mapping(mapping) if mapping else None
-    if plan is None and path.suffix.lower() in _NEEDS_MAPPING:
-        raise ValueError(f'{path}: a {path.suffix} file needs a mapping file (--mapping), which '
-                         'says what its columns are')
     if not np.isfinite(period) or period < 0.0:
         raise ValueError(f'--period = {period} s, it must be positive')
     table = _table(path, plan)
     facts = (plan.describe(table) if plan else {}) | _beside(path)
     facts |= {name: value for name, value in
               (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
-    return recording_of(table, machine, servo.read_text('utf8'), facts, plan, period)
+    text = servo.read_text('utf8') if servo else ''
+    return recording_of(table, machine, text, facts, plan, period)
 
 
-def recording_of(table: Table, machine: Servo, servo_text: str, facts: Mapping[str, Any],
+def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
                  plan: ColumnMapping | None = None, period: float = 0.0) -> Recording:
     """
     Return a table that was read as a recording of a machine, on an even grid.
 
     ``facts`` may hold family, replicate and note; ``plan`` says which column is which channel,
-    without it they carry the names of channels; ``period`` in s, 0 takes it from the times.
+    without it they carry the names of channels; ``period`` in s, 0 takes it from the times. What
+    was converted or left out stands in the note, and what to mind in the warnings as well.
     Raises ValueError as :func:`import_table` does.
     """
-    path, warnings = table.path, list[str]()
-    columns = (plan.apply(table, warnings) if plan
-               else named_columns(table, machine.linear, warnings))
-    _check(path, columns, warnings)
-    check_angles(path, columns, machine.values['mechanism.ratio'])
+    path, warnings, told = table.path, list[str](), list[str]()
+    linear = machine is not None and machine.linear
+    columns = (plan.apply(table, linear, warnings) if plan
+               else named_columns(table, linear, told))
+    _check(table, columns, warnings)
+    if machine is not None:
+        check_angles(path, columns, machine.values['mechanism.ratio'])
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     if not 1e-6 <= step <= 1.0:
         warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')
     facts = dict(facts)
     if not 0 <= facts.get('replicate', 0) < 2**32:
         raise ValueError(f'replicate = {facts["replicate"]}, it must be 0 (not said) or more')
-    facts['note'] = '\n'.join([facts.get('note', ''), *warnings]).strip()
-    return Recording(path.stem, step, columns, start=max(start, 0.0), servo=machine.name,
-                     servo_file=servo_text, warnings=tuple(warnings), **facts)
+    facts['note'] = '\n'.join([facts.get('note', ''), *told, *warnings]).strip()
+    return Recording(path.stem, step, columns, start=max(start, 0.0),
+                     servo=machine.name if machine else '', servo_file=servo_text,
+                     warnings=tuple(warnings), **facts)
 
 
 def _table(path: Path, plan: ColumnMapping | None) -> Table:
     if not holds_messages(path):
-        return read_table(path, plan.rows if plan else '')
+        return read_table(path, plan.rows if plan else '', plan.names if plan else ())
     if plan is None or 'source' not in plan.columns['t']:
-        raise ValueError(f'{path}: a bag of messages needs a mapping file (--mapping) whose time '
-                         'has a source, such as /joint_states.stamp; config/imports has some')
-    return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*_HELD))
+        raise ValueError(f'{path}: a file of messages needs a mapping file (--mapping) whose time '
+                         'has a source, such as /joint_states.stamp; config/imports has some, and '
+                         f'`servo-identify init {path} --mapping-out M.yaml` writes one')
+    return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*HELD))
 
 
-def _check(path: Path, columns: dict[str, np.ndarray], warnings: list[str]) -> None:
+def _check(table: Table, columns: dict[str, np.ndarray], warnings: list[str]) -> None:
+    path = table.path
     have = [name for name in columns if np.isfinite(columns[name]).any()]
     if 't' not in have:
-        raise ValueError(f'{path} has no column t; it has {list(columns)}')
+        raise ValueError(f'{path} has no column t; it has {[*table.columns, *table.refused]}. '
+                         'Which is which, a mapping file says (--mapping); `servo-identify init '
+                         f'{path} --mapping-out M.yaml` writes one')
     if 'motor_position' not in have and 'load_position' not in have:
         raise ValueError(f'{path} has neither motor_position nor load_position; it has {have}')
     if 'voltage' not in have:

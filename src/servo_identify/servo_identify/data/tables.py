@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 import json
 from pathlib import Path
-import re
 from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
+
+from servo_twin.description.nearest_name import or_what
+
+from .csv_table import read_csv
 
 SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.npz', '.mat', '.json')
 
@@ -19,86 +23,52 @@ class Table:
     """
     A file's columns, float64 of shape (rows,), under the file's own names.
 
-    ``facts`` holds what the file says once: numbers and texts beside the columns.
+    ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
+    says of columns that hold text why they are no numbers; whoever asks for one is told.
     """
 
     path: Path
     columns: dict[str, np.ndarray]
     facts: dict[str, Any] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
+        if name in self.refused:
+            raise ValueError(self.refused[name])
         if name not in self.columns:
-            raise ValueError(f'{self.path} has no column {name!r}; it has {list(self.columns)}')
+            raise ValueError(f'{self.path} has no column {name!r}; '
+                             f'{or_what(name, self.columns, "it has")}')
         return self.columns[name]
 
 
-def read_table(path: Path, rows: str = '') -> Table:
+def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     """
     Read a CSV, Parquet, NPZ, MAT or JSON file.
 
-    ``rows`` names the list of records in a JSON file, where it is not the whole. Raises ValueError
+    ``rows`` names the list of records in a JSON file, where it is not the whole; ``names`` the
+    columns of a text file that has no line of names. The columns of an array of two dimensions
+    are called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError
     for another suffix, a file that does not parse, text among numbers and columns of unequal
     length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}')
+        raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
+                         'rosbag2 folders and .mcap')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix, _csv)
-    table = _json(path, rows) if suffix == '.json' else reader(path)
-    if not table.columns or not len(next(iter(table.columns.values()))):
+    reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix)
+    if reader is not None:
+        table = reader(path)
+    else:
+        table = _json(path, rows) if suffix == '.json' else _csv(path, names)
+    if not (table.columns or table.refused) or not all(map(len, table.columns.values())):
         raise ValueError(f'{path} has no rows')
     return table
 
 
-def _csv(path: Path) -> Table:
-    from pyarrow import ArrowInvalid, csv
-
-    comments = 0
-    with path.open(encoding='utf-8-sig', errors='replace') as file:
-        for header in file:
-            if not header.startswith('#'):
-                break
-            comments += 1
-        else:
-            raise ValueError(f'{path} has no rows')
-    delimiter = max(',;\t', key=header.count)
-    names = [name.strip().strip('"') for name in header.rstrip('\r\n').split(delimiter)]
-    if all(_is_number(name) for name in names):
-        raise ValueError(f'{path} has no line of names: its first line is {header.strip()!r}; put '
-                         f'the {len(names)} names of the columns above it, such as t,voltage,'
-                         'motor_position')
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f'{path}: columns {twice} are there twice')
-    try:
-        found = csv.read_csv(
-            path, read_options=csv.ReadOptions(skip_rows=comments + 1, column_names=names),
-            parse_options=csv.ParseOptions(delimiter=delimiter),
-            convert_options=csv.ConvertOptions(strings_can_be_null=True,
-                                               decimal_point=_decimal(path, delimiter)))
-    except ArrowInvalid as error:
-        raise ValueError(f'{path} is no table: {error}') from None
-    return Table(path, _from_arrow(path, found))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text.replace(',', '.'))
-    except ValueError:
-        return False
-    return True
-
-
-def _decimal(path: Path, delimiter: str) -> str:
-    """Return the sign between whole and fraction: a comma where no number has a point."""
-    if delimiter == ',':
-        return '.'
-    with path.open(encoding='utf-8-sig', errors='replace') as file:
-        begin = file.read(100_000)
-    commas = re.search(r'\d,\d', begin) is not None
-    return ',' if commas and re.search(r'\d\.\d', begin) is None else '.'
+def _csv(path: Path, names: Sequence[str]) -> Table:
+    return _from_arrow(path, read_csv(path, names))
 
 
 def _npz(path: Path) -> Table:
@@ -107,34 +77,75 @@ def _npz(path: Path) -> Table:
             arrays = {name: found[name] for name in found.files}
     except (ValueError, OSError, EOFError, BadZipFile) as error:
         raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
-    plain = {name: value.astype(np.float64) for name, value in arrays.items()
-             if value.ndim == 1 and value.dtype.kind in 'fiub'}
-    facts = {name: value.item() for name, value in arrays.items() if value.ndim == 0}
-    return _longest(path, plain, facts)
+    return _longest(path, *_parted(arrays))
+
+
+def _parted(arrays: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return columns and facts of arrays, structures and scalars."""
+    columns, facts = dict[str, np.ndarray](), dict[str, Any]()
+    for name, value in arrays.items():
+        array = np.asarray(value)
+        if array.dtype.names:  # a structure
+            inner = {f'{name}.{field}': array[field].item() if array.ndim == 0 else array[field]
+                     for field in array.dtype.names}
+            more, told = _parted(inner)
+            columns, facts = columns | more, facts | told
+        elif array.dtype.kind not in 'fiub':
+            if array.ndim == 0:
+                facts[name] = array.item()
+        elif array.ndim == 0:
+            facts[name] = array.item()
+        elif array.ndim == 1:
+            columns[name] = array.astype(np.float64)
+        elif array.ndim == 2:
+            across = array.T if array.shape[0] >= array.shape[1] else array
+            columns |= {f'{name}[{k}]': row.astype(np.float64) for k, row in enumerate(across)}
+    return columns, facts
 
 
 def _parquet(path: Path) -> Table:
     from pyarrow import ArrowException, parquet
 
     try:
-        return Table(path, _from_arrow(path, parquet.read_table(path)))
+        return _from_arrow(path, parquet.read_table(path))
     except ArrowException as error:
         raise ValueError(f'{path} is no Parquet file: {error}') from None
 
 
-def _from_arrow(path: Path, found: Any) -> dict[str, np.ndarray]:
+def _from_arrow(path: Path, found: Any) -> Table:
     from pyarrow import types
 
-    columns = {}
+    columns, texts = dict[str, np.ndarray](), {}
     for name, column in zip(found.column_names, found.columns, strict=True):
         kind = column.type
         if types.is_null(kind):
             columns[name] = np.full(len(column), np.nan)
+        elif types.is_timestamp(kind):
+            columns[name] = _seconds(column)
         elif types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind):
             columns[name] = column.cast('float64').to_numpy()
         else:
-            columns[name] = _numbers(path, name, column.to_pylist())
-    return columns
+            texts[name] = column.to_pylist()
+    return _with_texts(Table(path, columns), texts)
+
+
+def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
+    """Add columns that may be text: numbers where they are, else the reason why not."""
+    for name, values in texts.items():
+        try:
+            table.columns[name] = _numbers(table.path, name, values)
+        except ValueError as problem:
+            table.refused[name] = str(problem)
+    return table
+
+
+def _seconds(column: Any) -> np.ndarray:
+    """Return stamps as s since the first of them."""
+    from pyarrow import timestamp
+
+    counts = column.cast(timestamp('ns', column.type.tz)).cast('int64').to_pylist()
+    first = next((one for one in counts if one is not None), 0)
+    return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
 
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
@@ -158,15 +169,8 @@ def _mat(path: Path) -> Table:
         raise ValueError(f"{path} is a MAT file of version 7.3; save it with '-v7'") from None
     except (MatReadError, ValueError, TypeError, EOFError) as error:
         raise ValueError(f'{path} is no MAT file: {error}') from None
-    arrays, facts = {}, {}
-    for name, value in found.items():
-        if not isinstance(name, str) or name.startswith('__'):
-            continue
-        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in 'fiub':
-            arrays[name] = value.astype(np.float64)
-        elif np.ndim(value) == 0 and not isinstance(value, np.ndarray):
-            facts[name] = value
-    return _longest(path, arrays, facts)
+    return _longest(path, *_parted({name: value for name, value in found.items()
+                                    if isinstance(name, str) and not name.startswith('__')}))
 
 
 def _json(path: Path, rows: str) -> Table:
@@ -180,17 +184,18 @@ def _json(path: Path, rows: str) -> Table:
                  if isinstance(value, (str, int, float, bool))}
         if rows:
             if rows not in content:
-                raise ValueError(f'{path} has no list {rows!r}; it has {list(content)}')
+                raise ValueError(f'{path} has no list {rows!r}; '
+                                 f'{or_what(rows, content, "it has")}')
             content = content[rows]
     if isinstance(content, dict):
-        arrays = {name: _numbers(path, name, value) for name, value in content.items()
-                  if isinstance(value, list)}
-        return _longest(path, arrays, facts)
+        held = _with_texts(Table(path, {}), {name: value for name, value in content.items()
+                                             if isinstance(value, list)})
+        return replace(_longest(path, held.columns, facts), refused=held.refused)
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
         raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
     names = list(content[0]) if content else []
-    return Table(path, {name: _numbers(path, name, [row.get(name) for row in content])
-                        for name in names}, facts)
+    return _with_texts(Table(path, {}, facts),
+                       {name: [row.get(name) for row in content] for name in names})
 
 
 def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:

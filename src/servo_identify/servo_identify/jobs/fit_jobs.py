@@ -11,10 +11,11 @@ from typing import Any
 
 import yaml
 
-from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
+from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.servo import Servo
 
+from ..data.reading import read_recordings
 from ..fit.estimate import Estimate
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 from ..fit.output_error import fit, Progress
@@ -33,6 +34,7 @@ class Settings:
     beyond_tolerance: bool = False
     robust: bool = False
     namespace: str | None = None
+    mapping: str | None = None
 
     def __post_init__(self) -> None:
         for name, choices in (('learn', LEARNED), ('mode', tuple(INPUT_OF)), ('weights', WEIGHTS)):
@@ -63,7 +65,7 @@ class Answer:
 def run(job: Job, progress: Callable[[Progress], None] | None = None) -> Answer:
     """Read the files of a job, fit or learn. Raises ValueError for what cannot be fitted."""
     how, servo = job.settings, servo_file.load(job.servo)
-    recordings = [read_recording(bag, how.namespace) for bag in job.bags]
+    recordings = read_recordings(job.bags, job.servo, how.mapping, how.namespace)
     for recording in recordings:
         for warning in recording.warnings:
             print(f'{recording.name}: {warning}', file=sys.stderr)
@@ -134,7 +136,7 @@ def read_jobs(path: Path, common: Mapping[str, Any] | None = None) -> dict[str, 
 def _known(path: Path, where: str, row: Mapping[str, Any], known: Sequence[str]) -> None:
     for key in row:
         if key not in known:
-            raise ValueError(f'{path}: {where} has the key {key!r}; there are {list(known)}')
+            raise ValueError(f'{path}: {where} has the key {key!r}; {or_what(key, known)}')
 
 
 def _matching(path: Path, where: str, pattern: str) -> list[Path]:

@@ -27,6 +27,7 @@ from std_srvs.srv import Trigger
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
+from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import spin, started
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
@@ -237,6 +238,8 @@ def _joined(pieces: list) -> list:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the identify node until it is told to stop; 2: a bad servo file."""
+    if asked_for_help('identify_node', __doc__, 'config/identify.yaml'):
+        return 0
     ending = started(arguments)
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:

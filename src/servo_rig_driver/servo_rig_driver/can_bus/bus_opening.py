@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import can
 
+from ..nearest_name import or_what
 from .unix_bus import from_message, to_message, UnixBus
 
 INTERFACES = ('unix_bus', 'virtual', 'socketcan')
@@ -51,7 +52,7 @@ def bus_settings(section: Mapping[str, object]) -> BusSettings:
     known = BusSettings.__dataclass_fields__
     for key in section:
         if key not in known:
-            raise BusError(f"bus has no setting '{key}'; it has {list(known)}")
+            raise BusError(f"bus has no setting '{key}'; {or_what(key, known, 'it has')}")
     try:
         return BusSettings(**section)
     except TypeError as error:

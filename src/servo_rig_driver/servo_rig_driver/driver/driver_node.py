@@ -36,6 +36,7 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
+from ..node_help import asked_for_help
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .health_report import Diagnoser
@@ -267,6 +268,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     ROS stays up until the drive is down, whatever signals come meanwhile.
     """
+    if asked_for_help('driver', __doc__, 'config/driver.yaml'):
+        return 0
     sys.setswitchinterval(5e-4)
     ending = Ending()
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)

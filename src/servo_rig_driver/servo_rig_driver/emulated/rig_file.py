@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 import yaml
 
+from ..nearest_name import or_what
 from .rig_physics import World, WORLDS
 
 STEP = 2e-5  # s
@@ -90,7 +91,8 @@ def rig_settings(content: object, overrides: Sequence[str] = ()) -> RigSettings:
         if key in _TOP:
             continue
         if key not in world.sections:
-            raise RigFileError(f"has no section '{key}'; there are {[*_TOP, *world.sections]}")
+            raise RigFileError(f"has no section '{key}'; "
+                               f'{or_what(key, [*_TOP, *world.sections])}')
         if not isinstance(section, Mapping):
             raise RigFileError(f"section '{key}' must be a mapping, it is {section!r}")
         for name, raw in section.items():
@@ -139,8 +141,8 @@ def _value(world: World, path: str, raw: object) -> float:
     if known is None:
         section = str(path).partition('.')[0]
         near = [item for item in world.by_path if item.startswith(section + '.')]
-        near = near or list(world.sections)
-        raise RigFileError(f"has no property '{path}'; there are {near}")
+        raise RigFileError(f"has no property '{path}'; "
+                           f'{or_what(path, near or world.by_path)}')
     value = _number(path, raw)
     if not known.low <= value <= known.high:
         raise RigFileError(f'{path} = {value:g} {known.unit} is outside '

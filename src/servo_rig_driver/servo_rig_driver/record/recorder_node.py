@@ -28,6 +28,7 @@ import yaml
 from servo_twin_msgs.msg import RecordingInfo
 
 from ..ending import Ending
+from ..node_help import asked_for_help
 from .growing_bag import RecordingFile
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
 from .servo_name import servo_file
@@ -249,6 +250,8 @@ def _shares() -> list[Path]:
 
 def main() -> int:
     """Run the recorder until a signal or the end of its parent."""
+    if asked_for_help('recorder', __doc__, 'config/recorder.yaml'):
+        return 0
     ending = Ending()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:

@@ -19,6 +19,7 @@ import re
 import shlex
 from typing import TYPE_CHECKING
 
+from ..cli import named_servo
 from ..simulators.joint import FORMATS, Joint, ModelError
 from .simulator_flags import check_output
 
@@ -31,7 +32,8 @@ PERIOD = 1e-3  # s
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
-    parser.add_argument('servo', help='servo file, or the name of a shipped one')
+    parser.add_argument('servo', type=named_servo, metavar='S.yaml',
+                        help='servo file, or the name of a shipped one')
     parser.add_argument('--format', required=True, choices=FORMATS, help='what to write')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FILE',
                         help='file to write')
@@ -55,7 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Write the file and print what was lost."""
     from ..description.servo_file import load
-    from ..description.shipped import servo_at
     from ..physics import catalogue
     from ..simulators.to_model.nearest_joint import nearest_joint, report
 
@@ -63,7 +64,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.effects:
         catalogue.register(arguments.effects)
     _check(arguments)
-    servo = load(servo_at(arguments.servo))
+    servo = load(arguments.servo)
     name = arguments.joint or re.sub(r'[^\w.-]', '_', servo.name)
     nearest = nearest_joint(servo, name, arguments.format, arguments.timestep,
                             arguments.amplitude, arguments.frequency, arguments.duration)

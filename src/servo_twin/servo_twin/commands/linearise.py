@@ -16,8 +16,10 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..cli import named_servo
 from ..linear.signal_names import FRICTIONS, INPUT_UNITS, OUTPUT_UNITS
-from .parameters import terminal
+from .any_bag import bag_of
+from .terminal import add_force, add_told, new_folder, tell, terminal
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,7 +34,8 @@ PERIOD = 1e-3  # s, of a closed loop without recording
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
-    parser.add_argument('servo', help='servo file, or the name of a shipped one')
+    parser.add_argument('servo', type=named_servo, metavar='S.yaml',
+                        help='servo file, or the name of a shipped one')
     parser.add_argument('bag', nargs='?', type=Path,
                         help='recording whose frequency response is laid under the plots')
     parser.add_argument('--input', default='voltage', choices=list(INPUT_UNITS),
@@ -61,6 +64,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--duration', type=float, help='of the step plot, s')
     parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
+    parser.add_argument('--mapping', type=Path, metavar='M.yaml',
+                        help='how columns of a table, or fields of messages, become channels')
+    add_told(parser)
+    add_force(parser)
     parser.add_argument('-o', '--output-folder', type=Path, default=Path('linear'), metavar='DIR',
                         help='page, pictures and linear.json (default %(default)s)')
 
@@ -69,7 +76,6 @@ def main(arguments: argparse.Namespace) -> int:
     """Print the tables, and write the page and what belongs to it."""
     from ..bag import read_recording
     from ..description.servo_file import load
-    from ..description.shipped import servo_at
     from ..linear import bode_plots, linear_page
     from ..linear.frequency_response import estimate
     from ..linear.sampled_loop import margins
@@ -77,10 +83,12 @@ def main(arguments: argparse.Namespace) -> int:
 
     if arguments.effects:
         catalogue.register(arguments.effects)
-    servo = load(servo_at(arguments.servo))
+    servo = load(arguments.servo)
+    new_folder(arguments.output_folder, arguments.force, 'linear.json', 'linear.html')
     recording = None
     if arguments.bag:
-        recording = read_recording(arguments.bag, arguments.namespace, digest=False)
+        with bag_of(arguments.bag, arguments.servo, arguments.mapping) as bag:
+            recording = read_recording(bag, arguments.namespace, digest=False)
     form = form_of(servo, arguments, recording.period if recording else None)
     measured: dict[str, Measured] = {}
     if recording:
@@ -99,18 +107,18 @@ def main(arguments: argparse.Namespace) -> int:
         pictures[f'bode_{name}'] = bode_plots.bode(form, name, band, measured.get(name))
         pictures[f'step_{name}'] = bode_plots.step(form, name, arguments.duration)
 
-    console = terminal()
+    console = terminal(quiet=arguments.quiet or arguments.json == '-')
     for table in tables:
         console.print(_rich(table))
     folder = arguments.output_folder
-    folder.mkdir(parents=True, exist_ok=True)
     for name, png in pictures.items():
         (folder / f'{name}.png').write_bytes(png)
     (folder / 'linear.json').write_text(json.dumps(as_data(form), indent=1) + '\n')
     title = f'{form.servo}: linear form from {bode_plots.spoken(form.input)}'
     systems = [f'{form.transfer(name)}' for name in form.outputs] + [f'{form.system}']
     (folder / 'linear.html').write_text(linear_page.page(title, tables, pictures, systems))
-    print(f'page: {folder / "linear.html"}')
+    tell(arguments.json, as_data(form))
+    console.print(f'page: {folder / "linear.html"}', highlight=False, soft_wrap=True)
     return 0
 
 

@@ -10,8 +10,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .terminal import terminal
+
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
 
     from ..physics.effect import Parameter
@@ -86,14 +87,6 @@ def catalogue_table() -> Table:
         table.add_row(name, ', '.join(effect.sites), ', '.join(effect.parameters),
                       words[0] if words else '')
     return table
-
-
-def terminal() -> Console:
-    """Return the terminal, or what a file gets: lines of 160 columns."""
-    from rich.console import Console
-
-    console = Console()
-    return console if console.is_terminal else Console(width=160)
 
 
 def _table(title: str, value: str, *more: str) -> Table:

@@ -15,7 +15,10 @@ import sys
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from ..cli import named_servo
 from ..lockstep.live_modes import LIVE_MODES
+from .any_bag import bag_of
+from .terminal import add_force, add_told, new_file, tell, terminal
 
 if TYPE_CHECKING:
     from ..physics.servo import Servo
@@ -24,8 +27,11 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
-    parser.add_argument('bag', type=Path, help='bag directory, or an .mcap file')
-    parser.add_argument('--servo', metavar='S.yaml',
+    parser.add_argument('bag', type=Path, metavar='BAG',
+                        help='bag, MCAP file or table; the latter with --servo')
+    parser.add_argument('--mapping', type=Path, metavar='M.yaml',
+                        help='how columns of a table, or fields of messages, become channels')
+    parser.add_argument('--servo', type=named_servo, metavar='S.yaml',
                         help='servo file, or the name of a shipped one; left out: the one stored '
                              'in the bag')
     parser.add_argument('--effects', metavar='FOLDER', help='folder of effect files of your own')
@@ -44,26 +50,38 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='publish the samples and /clock instead of answering them')
     parser.add_argument('--rate', type=float, default=1.0,
                         help='times real time, with --graph (default %(default)s)')
-    parser.add_argument('--quiet', action='store_true', help='print no tables')
+    add_told(parser)
+    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay; returns 1 when --compare finds a difference."""
-    from rich.console import Console
-
-    from ..bag import read_changes, read_predictions, read_recording, write_predictions
-    from ..balances.goodness_of_fit import fit_of
-    from ..lockstep.lockstep import Settings, warm_up
-    from ..lockstep.whole_recording import answer, differences, part_of
-    from ..pages.fit_table import balance_table, channel_table
     from ..physics import catalogue
+    from ..physics.servo import ServoError
 
     if arguments.graph:
         from ..nodes.graph_replay import play
         return play(arguments.bag, arguments.rate, arguments.namespace, arguments.stretch)
     if arguments.effects:
         catalogue.register(arguments.effects)
-    console = Console(quiet=arguments.quiet)
+    if arguments.page:
+        new_file(arguments.page, arguments.force)
+    if arguments.output and arguments.output.exists():
+        raise ServoError(f'{arguments.output} exists already; choose another name')
+    with bag_of(arguments.bag, arguments.servo, arguments.mapping) as bag:
+        arguments.bag = bag
+        return _answered(arguments)
+
+
+def _answered(arguments: argparse.Namespace) -> int:
+    from ..bag import read_changes, read_predictions, read_recording, write_predictions
+    from ..balances.goodness_of_fit import fit_of
+    from ..lockstep.lockstep import Settings, warm_up
+    from ..lockstep.whole_recording import answer, differences, part_of
+    from ..pages.fit_table import balance_table, channel_table
+
+    printed = arguments.json == '-'
+    console = terminal(quiet=arguments.quiet or printed)
     begin = perf_counter()
     recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch,
                                digest=False)
@@ -92,32 +110,38 @@ def main(arguments: argparse.Namespace) -> int:
     console.print(channel_table(fit))
     if fit.balances:
         console.print(balance_table(fit))
+    tell(arguments.json, {
+        'recording': recording.name, 'servo': servo.name, 'period': recording.period,
+        'duration': recording.duration, 'channels': [vars(one) for one in fit.channels],
+        'balances': [vars(one) for one in fit.balances],
+        'warnings': [*recording.warnings, *result.warnings]})
     if arguments.page:
         from ..pages.replay_page import write_page
-        print(f'page: {write_page(arguments.page, servo, recording, result, arguments.mode)}')
+        page = write_page(arguments.page, servo, recording, result, arguments.mode)
+        console.print(f'page: {page}', highlight=False, soft_wrap=True)
     if arguments.output:
-        print(f'bag: {arguments.output}')
-    return 0 if live is None else say_differences(differences(live, result))
+        console.print(f'bag: {arguments.output}', highlight=False, soft_wrap=True)
+    return 0 if live is None else say_differences(differences(live, result), printed)
 
 
-def servo_of(recording: Recording, given: str | None) -> Servo:
+def servo_of(recording: Recording, given: Path | None) -> Servo:
     """Return the servo of a file, or the one stored with the recording; raises ServoError."""
     from ..description.servo_file import load, loads
-    from ..description.shipped import servo_at
     from ..physics.servo import ServoError
 
     if given is not None:
-        return load(servo_at(given))
+        return load(given)
     if not recording.servo_file:
         raise ServoError(f'{recording.name}: no servo file is stored in it; give one by --servo')
     return loads(recording.servo_file, f'servo file in {recording.name}', code=False)
 
 
-def say_differences(found: dict[str, int]) -> int:
+def say_differences(found: dict[str, int], quiet: bool = False) -> int:
     """Print whether a replay is the live run, bit by bit; return the exit status."""
     wrong = {name: count for name, count in found.items() if count}
     if not wrong:
-        print('replay and live run are identical to the last bit')
+        if not quiet:
+            print('replay and live run are identical to the last bit')
         return 0
     listed = ', '.join(f'{name} at {count} samples' for name, count in wrong.items())
     print(f'replay and live run differ: {listed}', file=sys.stderr)

@@ -17,17 +17,15 @@ import argparse
 from datetime import datetime
 from pathlib import Path
 import signal
-import subprocess
 import sys
 from typing import TYPE_CHECKING
 
 from ..bringup.processes import ProcessError
 from ..lockstep.live_modes import LIVE_MODES
+from .any_bag import bag_of
 
 if TYPE_CHECKING:
     from ..bringup.rig_and_twin import Bench
-
-_NAMED = ('.csv', '.parquet')  # tables whose columns name themselves
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,13 +73,16 @@ def main(arguments: argparse.Namespace) -> int:
     """Run; 0 when nothing was lost and the replay is the live run."""
     from ..bringup.rig_and_twin import record
     from ..description.servo_file import load
+    from ..description.shipped import servo_at
 
     folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
     for number in (signal.SIGTERM, signal.SIGHUP):  # these end it as Ctrl-C does
         signal.signal(number, signal.default_int_handler)
     try:
         if arguments.bag is not None:
-            return _look_at(_bag_of(arguments, folder), arguments, folder)
+            servo = servo_at(arguments.servo) if arguments.servo else None
+            with bag_of(arguments.bag, servo, arguments.mapping, folder) as bag:
+                return _look_at(bag, arguments, folder)
         bench = _bench(arguments, folder)
         load(bench.servo)
         outcome = record(bench)
@@ -104,33 +105,6 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
     parser = argparse.ArgumentParser()
     replay.add_arguments(parser)
     return replay.main(parser.parse_args(command + ['--compare'] * compare))
-
-
-def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
-    """Return a bag of what --bag names; a table is imported by servo-identify."""
-    from ..description.shipped import servo_at, shipped
-    from ..physics.servo import ServoError
-
-    given = arguments.bag
-    if not given.exists():
-        raise ServoError(f'--bag {given}: there is no such file or folder')
-    if given.is_dir() or given.suffix == '.mcap':
-        return given
-    if not arguments.servo:
-        raise ServoError(f'--bag {given} is a table: --servo must say of which machine it is')
-    servo = servo_at(arguments.servo)
-    mapping = arguments.mapping
-    if mapping is None and given.suffix not in _NAMED:
-        mapping = shipped(f'imports/{servo.stem}.yaml')
-    bag = folder / 'recording'
-    folder.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, '-m', 'servo_identify.cli', 'import', str(given),
-               '--servo', str(servo), '-o', str(bag)]
-    if mapping:
-        command += ['--mapping', str(mapping)]
-    if subprocess.run(command, check=False).returncode:
-        raise ProcessError(f'{given} was not imported')
-    return bag
 
 
 def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..simulators.joint import Joint, ModelError
+from .terminal import new_file
 
 if TYPE_CHECKING:
     from ..simulators.from_model.required_values import Given
@@ -62,11 +63,11 @@ def numbers(given: list[str], flag: str) -> dict[str, float]:
 
 
 def check_output(path: Path, force: bool) -> None:
-    """Raise ModelError where a file must not be written."""
-    if path.exists() and not force:
-        raise ModelError(f'{path} exists already; --force writes over it')
-    if not path.resolve().parent.is_dir():
-        raise ModelError(f'{path}: there is no folder {path.resolve().parent}')
+    """Make the folder of a file; raise ModelError where the file must not be written."""
+    try:
+        new_file(path, force)
+    except ValueError as problem:
+        raise ModelError(str(problem)) from None
 
 
 def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origin: Path) -> int:

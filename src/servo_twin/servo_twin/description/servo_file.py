@@ -32,6 +32,7 @@ from ..physics.servo import (
     Value,
 )
 from .given_values import left_out
+from .nearest_name import or_what
 from .strict_yaml import NotPlain, read_yaml
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
@@ -152,7 +153,7 @@ def _mapping(thing, where: str) -> dict:
 
 def _choice(given, choices, where: str):
     if not isinstance(given, str) or given not in choices:
-        raise ServoError(f'{where}: there is no {given!r}; there are {list(choices)}')
+        raise ServoError(f'{where}: there is no {given!r}; {or_what(given, choices)}')
     return given
 
 
@@ -168,7 +169,8 @@ def _servo(tree: dict, folder: Path, code: bool) -> Servo:  # noqa: C901  (one s
     def take(owner: str, section: dict, parameters) -> None:
         for name, given in section.items():
             if name not in parameters:
-                raise ServoError(f'{owner} has no parameter {name!r}; it has {list(parameters)}')
+                raise ServoError(f'{owner} has no parameter {name!r}; '
+                                 f'{or_what(name, parameters, "it has")}')
             path = f'{owner}.{name}'
             if isinstance(given, dict):
                 for key in given:
@@ -262,7 +264,7 @@ def _tolerance(servo: Servo, given: dict) -> dict[str, tuple[float, float]]:
     for path, much in given.items():
         if path not in servo.values:
             raise ServoError(f'tolerance: there is no parameter {path!r}; '
-                             f'there are {list(servo.values)}')
+                             f'{or_what(path, servo.values)}')
         value = servo.values[path]
         try:
             if isinstance(much, str) and much.strip().endswith('%'):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..physics.servo import ServoError
+from .nearest_name import or_what
 
 
 def shipped(name: str) -> Path:
@@ -15,7 +16,8 @@ def shipped(name: str) -> Path:
     path = folder / 'config' / name
     if not path.exists():
         known = sorted(file.stem for file in path.parent.glob('*.yaml'))
-        raise ServoError(f'{path.stem!r} is neither a file nor shipped; shipped are {known}')
+        raise ServoError(f'{path.stem!r} is neither a file nor shipped; '
+                         f'{or_what(path.stem, known, "shipped are")}')
     return path
 
 

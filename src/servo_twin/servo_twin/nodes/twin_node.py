@@ -32,6 +32,7 @@ from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
+from .node_help import asked_for_help
 from .servo_loading import ServoLoading
 from .spinning import interruptible, spin, started
 from .twin_health import ERROR, OK, TwinHealth
@@ -302,6 +303,8 @@ class TwinNode(LifecycleNode):
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the twin node until it is told to stop."""
+    if asked_for_help('twin_node', __doc__, 'config/twin.yaml'):
+        return
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
     ending = started(arguments)
     node = TwinNode()

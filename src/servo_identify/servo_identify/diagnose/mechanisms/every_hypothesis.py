@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.catalogue import names
 
 from ..decisions import FORM
@@ -75,5 +76,5 @@ def _check(without: Collection[str], found: list[Hypothesis], builder: Builder) 
         *ALIASES.values(), 'controller_mismatch'} - {UNKNOWN}
     for name in without:
         if name not in known and not name.startswith('parameter:'):
-            raise ValueError(f'there is no effect {name!r} to leave out; there are '
-                             f'{sorted(known)}')
+            raise ValueError(f'there is no effect {name!r} to leave out; '
+                             f'{or_what(name, sorted(known))}')

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
+from ...description.nearest_name import or_what
 from ...description.servo_file import dumps
 from ...physics.controllers import Impedance, Open
 from ...physics.mechanisms.rigid import Rigid
@@ -136,8 +137,8 @@ def _on_command(joint: Joint, ratio: float, found: FoundValues, lacking: list[st
 def _sensors(given: Given, found: FoundValues) -> tuple:
     for channel in given.noise:
         if channel not in _SENSOR_OF:
-            raise ModelError(f'--noise {channel}: there is no such channel; there are '
-                             f'{list(_SENSOR_OF)}')
+            raise ModelError(f'--noise {channel}: there is no such channel; '
+                             f'{or_what(channel, _SENSOR_OF)}')
     chosen = [sensor for channel, sensor in _SENSOR_OF.items() if channel in given.noise]
     for sensor in chosen:
         value = given.noise[sensor.channel]

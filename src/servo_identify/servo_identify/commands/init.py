@@ -1,0 +1,159 @@
+"""
+Look at a recording, ask for the few values it takes, and write a servo file and a mapping file.
+
+  servo-identify init run.csv -o my.yaml --mapping-out my_columns.yaml
+
+asks on a terminal for all that it cannot see. With flags it asks for less, and without a terminal
+it names the flags that are missing. Values have their unit with them, whichever is handy:
+
+  --resistance '350 mohm' --rotor-inertia '32 g cm2' --back-emf '212 rpm/V' --ratio 50
+
+Both files are checked against the recording before they are written.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import shlex
+import sys
+import tempfile
+from typing import TYPE_CHECKING
+
+from ..init.flag_names import TYPES, VALUES
+
+if TYPE_CHECKING:
+    from ..init.machine import Machine
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the subcommand."""
+    parser.add_argument('data', type=Path, metavar='DATA',
+                        help='table, rosbag2 folder or MCAP; one recording of the machine')
+    parser.add_argument('-o', '--output', type=Path, required=True, metavar='S.yaml',
+                        help='servo file to write')
+    parser.add_argument('--mapping-out', type=Path, metavar='M.yaml',
+                        help='mapping file to write; needed where the columns have other names')
+    parser.add_argument('--force', action='store_true', help='write over files that are there')
+    parser.add_argument('--no-questions', action='store_true',
+                        help='ask nothing, as without a terminal')
+    parser.add_argument('--name', help="of the servo (default: the output's)")
+    columns = parser.add_argument_group('the columns')
+    columns.add_argument('--column', action='append', default=[], metavar='COLUMN=SOURCE:UNIT',
+                         help='which source is which column, such as motor_position=theta:deg '
+                              'or motor_position=enc:1/4096 rev; may be repeated')
+    columns.add_argument('--joint', default='', help='which joint, of messages with several')
+    columns.add_argument('--si', action='store_true',
+                         help='what has no unit in its header is in SI units')
+    parts = parser.add_argument_group('the machine')
+    for section, types in TYPES.items():
+        parts.add_argument(f'--{section}', choices=list(types), metavar='TYPE',
+                           help=f'one of {", ".join(types)}')
+    parts.add_argument('--linear', action='store_true', help='it moves straight: m, N and kg')
+    parts.add_argument('--tolerance', default='', metavar='SHARE',
+                       help="how far off the values may be, such as '10 %%'")
+    values = parser.add_argument_group('values, each with its unit')
+    for name, kinds in VALUES.items():
+        values.add_argument(f'--{name.replace("_", "-")}', metavar="'NUMBER UNIT'",
+                            dest=f'value_{name}', help=f'of {", ".join(kinds)}')
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Ask, check, write; 1 where the recording contradicts what was given."""
+    from servo_twin.description import servo_file
+
+    from ..data.check import check
+    from ..data.reading import read_recordings
+    from ..init.asking import choose_columns, complete, given_columns
+    from ..init.files import mapping_text, servo_text, write
+    from ..init.noise import noise_of
+    from ..init.proposals import proposed
+    from ..init.sources import offered
+
+    for path in (arguments.output, arguments.mapping_out):
+        if path is not None and path.exists() and not arguments.force:
+            raise ValueError(f'{path} exists already; --force writes over it')
+    ask = None if arguments.no_questions or not sys.stdin.isatty() else _ask
+    of = offered(arguments.data)
+    columns, missing = choose_columns(of, proposed(of, arguments.joint),
+                                      given_columns(of, arguments.column), arguments.si, ask)
+    machine = _machine(arguments)
+    missing += complete(machine, columns, ask)
+    needs_mapping = of.messages or bool(of.names or of.rows) or any(
+        name != one.source or one.column == 't' and one.unit != 's'
+        for name, one in columns.items())
+    if needs_mapping and arguments.mapping_out is None:
+        missing.append('--mapping-out M.yaml (the columns have other names than ours)')
+    if missing:
+        raise ValueError('init needs to be told: ' + ', '.join(missing))
+    servo, mapping = servo_text(machine, {}, arguments.tolerance), mapping_text(of, columns)
+    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
+        draft, plan = Path(scratch) / 'servo.yaml', Path(scratch) / 'mapping.yaml'
+        draft.write_text(servo, 'utf8')
+        plan.write_text(mapping, 'utf8')
+        recording, = read_recordings([arguments.data], draft, plan)
+        servo = servo_text(machine, noise_of(recording, arguments.linear), arguments.tolerance)
+        findings = check([recording], servo_file.loads(servo, str(arguments.output)))
+    for column, one in columns.items():
+        print(f'{column:<20} is {one.source!r} in {one.unit or "SI units"}')
+    red = [one for one in findings if one.level == 'red']
+    for one in findings:
+        if one.level != 'green':
+            print(f'{one.level:5}  {one.sentence}\n       {one.action}')
+    if red:
+        print('nothing was written: correct a --column, its unit or a value', file=sys.stderr)
+        return 1
+    write(arguments.output, servo)
+    written = [arguments.output]
+    if arguments.mapping_out:
+        write(arguments.mapping_out, mapping)
+        written.append(arguments.mapping_out)
+    print(f'written: {", ".join(map(str, written))}')
+    print('next:    ' + shlex.join(_next(arguments)))
+    return 0
+
+
+def _machine(arguments: argparse.Namespace) -> Machine:
+    from ..init.machine import flags, Machine
+
+    name = arguments.name or arguments.output.stem
+    machine = Machine(name, arguments.linear, {
+        section: kind for section in TYPES if (kind := getattr(arguments, section))})
+    if 'mechanism' not in machine.parts and _given(arguments, ('stiffness', 'damping')):
+        machine.parts['mechanism'] = 'two_inertia'
+    for value, owners in flags().items():
+        text = getattr(arguments, f'value_{value}')
+        if text is None:
+            continue
+        sections = dict.fromkeys(section for section, kind in owners
+                                 if machine.parts.get(section, kind) == kind)
+        if not sections:
+            kinds = ', '.join(kind for _, kind in owners)
+            raise ValueError(f'--{value.replace("_", "-")} is of {kinds}, which this machine is '
+                             'not')
+        for section in sections:
+            if section in machine.parts:
+                machine.give(f'{section}.{value}', text)
+            else:
+                machine.texts[f'{section}.{value}'] = text
+    return machine
+
+
+def _given(arguments: argparse.Namespace, names: Sequence[str]) -> bool:
+    return any(getattr(arguments, f'value_{name}') is not None for name in names)
+
+
+def _next(arguments: argparse.Namespace) -> list[str]:
+    words = ['servo-identify', 'diagnose', str(arguments.data), '--servo', str(arguments.output)]
+    if arguments.mapping_out:
+        words += ['--mapping', str(arguments.mapping_out)]
+    return [*words, '-o', 'answer']
+
+
+def _ask(question: str, default: str) -> str:
+    print(question + (f' [{default}]' if default else ''))
+    try:
+        return input('> ')
+    except EOFError:
+        raise ValueError('the questions ended before all was answered') from None

@@ -1,0 +1,50 @@
+"""What every command that takes recordings declares, and how it reads them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from servo_twin.cli import named_servo
+
+if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
+
+WHAT = 'bags, rosbag2 folders, MCAP files, tables, or patterns of them'
+
+
+def add_data(parser: argparse.ArgumentParser, nargs: str | None = '+', servo: bool = True) -> None:
+    """
+    Declare BAG, --servo, --mapping and --namespace.
+
+    ``nargs`` is that of BAG; ``servo`` says whether the command cannot do without a servo file.
+    """
+    more = {} if nargs is None else {'nargs': nargs}
+    parser.add_argument('bags' if nargs else 'bag', metavar='BAG', help=WHAT, **more)
+    parser.add_argument('--servo', type=named_servo, required=servo and nargs != '*',
+                        metavar='S.yaml', help='servo file, or the name of a shipped one')
+    add_reading(parser)
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Declare how data are read: --mapping and --namespace."""
+    parser.add_argument('--mapping', type=Path, metavar='M.yaml',
+                        help='how columns of a table, or fields of messages, become channels')
+    parser.add_argument('--namespace', help='rig to read where a bag has several')
+
+
+def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None = None
+               ) -> list[Recording]:
+    """Return the recordings that the arguments, or paths beside them, name."""
+    from .reading import read_recordings
+    several = arguments.bags if paths is None else paths
+    return read_recordings(several, getattr(arguments, 'servo', None), arguments.mapping,
+                           arguments.namespace)
+
+
+def files(paths: Iterable[str | Path]) -> list[Path]:
+    """Return the files that paths and patterns name; raises FileNotFoundError."""
+    from .reading import files_of
+    return files_of(paths)

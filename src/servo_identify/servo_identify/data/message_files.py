@@ -1,0 +1,166 @@
+"""
+Files of messages, whoever wrote them: rosbag2 folders, MCAP, ROS 1 bags.
+
+Each message comes as what its encoding makes of it: an object with attributes (ROS, protobuf) or
+a dictionary (JSON). The definitions are those that the file holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from struct import error as StructError
+from typing import Any, NamedTuple, Protocol
+
+SUFFIXES = ('.mcap', '.db3', '.bag')
+
+
+class Message(NamedTuple):
+    """One message: its topic, the name of its type, when it was received (ns), and itself."""
+
+    topic: str
+    kind: str
+    received: int
+    content: Any
+
+
+class MessageFile(Protocol):
+    """A file of messages, open."""
+
+    topics: dict[str, str]
+    """Topic: name of its type."""
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of topics in the order of the file."""
+        ...
+
+
+def holds_messages(path: Path) -> bool:
+    """Tell whether a path is that of a rosbag2 folder or of a file of messages."""
+    if path.is_dir():
+        return (path / 'metadata.yaml').is_file() or any(path.glob('*.mcap'))
+    return path.suffix.lower() in SUFFIXES and path.is_file()
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[MessageFile]:
+    """Open a file of messages; raises ValueError, which names it, for what cannot be read."""
+    if path.is_dir() and not (path / 'metadata.yaml').is_file():
+        path = min(path.glob('*.mcap'))
+    if path.suffix.lower() == '.db3':
+        path = path.parent
+        if not (path / 'metadata.yaml').is_file():
+            raise ValueError(f'{path} has no metadata.yaml beside its .db3 file; '
+                             '`ros2 bag reindex` writes one')
+    with _mcap(path) if path.suffix.lower() == '.mcap' else _bag(path) as file:
+        yield file
+
+
+class _Bag:
+    def __init__(self, reader: Any) -> None:
+        self._reader = reader
+        self.topics = {topic: info.msgtype or '' for topic, info in reader.topics.items()}
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        chosen = [one for one in self._reader.connections if one.topic in topics]
+        for connection, received, raw in self._reader.messages(chosen):
+            content = self._reader.deserialize(raw, connection.msgtype)
+            yield Message(connection.topic, connection.msgtype, received, content)
+
+
+@contextmanager
+def _bag(path: Path) -> Iterator[_Bag]:
+    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.typesys import get_typestore, Stores
+
+    store = Stores.ROS1_NOETIC if path.suffix == '.bag' else Stores.ROS2_JAZZY
+    try:
+        with AnyReader([path], default_typestore=get_typestore(store)) as reader:
+            yield _Bag(reader)
+    except AnyReaderError as error:
+        raise ValueError(f'{path} cannot be read as a rosbag2: {error}') from None
+
+
+class _Mcap:
+    def __init__(self, path: Path, reader: Any) -> None:
+        self._path, self._reader = path, reader
+        summary = reader.get_summary()
+        if summary is None:
+            raise ValueError(f'{path} has no summary: its writer was killed; `mcap recover` '
+                             'mends it')
+        self._schemas, self._channels = summary.schemas, summary.channels
+        self.topics = {one.topic: self._schema_name(one.schema_id)
+                       for one in summary.channels.values()}
+        self._decoders: dict[int, Callable[[bytes], Any]] = {}
+
+    def _schema_name(self, number: int) -> str:
+        return self._schemas[number].name if number in self._schemas else ''
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        for schema, channel, message in self._records(topics):
+            if channel.id not in self._decoders:
+                self._decoders[channel.id] = self._decoder(schema, channel)
+            try:
+                content = self._decoders[channel.id](message.data)
+            except Exception as problem:  # each encoding has an error of its own
+                raise ValueError(f'{self._path}: a message on {channel.topic} is no '
+                                 f'{channel.message_encoding}: {problem}') from None
+            yield Message(channel.topic, schema.name if schema else '', message.log_time, content)
+
+    def _records(self, topics: Collection[str]) -> Iterator[tuple[Any, Any, Any]]:
+        records = self._reader.iter_messages(topics=list(topics))
+        while True:
+            try:
+                record = next(records)
+            except StopIteration:
+                return
+            except Exception as problem:  # each decompressor has an error of its own
+                raise ValueError(f'{self._path} is damaged: {problem}; `mcap recover` may mend '
+                                 'it') from None
+            yield record
+
+    def _decoder(self, schema: Any, channel: Any) -> Callable[[bytes], Any]:
+        encoding = channel.message_encoding
+        if encoding == 'json':
+            import json
+            return json.loads
+        if encoding == 'protobuf':
+            try:
+                from mcap_protobuf.decoder import DecoderFactory
+            except ImportError:
+                raise ValueError(f'{self._path}: {channel.topic} holds protobuf messages; reading '
+                                 'them needs `pip install mcap-protobuf-support`') from None
+            decode = DecoderFactory().decoder_for(encoding, schema)
+            if decode is not None:
+                return decode
+        if encoding == 'cdr' and schema is not None:
+            return _cdr(schema)
+        raise ValueError(f'{self._path}: {channel.topic} is encoded as {encoding!r}; known are '
+                         "['cdr', 'json', 'protobuf']")
+
+
+@contextmanager
+def _mcap(path: Path) -> Iterator[_Mcap]:
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    with path.open('rb') as stream:
+        try:
+            yield _Mcap(path, make_reader(stream))
+        except (McapError, EOFError, StructError, UnicodeDecodeError) as error:
+            raise ValueError(f'{path} cannot be read as MCAP: {error}; `mcap recover` may mend '
+                             'it') from None
+
+
+def _cdr(schema: Any) -> Callable[[bytes], Any]:
+    """Return a decoder of ROS 2 messages by the definition in the file."""
+    from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
+
+    text, parts = schema.data.decode(), schema.name.split('/')
+    name = f'{parts[0]}/msg/{parts[-1]}'
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = (get_types_from_idl(text) if schema.encoding == 'ros2idl'
+             else get_types_from_msg(text, name))
+    store.register({key: value for key, value in types.items() if key not in store.fielddefs})
+    return lambda raw: store.deserialize_cdr(raw, name)

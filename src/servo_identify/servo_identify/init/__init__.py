@@ -1,0 +1,1 @@
+"""From a file and a few values to a servo file and a mapping file."""

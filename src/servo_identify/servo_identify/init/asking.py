@@ -1,0 +1,157 @@
+"""What init must know, by flags or by questions: columns, parts, values with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+import shlex
+
+from servo_twin.description.nearest_name import or_what
+
+from ..data.column_units import factor_of, NAMES, UNIT
+from .machine import ABOUT, example, flag, Machine, SECTIONS
+from .proposals import ANGLE, Proposal
+from .sources import Offered
+
+Ask = Callable[[str, str], str]
+"""Asks a question with the answer that Enter stands for ('' for none); returns the answer."""
+
+ENCODERS = ('motor_position', 'load_position')
+
+
+def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
+    """Return columns that are given as COLUMN=SOURCE or COLUMN=SOURCE:UNIT."""
+    found = {}
+    for text in texts:
+        column, equals, rest = text.partition('=')
+        if not equals:
+            raise ValueError(f'--column {text}: write COLUMN=SOURCE:UNIT')
+        if column not in NAMES:
+            raise ValueError(f'--column {text}: there is no column {column!r}; '
+                             f'{or_what(column, NAMES)}')
+        source, colon, unit = rest.rpartition(':')
+        if not colon or rest in of.sources:
+            source, unit = rest, of.units.get(rest, '')
+        if source not in of.sources:
+            raise ValueError(f'--column {text}: {of.path} has no {source!r}; '
+                             f'{or_what(source, of.sources, "it has")}')
+        if unit:
+            factor_of(f'--column {text}', column, unit, True)
+        found[column] = Proposal(column, source, unit)
+    return found
+
+
+def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
+                   given: Mapping[str, Proposal], si: bool, ask: Ask | None) -> tuple[
+                       dict[str, Proposal], list[str]]:
+    """
+    Return the columns, and the flags that are missing for them where nothing can be asked.
+
+    ``si``: numbers of which nothing says the unit are in SI units.
+    """
+    chosen = dict(given)
+    missing: list[str] = []
+    taken = {one.source for one in chosen.values()}
+    for column in NAMES:
+        several = [one for one in proposals.get(column, ()) if one.source not in taken]
+        if column in chosen or not several:
+            continue
+        if len(several) == 1:
+            chosen[column] = several[0]
+        elif ask:
+            answer = _one_of(ask, f'Which is {column}', [one.source for one in several])
+            chosen[column] = next((one for one in several if one.source == answer),
+                                  Proposal(column, answer, ''))
+        else:
+            missing.append(f'--column {column}=SOURCE (of {[one.source for one in several]})')
+        taken |= {chosen[column].source} if column in chosen else set()
+    loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
+    if loose and not any(name in chosen for name in ENCODERS):
+        if ask:
+            shaft = _one_of(ask, f'Is {loose[0].source!r} the angle of the motor or of the load',
+                            ['motor', 'load'])
+            chosen[f'{shaft}_position'] = Proposal(f'{shaft}_position', loose[0].source,
+                                                   loose[0].unit)
+        else:
+            missing.append(f'--column motor_position={loose[0].source} (or load_position)')
+    for column in ('t', 'encoder'):
+        names = ENCODERS if column == 'encoder' else (column,)
+        if not any(name in chosen for name in names) and not missing:
+            if ask:
+                name = names[-1]
+                chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)),
+                                        '')
+            else:
+                missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]})')
+    for column, one in chosen.items():
+        refused = _refused(column, one)
+        if one.unit and not refused:
+            continue
+        if si and not refused:
+            chosen[column] = Proposal(column, one.source, UNIT[column])
+        elif ask:
+            question = f'{refused}In which unit is {one.source!r} ({column})'
+            unit = _until(ask, question, UNIT[column],
+                          lambda text, column=column: factor_of('the unit', column, text, True))
+            chosen[column] = Proposal(column, one.source, unit)
+        else:
+            missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
+                f'({refused})' if refused else '(or --si for all)'))
+    return {name: chosen[name] for name in NAMES if name in chosen}, missing
+
+
+def _refused(column: str, one: Proposal) -> str:
+    """Say why a unit cannot be that of a column; '' where it can."""
+    try:
+        factor_of(repr(one.source), column, one.unit, True)
+    except ValueError as problem:
+        return str(problem)
+    return ''
+
+
+def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None) -> list[str]:
+    """Complete parts and values by questions; return the flags that are missing without them."""
+    missing = []
+    both = all(name in columns for name in ENCODERS)
+    for section, choices in (('drive', SECTIONS['drive']), ('mechanism', SECTIONS['mechanism'])):
+        if section in machine.parts:
+            continue
+        if section == 'mechanism' and not both:
+            machine.parts['mechanism'] = 'rigid'  # one encoder sees no more
+        elif ask:
+            told = '; '.join(f'{name}: {ABOUT[name]}' for name in choices)
+            machine.parts[section] = _one_of(ask, f'{section} ({told})', list(choices))
+        else:
+            missing.append(f'--{section} (of {list(choices)})')
+    machine.parts.setdefault('controller', 'none')
+    machine.parts = {section: machine.parts[section] for section in SECTIONS
+                     if section in machine.parts}
+    known = machine.declared()
+    for path in machine.needed():
+        parameter, unit = known[path]
+        if ask:
+            _until(ask, f'{path} [{unit or "a number"}]: {parameter.meaning} Such as '
+                   f'{example(unit, path)}', '',
+                   lambda text, path=path: machine.give(path, text))
+        else:
+            missing.append(f"{flag(path)} '{example(unit, path)}'")
+    return missing
+
+
+def _one_of(ask: Ask, question: str, choices: Sequence[str]) -> str:
+    def judge(text: str) -> None:
+        if text not in choices:
+            raise ValueError(or_what(text, choices))
+    listed = ', '.join(choices[:12])
+    return _until(ask, f'{question} ({listed})', choices[0], judge)
+
+
+def _until(ask: Ask, question: str, default: str, judge: Callable[[str], object]) -> str:
+    """Ask until the answer is judged well."""
+    while True:
+        answer = ask(question, default).strip() or default
+        try:
+            judge(answer)
+        except ValueError as problem:
+            question = f'{problem}\n{question}'
+        else:
+            return answer

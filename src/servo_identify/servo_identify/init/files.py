@@ -1,0 +1,123 @@
+"""The two files that `init` writes, with comments that teach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..data.column_units import UNIT
+from .machine import Machine
+from .proposals import Proposal
+from .sources import Offered
+
+_WIDE = 52  # columns before a comment
+_LATER = """
+# The loop that makes the command of a reference: with it the twin can run closed, and the
+# diagnosis looks at its equation as well. Types: `servo-twin parameters`, docs/controllers.md.
+# controller:
+#   type: position_loop
+#   kp: {value: 20.0, unit: 1/s, source: firmware}
+#   kv: {value: 1.0, unit: V s/rad, source: firmware}
+"""
+_EFFECTS = """
+# What an ideal servo does not do. Give what you know; what is missing the diagnosis finds. All
+# effects: docs/effects.md, and `servo-twin parameters coulomb_friction` for one.
+# effects:
+#   bearing: {effect: coulomb_friction, at: load, level: {value: 1.5, unit: N m}}
+#   weight: {effect: gravity, at: load, cosine: 0.0, sine: {value: -4.0, unit: N m}}
+"""
+_TOLERANCE = """
+# How far off each value may be, as a share or as [low, high]: `fit` looks within it, and the
+# diagnosis calls it a gap only beyond it. Without a line a value counts as exact.
+"""
+
+
+def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
+               tolerance: str = '') -> str:
+    """
+    Return the servo file of a machine.
+
+    ``noise`` maps a sensor to the standard deviation of one reading, its unit and its source;
+    ``tolerance`` is a share such as '10 %' that is written for every value, '' leaves them out.
+    """
+    lines = [f'# Servo {machine.name}: what is known of one machine. `servo-identify init` wrote '
+             'it; change it freely.',
+             '# A value is a number, or {value, unit, source}; its unit is the one that stands '
+             'here, always SI.',
+             f'servo: {machine.name}']
+    if machine.linear:
+        lines.append('travel: linear              # rad reads m, N m reads N, kg m2 reads kg')
+    lines.append('step: 1.0e-4                # s, of the simulation')
+    known, values = machine.declared(), machine.values()
+    for section, kind in machine.parts.items():
+        if kind == 'none':
+            continue
+        lines += ['', f'{section}:', f'  type: {kind}']
+        for path, (parameter, unit) in known.items():
+            if path.startswith(f'{section}.') and path in values:
+                name = path.partition('.')[2]
+                lines.append(_line(f'  {name}: {_value(values[path], unit, machine.texts[path])}',
+                                   parameter.meaning))
+    if noise:
+        lines += ['', 'sensors:                    # those that the machine has; noise is one '
+                  'standard deviation']
+        lines += [f'  {name}: {{noise: {{value: {size:.3g}, unit: {unit}, '
+                  f'source: {_quoted(source)}}}}}'
+                  for name, (size, unit, source) in noise.items()]
+    text = '\n'.join(lines) + '\n'
+    if machine.parts.get('controller', 'none') == 'none':
+        text += _LATER
+    text += _EFFECTS + _TOLERANCE
+    paths = [path for path in values if values[path] and not path.startswith('controller.')]
+    if tolerance:
+        text += 'tolerance:\n' + ''.join(f'  {path}: {tolerance}\n' for path in paths)
+    else:
+        text += '# tolerance:\n' + ''.join(f'#   {path}: 10 %\n' for path in paths)
+    return text
+
+
+def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
+    """Return the mapping file of the columns that were chosen."""
+    lines = [f'# How the columns of {of.path.name} become those of a recording. `servo-identify '
+             'init` wrote it.',
+             '# Steps of a column: source, above, subtract, scale, offset, times, unit, negate, '
+             'zero',
+             '# (docs/recordings.md). negate: true turns the sign; unit: 1/4096 rev is one count '
+             'of an encoder.']
+    if of.rows:
+        lines.append(f'rows: {of.rows}')
+    if of.names:
+        lines.append(f'names: [{", ".join(of.names)}]   # the file has no line of names')
+    time = chosen['t']
+    lines += [_line(f'time: {_steps(time)}', 's'), 'columns:']
+    lines += [_line(f'  {column}: {_steps(one)}', UNIT[column])
+              for column, one in chosen.items() if column != 't']
+    lines += ['# recording: {family: sine, note: no load}   # of all files that this one reads']
+    return '\n'.join(lines) + '\n'
+
+
+def _steps(one: Proposal) -> str:
+    unit = '' if one.unit in ('', UNIT[one.column]) else f', unit: {_quoted(one.unit)}'
+    return f'{{source: {_quoted(one.source)}{unit}}}'
+
+
+def _value(value: float, unit: str, given: str) -> str:
+    shown = f'{value:.6g}'
+    if 'e' in shown and '.' not in shown:
+        shown = shown.replace('e', '.0e')
+    told = f'unit: {unit}, ' if unit else ''
+    return f'{{value: {shown}, {told}source: {_quoted("given as " + given)}}}'
+
+
+def _quoted(text: str) -> str:
+    return "'" + text.replace("'", "''") + "'"
+
+
+def _line(text: str, comment: str) -> str:
+    return f'{text:<{_WIDE}}  # {comment}'
+
+
+def write(path: Path, text: str) -> None:
+    """Write a file, and the folder that it is in."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, 'utf8')

@@ -1,0 +1,124 @@
+"""Which source of a file is probably which column, and in which unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import re
+
+import numpy as np
+
+from ..data.column_units import NAMES, split, TIMES, UNIT
+from .sources import Offered
+
+ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
+
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
+_SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'rpm', 'qd', 'dq', 'velocities'}
+_REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
+_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere'}
+_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
+_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung'}
+_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
+_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'encoder', 'enc', 'counts',
+             'ticks', 'positions', 'estimate'}
+_MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
+                                                'abtrieb', 'arm', 'joints'}
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A source for a column; ``unit`` is '' where nothing says which it is."""
+
+    column: str
+    source: str
+    unit: str
+
+
+def looks_like(source: str, kind: str = '') -> str:
+    """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
+    name = split(source)[0]
+    if name in NAMES:
+        return name
+    words = _words(name)
+    if name in TIMES or words & _TIME and not words & _POSITION:
+        return 't'
+    if words & {'temp', 'temperature', 'temperatur'}:
+        return 'temperature'
+    if kind.endswith('JointState') and words & {'position'}:
+        return 'load_position'
+    if words & _REFERENCE:
+        for found, column in ((_SPEED, 'reference_velocity'), (_CURRENT, 'current_reference'),
+                              (_POSITION, 'reference_position')):
+            if words & found:
+                return column
+        return ''
+    if words & _SPEED or words & _SUPPLY or words & {'effort', 'error', 'acceleration', 'force'}:
+        return ''
+    if words & _CURRENT:
+        return 'current' if not words & {'command', 'cmd'} else 'current_reference'
+    if words & _TORQUE:
+        return 'external_torque' if words & {'external', 'ext'} else 'torque'
+    if words & _POSITION:
+        field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
+        if field & _MOTOR:
+            return 'motor_position'
+        return 'load_position' if field & _LOAD or words == {'q'} else ANGLE
+    return 'voltage' if words & _COMMAND else ''
+
+
+def _words(name: str) -> set[str]:
+    parted = re.sub(r'(?<=[a-z])(?=[A-Z])', '_', name).lower()
+    return {word for word in re.split(r'[^a-z0-9_]+|(?<=[a-z0-9])_', parted) if word}
+
+
+def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
+    """
+    Return proposals for each column, best first; under :data:`ANGLE` those of unknown shaft.
+
+    With a ``joint``, sources that name another one are left out.
+    """
+    found: dict[str, list[Proposal]] = {}
+    for source in _of_joint(of.sources, joint):
+        column = looks_like(source, of.kinds.get(source, ''))
+        if column:
+            unit = of.units.get(source) or (UNIT[column] if source in NAMES else '')
+            if column == 't' and not unit:
+                unit = unit_of_time(of.numbers.get(source))
+            found.setdefault(column, []).append(Proposal(column, source, unit))
+    for column, several in found.items():
+        exact = [one for one in several if split(one.source)[0] == column]
+        found[column] = exact or several
+    if of.messages:
+        found['t'] = _time_of_messages(of, found)
+    return found
+
+
+def _of_joint(sources: tuple[str, ...], joint: str) -> list[str]:
+    if not joint:
+        return list(sources)
+    mine = [one for one in sources if f'[{joint}]' in one or f'/{joint}/' in one]
+    shapes = {one.replace(joint, '*') for one in mine}
+    return [one for one in sources if one in mine or not any(
+        re.fullmatch(re.escape(shape).replace(r'\*', r'[^/\]]+'), one) for shape in shapes)]
+
+
+def _time_of_messages(of: Offered, found: dict[str, list[Proposal]]) -> list[Proposal]:
+    """Return the stamp of the topic that the encoder is on."""
+    for column in ('motor_position', 'load_position', ANGLE):
+        for one in found.get(column, ()):
+            topic = max((source[:-len('.stamp')] for source in of.sources
+                         if source.endswith('.stamp')
+                         and one.source.startswith(source[:-len('.stamp')])), key=len)
+            return [Proposal('t', f'{topic}.stamp', 's')]
+    return []
+
+
+def unit_of_time(times: np.ndarray | None) -> str:
+    """Return the unit in which times make a period of a servo (20 us to 0.2 s), or ''."""
+    if times is None or len(times) < 2:
+        return ''
+    step = float(np.nanmedian(np.abs(np.diff(times))))
+    for unit, factor in (('s', 1.0), ('ms', 1e-3), ('us', 1e-6), ('ns', 1e-9)):
+        if 2e-5 <= step * factor <= 0.2:
+            return unit
+    return ''

@@ -1,0 +1,85 @@
+"""What a file of data offers: names, units, types of messages, and the numbers themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+import json
+from pathlib import Path
+
+import numpy as np
+
+from ..data.column_units import split
+from ..data.csv_table import count_of_bare_columns
+from ..data.message_files import holds_messages
+from ..data.messages import fields_of
+from ..data.tables import read_table
+
+
+@dataclass(frozen=True)
+class Offered:
+    """
+    The sources of a file, by the names that a mapping file gives them.
+
+    ``units`` are those that a header or a type of message gives, ``kinds`` the types of messages.
+    ``numbers`` are the columns of a table, empty for messages. ``rows`` and ``names`` are what a
+    mapping file must say of the file as a whole.
+    """
+
+    path: Path
+    sources: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    numbers: Mapping[str, np.ndarray] = field(default_factory=dict)
+    rows: str = ''
+    names: tuple[str, ...] = ()
+
+    @property
+    def messages(self) -> bool:
+        """Whether the sources are fields of messages."""
+        return bool(self.kinds)
+
+
+def offered(path: Path) -> Offered:
+    """Look at a file; raises ValueError or OSError that names it."""
+    if holds_messages(path):
+        kinds = fields_of(path)
+        units = {source: unit for source, kind in kinds.items()
+                 if (unit := _unit_of(source, kind))}
+        return Offered(path, tuple(kinds), units, kinds)
+    rows, names = '', ()
+    if path.suffix.lower() == '.json' and path.is_file():
+        rows = _rows(path)
+    if path.suffix.lower() in ('.csv', '.txt', '.tsv') and path.is_file():
+        names = tuple(f'column_{k + 1}' for k in range(count_of_bare_columns(path)))
+    table = read_table(path, rows, names)
+    return Offered(path, tuple(table.columns), {name: unit for name in table.columns
+                                                if (unit := split(name)[1])},
+                   {}, table.columns, rows, names)
+
+
+def _unit_of(source: str, kind: str) -> str:
+    """Return the unit that a standard message fixes (REP 103)."""
+    if source.endswith('.stamp'):
+        return 's'
+    name = kind.rpartition('/')[2]
+    if name in ('JointState', 'JointTrajectoryControllerState', 'MultiDOFJointState'):
+        return {'position': 'rad', 'positions': 'rad', 'velocity': 'rad/s', 'velocities': 'rad/s',
+                'effort': 'N m', 'efforts': 'N m'}.get(
+                    source.rpartition('[')[0].rpartition('.')[2], '')
+    if name == 'DynamicJointState':
+        return {'[position]': 'rad', '[velocity]': 'rad/s'}.get(
+            source[source.rfind('['):], '')
+    return 'N m' if name.startswith('Wrench') and '.torque.' in source else ''
+
+
+def _rows(path: Path) -> str:
+    """Return the name of the list of records in a JSON file, '' where there is none."""
+    try:
+        content = json.loads(path.read_text('utf8'))
+    except ValueError:
+        return ''  # what reads it says why
+    lists = {name: value for name, value in content.items()
+             if isinstance(value, list) and value and isinstance(value[0], dict)
+             } if isinstance(content, dict) else {}
+    return max(lists, key=lambda name: len(lists[name]), default='')

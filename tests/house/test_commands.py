@@ -1,0 +1,105 @@
+"""What all commands have in common: the command line ..."""
+
+from importlib.metadata import version
+from pathlib import Path
+import re
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import pytest
+
+from servo_identify.cli import COMMANDS as IDENTIFY
+from servo_identify.cli import main as identify
+from servo_twin.cli import COMMANDS as TWIN
+from servo_twin.cli import main as twin
+
+ROOT = Path(__file__).resolve().parents[2]
+READ = ('info', 'check', 'fit', 'diagnose', 'online', 'play', 'sinusoid', 'friction',
+        'harmonic-drives')
+
+
+def help_of(main, command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([command, '--help'])
+    assert ended.value.code == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize('command', READ)
+def test_it_reads_data_the_same_way_in_every_command(command, capsys):
+    said = help_of(identify, command, capsys)
+    for word in ('BAG', 'tables', '--servo', 'shipped', '--mapping', '--namespace'):
+        assert word in said
+
+
+@pytest.mark.parametrize(('main', 'command'), [
+    *((identify, name) for name in IDENTIFY), *((twin, name) for name in TWIN)])
+def test_it_asks_before_it_writes_over_a_file(main, command, capsys):
+    said = help_of(main, command, capsys)
+    if re.search(r'--output', said) and command not in ('import', 'experiment', 'run'):
+        assert '--force' in said  # the three make a folder or a bag that must be new
+
+
+@pytest.mark.parametrize('command', [*READ, 'experiment'])
+def test_it_names_a_servo_file_that_is_not_there_before_anything_else(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        identify([command, 'nowhere', '--servo', 'rv_bunch', '-o', 'x'])
+    assert ended.value.code == 2
+    assert "did you mean 'rv_bench'?" in capsys.readouterr().err
+
+
+def test_it_names_a_bag_that_is_not_there_and_writes_nothing(tmp_path, capsys):
+    assert identify(['diagnose', str(tmp_path / 'no'), '--servo', 'rv_plain', '-o',
+                     str(tmp_path / 'answer')]) == 2
+    assert 'does not exist' in capsys.readouterr().err
+    assert not (tmp_path / 'answer').exists()
+
+
+def test_it_says_what_was_meant_by_a_command_that_is_not_there(capsys):
+    assert identify(['diagnos']) == 2
+    assert "did you mean 'diagnose'?" in capsys.readouterr().err
+
+
+def test_there_is_one_version():
+    said = {ElementTree.parse(path).findtext('version') for path in ROOT.glob('src/*/package.xml')}
+    first = re.search(r'^## (\d+\.\d+\.\d+)', (ROOT / 'CHANGELOG.md').read_text(), re.MULTILINE)
+    cited = re.search(r'^version: (\S+)', (ROOT / 'CITATION.cff').read_text(), re.MULTILINE)
+    assert said == {first[1]} == {cited[1]}
+
+
+@pytest.mark.parametrize('main', [identify, twin])
+def test_it_says_its_version(main, capsys):
+    assert main(['--version']) == 0
+    assert re.fullmatch(r'servo-(twin|identify) \d+\.\d+\.\d+\n', capsys.readouterr().out)
+    assert version('servo_twin') == version('servo_identify')
+
+
+def test_it_completes_commands_options_and_shipped_servos_in_bash(capsys):
+    assert identify(['--completion', 'bash']) == 0
+    script = capsys.readouterr().out
+
+    def completed(*words):
+        line = ' '.join(words)
+        program = (f'{script}\nCOMP_WORDS=({line} "") COMP_CWORD={len(words)}\n'
+                   '_servo_identify; echo "${COMPREPLY[@]}"')
+        return subprocess.run(['bash', '-c', program], capture_output=True, text=True,
+                              check=True).stdout.split()
+
+    assert {'diagnose', 'init'} <= set(completed('servo-identify'))
+    assert completed('servo-identify', 'diagnose', '--fail-on') == ['gap', 'unknown']
+    assert 'rv_bench' in completed('servo-identify', 'check', '--servo')
+    assert identify(['--completion', 'zsh']) == 0
+    assert 'bashcompinit' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('module', [
+    'servo_rig_driver.record.recorder_node', 'servo_rig_driver.driver.driver_node',
+    'servo_rig_driver.can_bus.can_hub', 'servo_rig_driver.emulated.rig_process',
+    'servo_twin.nodes.twin_node', 'servo_identify.nodes.identify_node'])
+def test_a_process_that_is_asked_for_help_starts_nothing(module, tmp_path):
+    program = f'import sys; from {module} import main; sys.exit(main())'
+    ended = subprocess.run([sys.executable, '-c', program, '--help'], capture_output=True,
+                           text=True, cwd=tmp_path, check=True)
+    assert ended.stdout.startswith('usage: ')
+    assert list(tmp_path.iterdir()) == []

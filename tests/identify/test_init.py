@@ -1,0 +1,183 @@
+"""From a file of data to a servo file and a mapping file: init ..."""
+
+import json
+from pathlib import Path
+import sys
+
+import numpy as np
+import pytest
+
+from servo_identify.cli import main
+from servo_identify.data.physical_units import factor_to, UnitError, value_in
+from servo_identify.data.reading import read_recordings
+from servo_identify.init.flag_names import TYPES, VALUES
+from servo_identify.init.machine import flags, SECTIONS
+from servo_identify.init.noise import noise_of
+from servo_identify.init.proposals import ANGLE, looks_like
+from servo_twin.description.servo_file import load
+
+SERVO = Path(__file__).resolve().parents[2] / 'config' / 'servos' / 'geared_dc.yaml'
+GIVEN = ['--drive', 'voltage', '--resistance', '2100 mohm', '--back-emf', '212 rpm/V',
+         '--torque-constant', '45 mN m/A', '--rotor-inertia', '320 g cm2', '--load-inertia',
+         '120 kg cm2', '--ratio', '50', '--no-questions']
+COUNT = 2.0 * np.pi / 4096
+
+
+@pytest.fixture(scope='module')
+def run():
+    """Return columns of a gear motor under a position loop, 4 s at 500 Hz."""
+    period, ratio, inertia = 1e-4, 50.0, 3.2e-5 + 0.012 / 2500
+    time = np.arange(0.0, 4.0, period)
+    angle = speed = command = 0.0
+    rows = []
+    for k, t in enumerate(time):
+        if k % 20 == 0:
+            target = 0.6 * np.sin(2.5 * t) + 0.3 * np.sin(8.0 * t)
+            command = float(np.clip(60.0 * (target - angle / ratio), -24.0, 24.0))
+        current = (command - 0.045 * speed) / 2.1
+        if k % 20 == 0:
+            rows.append((t, command, current, round(angle / COUNT) * COUNT, angle / ratio))
+        friction = 0.004 * np.tanh(2.0 * speed) + 2e-5 * speed
+        speed += period * (0.045 * current - friction) / inertia
+        angle += period * speed
+    return dict(zip(('time', 'u', 'i', 'theta', 'q'), np.array(rows).T, strict=True))
+
+
+def write(path, columns, delimiter=',', decimal='.', names=True):
+    lines = [delimiter.join(columns)] if names else []
+    lines += [delimiter.join(f'{v:.9g}'.replace('.', decimal) for v in row)
+              for row in zip(*columns.values(), strict=True)]
+    path.write_text('\n'.join(lines) + '\n')
+    return path
+
+
+def init(data, folder, *more):
+    return main(['init', str(data), '-o', str(folder / 'new' / 's.yaml'), '--mapping-out',
+                 str(folder / 'new' / 'm.yaml'), *GIVEN, *more])
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'value'), [
+    ('1.2 mH', 'H', 1.2e-3), ('32 g cm2', 'kg m2', 3.2e-6), ('32 gcm²', 'kg m2', 3.2e-6),
+    ('350 mohm', 'ohm', 0.35), ('350 mΩ', 'ohm', 0.35), ('45 mN m/A', 'N m/A', 0.045),
+    ('45 mNm/A', 'N m/A', 0.045), ('4.7 V/krpm', 'V s/rad', 4.7 * 30 / np.pi / 1e3),
+    ('212 rpm/V', 'V s/rad', 30 / np.pi / 212), ('1 V/rad/s', 'V s/rad', 1.0),
+    ('3 oz in2', 'kg m2', 3 * 1.82899783e-5), ('50', '', 50.0), ('20 %', '', 0.2)])
+def test_it_understands_units_as_people_write_them(text, wanted, value):
+    assert value_in(text, wanted) == pytest.approx(value, rel=1e-6)
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'word'), [
+    ('2.1', 'ohm', 'no unit; say 2.1 ohm'), ('2.1 mH', 'ohm', "'mH' is no unit of ohm"),
+    ('1 furlong', 'm', 'no unit that is known'), ('much', 'ohm', 'no number')])
+def test_it_refuses_a_value_without_its_unit(text, wanted, word):
+    with pytest.raises(UnitError, match=word):
+        value_in(text, wanted)
+
+
+def test_its_flags_are_those_of_the_declarations():
+    assert {section: tuple(types) for section, types in SECTIONS.items()} == TYPES
+    assert {name: tuple(dict.fromkeys(kind for _, kind in owners))
+            for name, owners in flags().items()} == VALUES
+
+
+def test_a_count_of_an_encoder_is_a_unit():
+    assert factor_to('1/4096 rev', 'rad') == pytest.approx(COUNT)
+    with pytest.raises(UnitError, match='1/4096 rev'):
+        factor_to('counts', 'rad')
+
+
+@pytest.mark.parametrize(('source', 'kind', 'column'), [
+    ('Zeit', '', 't'), ('motor_angle [deg]', '', 'motor_position'), ('Winkel', '', ANGLE),
+    ('thetaMotor', '', 'motor_position'), ('supply_voltage', '', ''), ('speed', '', ''),
+    ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
+    ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
+    ('Iq_measured', '', 'current'), ('/command/data', '', 'voltage')])
+def test_it_tells_columns_by_their_names(source, kind, column):
+    assert looks_like(source, kind) == column
+
+
+@pytest.mark.parametrize('how', ['plain', 'bare', 'german', 'milliseconds and degrees', 'json'])
+def test_both_files_pass_the_check_for_awkward_tables(run, tmp_path, how, capsys):
+    columns = {name: run[name] for name in ('time', 'u', 'i', 'theta')}
+    more = ['--column', 'motor_position=theta:rad']
+    data = tmp_path / 'run.csv'
+    if how == 'bare':
+        write(data, columns, names=False)
+        more = ['--column', 't=column_1', '--column', 'voltage=column_2', '--column',
+                'current=column_3', '--column', 'motor_position=column_4:rad']
+    elif how == 'german':
+        write(data, dict(zip(('Zeit', 'Spannung', 'Strom', 'Winkel'), columns.values(),
+                             strict=True)), ';', ',')
+        more = ['--column', 'motor_position=Winkel:rad']
+    elif how == 'json':
+        data = tmp_path / 'run.json'
+        data.write_text(json.dumps({'name': 'x', 'entries': [
+            dict(zip(columns, row, strict=True))
+            for row in np.array(list(columns.values())).T.tolist()]}))
+    elif how == 'plain':
+        write(data, columns)
+    else:
+        write(data, {**columns, 'time': 1e3 * run['time'], 'theta': np.degrees(run['theta'])})
+        more = ['--column', 'motor_position=theta:deg']
+    assert init(data, tmp_path, '--si', *more) == 0
+    servo, mapping = tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml'
+    assert main(['check', str(data), '--servo', str(servo), '--mapping', str(mapping)]) == 0
+    made = load(servo)
+    assert made.values['drive.resistance'] == pytest.approx(2.1)
+    assert made.values['drive.back_emf'] == pytest.approx(30 / np.pi / 212, rel=1e-5)
+    assert made.values['mechanism.rotor_inertia'] == pytest.approx(3.2e-5)
+    one, = read_recordings([data], servo, mapping)
+    assert one.period == pytest.approx(0.002)
+    assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
+    assert 'given as 212 rpm/V' in servo.read_text() and '# effects:' in servo.read_text()
+
+
+def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')})
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions',
+                 '--mechanism', 'rigid']) == 2
+    said = capsys.readouterr().err
+    for word in ('motor_position=theta', "voltage=u:UNIT'", '--drive', '--rotor-inertia',
+                 '--load-inertia', '--ratio', '--mapping-out'):
+        assert word.rstrip("'") in said
+    assert said.count('\n') == 1 and not (tmp_path / 's.yaml').exists()
+
+
+def test_degrees_that_were_called_radians_are_found_out_and_nothing_is_written(
+        run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i')} | {
+        'theta': np.degrees(run['theta'])})
+    assert init(data, tmp_path, '--column', 'motor_position=theta:rad', '--si') == 1
+    assert 'degrees' in capsys.readouterr().out
+    assert not (tmp_path / 'new').exists()
+
+
+def test_it_asks_on_a_terminal_until_the_answer_can_be(run, tmp_path, monkeypatch, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
+    answers = iter(['motor', 'V', 'A', 'furlong', 'rad', 'voltage', '2.1', '2.1 ohm', '212 rpm/V',
+                    '45 mN m/A', '320 g cm2', '120 kg cm2', '50'])
+    monkeypatch.setattr('builtins.input', lambda _: next(answers))
+    monkeypatch.setattr(sys.stdin, 'isatty', lambda: True, raising=False)
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--mapping-out',
+                 str(tmp_path / 'm.yaml')]) == 0
+    assert "'2.1' has no unit" in capsys.readouterr().out
+    assert load(tmp_path / 's.yaml').values['drive.resistance'] == 2.1
+
+
+def test_it_writes_over_nothing_without_force(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
+    more = ['--column', 'motor_position=theta:rad', '--si']
+    assert init(data, tmp_path, *more) == 0
+    assert init(data, tmp_path, *more) == 2
+    assert '--force' in capsys.readouterr().err
+    assert init(data, tmp_path, *more, '--force') == 0
+
+
+def test_it_finds_the_noise_of_an_encoder_and_of_a_current_sensor(run, tmp_path):
+    noisy = {**run, 'i': run['i'] + 0.01 * np.random.default_rng(1).standard_normal(2000)}
+    data = write(tmp_path / 'run.csv', {'t': run['time'], 'voltage': run['u'],
+                                        'current': noisy['i'], 'motor_position': run['theta']})
+    one, = read_recordings([data], SERVO)
+    found = noise_of(one)
+    assert found['motor_encoder'][0] == pytest.approx(COUNT / np.sqrt(12.0), rel=0.01)
+    assert found['current_sensor'][0] == pytest.approx(0.01, rel=0.1)
