@@ -30,6 +30,7 @@ from ..physics.servo import (
     ServoError,
     Value,
 )
+from ..physics.step_limit import check_step
 from .given_values import left_out
 from .strict_yaml import NotPlain, read_yaml
 
@@ -221,6 +222,7 @@ def _servo(tree: dict, folder: Path, code: bool) -> Servo:  # noqa: C901  (one s
                   step=_number(tree.get('step', 1e-4)), linear=travel == 'linear')
     servo = replace(servo, provenance=_provenance(servo, details),
                     tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+    check_step(servo)
     taken = left_out(servo, values, typical) | ({} if 'step' in tree else {'step': servo.step})
     return replace(servo, left_out=taken)
 
