@@ -32,8 +32,10 @@ checks: lint types  ## check style, words, links, imports, packages, security an
 types: setup  ## check the types of the physics and of the front door
 	@$(WITH_ENV) mypy
 
-fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; new ones each time
-	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py $(ARGS)
+fuzz: setup  ## try spoilt files, frames and command lines; SECONDS=600 SEED=1 JOBS=2, ARGS=...
+	@$(WITH_ENV) python tests/fuzz/fuzz.py --seconds $(or $(SECONDS),600) --seed $(or $(SEED),1) \
+	    --jobs $(or $(JOBS),2) $(ARGS)
+	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py -k 'loads_or or is_read_or'
 
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools

@@ -35,7 +35,7 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
     first message of its topic a source is NaN. Raises ValueError for a topic, field or name that
     is not there; the error says what is.
     """
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
     from rosbags.typesys import get_typestore, Stores
 
     wanted = sorted({*sources, time})
@@ -53,8 +53,11 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
                 for source, (topic, parts) in plans.items():
                     if topic == connection.topic and parts != ['stamp']:
                         values[source].append(_value(path, source, message, parts))
-    except AnyReaderError as error:
-        raise ValueError(f'{path} cannot be read as a rosbag2: {error}') from None
+    except (ValueError, OSError):
+        raise
+    except Exception as error:  # AnyReaderError, and of a damaged file what the libraries say
+        raise ValueError(f'{path} cannot be read as a rosbag2: '
+                         f'{error or type(error).__name__}') from None
     return _joined(path, plans, stamps, values, time, held)
 
 

@@ -46,7 +46,13 @@ def read_table(path: Path, rows: str = '') -> Table:
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
     reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix, _csv)
-    table = _json(path, rows) if suffix == '.json' else reader(path)
+    try:
+        table = _json(path, rows) if suffix == '.json' else reader(path)
+    except (ValueError, OSError):
+        raise
+    except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
+        raise ValueError(f'{path} is damaged or no {suffix[1:].upper()} file: '
+                         f'{type(error).__name__} {error}') from None
     if not table.columns or not len(next(iter(table.columns.values()))):
         raise ValueError(f'{path} has no rows')
     return table

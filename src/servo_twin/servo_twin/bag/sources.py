@@ -167,7 +167,9 @@ def open_source(path: Path) -> Source:
     if not path.is_dir():
         raise BagError(f'{path} does not exist')
     information = _metadata(path)
-    listed = [path / name for name in information.get('relative_file_paths') or []]
+    names = information.get('relative_file_paths')
+    listed = [path / name for name in names if isinstance(name, str)] if isinstance(
+        names, list) else []
     inside = [file for file in listed if path.resolve() in file.resolve().parents]
     files = [file for file in inside if file.is_file()] if listed else _natural(path)
     if information.get('compression_mode') or any(file.suffix != '.mcap' for file in files):
