@@ -10,9 +10,9 @@ LENGTHS = (0, 1, 2, 7, 8, 255, 256, 65535, 65536, 2**24, 2**31 - 1, 2**31, 2**32
            2**63 - 1, 2**63, 2**64 - 1)
 WORDS = (
     b'', b'nan', b'.nan', b'inf', b'-.inf', b'1e400', b'-0.0', b'5e-324', b'9' * 400,
-    b'0x7fffffff', b'-1', b'0', b'1', b'1e308', b'null', b'~', b'true', b'{}', b'[]', b'"', b"'", b'\x00',
-    b'\xff\xfe', b'\xef\xbb\xbf', b'../../../../etc/passwd', b'/dev/zero', b'file:///etc/passwd', b'%s%n',
-    b'${HOME}',
+    b'0x7fffffff', b'-1', b'0', b'1', b'1e308', b'null', b'~', b'true', b'{}', b'[]', b'"', b"'",
+    b'\x00', b'\xff\xfe', b'\xef\xbb\xbf', b'../../../../etc/passwd', b'/dev/zero',
+    b'file:///etc/passwd', b'%s%n', b'${HOME}',
     b'!!python/object/apply:os.system ["true"]', b'&a [*a]', b'*a', b'<<: *a', b'2026-13-45',
     b'[' * 300, b'{a: ' * 60, b'- ' * 200, b'0b1', b'1_000', b'12:30:45', b'=', b'? ', b'|', b'>',
     b'#', b',', b';', b'\t', b'\r', b'\n\n', b'10 %', b'rad', b'kg m2', b'A' * 3000, 'ß'.encode(),

@@ -288,6 +288,7 @@ def _take_robot(reader: str, suffix: str) -> Callable[[bytes, Path], object]:
         from servo_twin.cli import main
         path = folder / f'robot{suffix}'
         path.write_bytes(content)
+        (folder / 'out.yaml').unlink(missing_ok=True)
         return _answered(main, [reader, str(path), '--joint', 'elbow', '-o',
                                 str(folder / 'out.yaml')])
     return take
@@ -314,10 +315,10 @@ COMMANDS = {
 }
 
 
-_WORDS = ('spoilt.yaml', 'spoilt.csv', 'rv_bench', 'dc_gearmotor', '--servo', '-o', 'out', '--mode',
-          '--set', '--json', '-', '--from', '--joint', '--mapping', '--help', 'nan', '-1', '',
-          '--', '--family', '--replicate', '10**9', '--input', '--output', 'a=b', '/', '.',
-          'mechanism.ratio=nan', '\udcff')
+_WORDS = ('spoilt.yaml', 'spoilt.csv', 'rv_bench', 'dc_gearmotor', '--servo', '-o', 'out',
+          '--mode', '--set', '--json', '-', '--from', '--joint', '--mapping', '--help', 'nan',
+          '-1', '', '--', '--family', '--replicate', '10**9', '--input', '--output', 'a=b', '/',
+          '.', 'mechanism.ratio=nan', '\udcff')
 
 
 def _take_line(content: bytes, folder: Path) -> object:

@@ -15,7 +15,7 @@ import traceback
 from mutation import spoilt
 from targets import SAID, Target
 
-SECONDS = 5.0  # that one input may take
+SECONDS, HANGS = 5.0, 60.0  # s of processor time, and of any, that one input may take
 MEMORY = 3 << 30  # bytes of address space beyond what the process had at the start
 
 
@@ -51,7 +51,7 @@ def judge(target: Target, content: bytes, folder: Path) -> tuple[str, str]:
         raise TooLong
     before = set(folder.parent.iterdir())
     signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, 6.0 * SECONDS)
+    signal.setitimer(signal.ITIMER_REAL, HANGS)
     begin = process_time()
     try:
         with chdir(folder):
@@ -60,7 +60,7 @@ def judge(target: Target, content: bytes, folder: Path) -> tuple[str, str]:
     except SAID as said:
         outcome = ('refused', str(said)) if str(said).strip() else ('finding', 'says nothing')
     except TooLong:
-        outcome = 'finding', f'hangs: more than {6.0 * SECONDS:g} s'
+        outcome = 'finding', f'hangs: more than {HANGS:g} s'
     except BaseException as problem:
         last = traceback.extract_tb(problem.__traceback__)[-1]
         ours = [frame for frame in traceback.extract_tb(problem.__traceback__)

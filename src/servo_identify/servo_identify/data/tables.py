@@ -11,6 +11,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from .mat_file import load_mat
+
 SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.npz', '.mat', '.json')
 
 
@@ -155,19 +157,9 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
 
 
 def _mat(path: Path) -> Table:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        found = loadmat(path, squeeze_me=True)
-    except NotImplementedError:
-        raise ValueError(f"{path} is a MAT file of version 7.3; save it with '-v7'") from None
-    except (MatReadError, ValueError, TypeError, EOFError) as error:
-        raise ValueError(f'{path} is no MAT file: {error}') from None
+    found = load_mat(path)
     arrays, facts = {}, {}
     for name, value in found.items():
-        if not isinstance(name, str) or name.startswith('__'):
-            continue
         if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in 'fiub':
             arrays[name] = value.astype(np.float64)
         elif np.ndim(value) == 0 and not isinstance(value, np.ndarray):
