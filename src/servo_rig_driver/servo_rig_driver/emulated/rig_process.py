@@ -2,7 +2,7 @@
 The emulated rig as a process of its own: an RV-reducer bench (or another one) on a CAN bus.
 
     python -m servo_rig_driver.emulated.rig_process --rig config/rigs/rv_bench.yaml \\
-        --channel /tmp/rig.can
+        --channel rig.can
 
 It answers SYNC, so its time is that of the driver. SIGUSR1 reads the rig file again and turns
 the effects of the running rig; a bus that goes away is opened again when it is back.
