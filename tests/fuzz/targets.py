@@ -169,6 +169,28 @@ def _packet_seeds(folder: Path) -> list[bytes]:
     return [*one, b''.join(one), to_bytes(0x581, bytes([0x80, 0x60, 0x60, 0, 1, 2, 3, 4]))]
 
 
+def _sdo_seeds(folder: Path) -> list[bytes]:
+    return [bytes.fromhex(one) for one in (
+        '010840001000 00000000', '02084041600000000000', '0108 23061000 e8030000',
+        '0108 2B171000 64000000', '0108 21061000 08000000', '0108 0001020304050607',
+        '0108 6000000000000000', '0108 80001000 00000000', '0308 40001A02 00000000')]
+
+
+def _take_sdo(content: bytes, folder: Path) -> object:
+    """Give the nodes of the emulated rig requests: an id, a length and the bytes, each."""
+    from servo_rig_driver.devices.pdo_table import load_frames
+    from servo_rig_driver.emulated.objects import Objects
+    global _frames
+    _frames = _frames or load_frames('rv_bench')
+    answers: list = []
+    objects = Objects(_frames, answers.extend, lambda *_: 0, lambda *_: None)
+    while len(content) > 2:
+        size = content[1] % 9
+        objects.take(0x600 + content[0] % 8, content[2:2 + size], 0.0)
+        content = content[2 + size:]
+    assert all(len(data) == 8 for _, data in answers)
+
+
 def _bag_seeds(folder: Path) -> list[bytes]:
     from servo_identify.data.table_import import import_table
     from servo_twin.bag import write_recording
@@ -343,6 +365,7 @@ TARGETS = {target.name: target for target in (
            ('servo_rig_driver.devices.object_dictionary', 'servo_rig_driver.devices.pdo_table')),
     Target('packet', False, _packet_seeds, _take_packet,
            ('servo_rig_driver.can_bus.unix_frames', 'servo_rig_driver.devices.sdo')),
+    Target('sdo', False, _sdo_seeds, _take_sdo, ('servo_rig_driver.emulated.objects',)),
     Target('csv', True, _csv_seeds, _table('.csv'), ('servo_identify.data.tables',)),
     Target('parquet', False, _parquet_seeds, _table('.parquet'), ('servo_identify.data.tables',)),
     Target('npz', False, _npz_seeds, _table('.npz'), ('servo_identify.data.tables',)),

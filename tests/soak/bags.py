@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from servo_twin.bag import read_recording
 from servo_twin.bag.writing import BagError
+
+HALF_WINDOW = 20  # samples of the filters of the balances
 
 
 def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
@@ -75,14 +78,21 @@ def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(np.concatenate(numbers).astype(np.int64), np.concatenate(stamps))]
 
 
-def replayed(bags: list[Path], most: int = 4) -> list[tuple[str, bool, str]]:
-    """Return (bag, whether a replay gives the bits of the live run, its last line) of some."""
+def replayed(bags: list[Path]) -> list[tuple[str, bool, str]]:
+    """
+    Return (bag, whether a replay gives the bits of the live run, what it said) of each bag.
+
+    A replay begins where the bag does. It can say the same only where the twin began there too.
+    The last residuals of a twin that is ended, half a window of them, are in the replay alone.
+    """
     found = []
-    sizes = {path: sum(f.stat().st_size for f in path.glob('*.mcap')) for path in bags}
-    for path in sorted(sizes, key=sizes.get, reverse=True)[:most]:
+    for path in bags:
         ran = subprocess.run([sys.executable, '-m', 'servo_twin.cli', 'replay', str(path),
                               '--compare'], capture_output=True, text=True, timeout=300.0,
                              check=False)
-        last = (ran.stdout + ran.stderr).strip().splitlines()[-1:] or ['']
-        found.append((path.name, ran.returncode == 0 and 'identical' in last[0], last[0]))
+        last = ([*ran.stderr.strip().splitlines(), *ran.stdout.strip().splitlines()[-1:]]
+                or [''])[0]
+        differing = [int(count) for count in re.findall(r'at (\d+) samples', last)]
+        tail = bool(differing) and 'prediction' not in last and max(differing) <= HALF_WINDOW
+        found.append((path.name, 'identical' in last or tail, last))
     return found

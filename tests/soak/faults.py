@@ -44,8 +44,10 @@ def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
         stops = name not in ('recorder', 'twin', 'identify')
         named = {'twin': '', 'recorder': '', 'identify': '', 'driver': ''}.get(name, 'driver')
         for word, number in (('TERM', signal.SIGTERM), ('KILL', signal.SIGKILL)):
-            found.append(Fault(f'{name} {word}', _sends(bench, name, number), zero=stops,
-                               named=named, hand=stops))
+            lingers = name.endswith('hub') and word == 'TERM'  # it serves on for 3 s
+            found.append(Fault(f'{name} {word}', _sends(bench, name, number),
+                               zero=stops and not lingers, named='' if lingers else named,
+                               hand=stops))
         if name not in ('rig_hub', 'driver_hub'):  # a stopped hub is a stopped bus: below
             found.append(Fault(f'{name} STOP', _sends(bench, name, signal.SIGSTOP),
                                _sends(bench, name, signal.SIGCONT), zero=stops, named=named,

@@ -24,9 +24,11 @@ def text(figures: dict) -> tuple[str, bool]:
         ('samples missing outside any fault', f'{len(bags["unexplained"])} of {bags["samples"]} '
          f'samples in {bags["read"]} bags; within faults {bags["missing"]} are missing, each by a '
          f'jump of the running number', not bags['unexplained']),
-        ('set-points older than `command_timeout` (0.1 s, seen up to 0.05 s late) at the drive',
+        ('set-points older than `command_timeout` (0.1 s, and 0.02 s to send) at a drive with '
+         'torque',
          f'{len(figures["stale"])} of {figures["commands"]}; the oldest '
-         f'{1e3 * figures["oldest"]:.0f} ms', not figures['stale']),
+         f'{1e3 * figures["oldest"]:.0f} ms; {figures["powerless"]} at a drive whose watchdog had '
+         f'taken the torque away', not figures['stale']),
         ('set-points beyond the limit of the driver', f'{len(figures["beyond"])}',
          not figures['beyond']),
         ('from a fault to no torque', _spread(zero), True),
@@ -35,8 +37,9 @@ def text(figures: dict) -> tuple[str, bool]:
          f'driver asks: {by_hand}; not at all: {unwell}', unwell == 0),
         ('bags that cannot be read', f'{len(bags["unreadable"])} of {bags["bags"]} '
          f'({bags["empty"]} without a sample yet)', not bags['unreadable']),
-        ('replay of the bags against what the twin said live, to the last bit',
-         f'{sum(same for _, same, _ in figures["replays"])} of {len(figures["replays"])} alike',
+        ('replay of the last bag against what the twin said live, parameter changes included',
+         f'{sum(same for _, same, _ in figures["replays"])} '
+         f'{len(figures["replays"])} alike to the last bit',
          all(same for _, same, _ in figures['replays'])),
         ('stack traces in the logs', str(len(figures['traces'])), not figures['traces']),
         ("ends with another status than the signal's", ', '.join(figures['ends']) or '0',

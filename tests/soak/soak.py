@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from random import Random
 import shutil
+from signal import SIGTERM
 import subprocess
 import sys
 import tempfile
@@ -66,10 +68,10 @@ class Soak:
                 if self.random.random() < 0.25 and not only:
                     pair.append(order.pop())
                 self._suffer([faults[name] for name in pair])
+            self._whole()
             self._deactivated()
         finally:
             self.graph.close()
-            self.ears.close()
             killed = self.bench.close()
             sleep(1.0)
             left = self.bench.left()
@@ -144,9 +146,24 @@ class Soak:
         row['new_bag'] = len(self.bench.bags) > bags
         row['zero_due'], row['gap'] = pair[0].zero, any(fault.gap for fault in pair)
         self.log.append(row)
+        (self.folder / 'rows.json').write_text(json.dumps(self.log, default=str))
         print(f'{row["at"] - self.log[0]["at"]:7.1f} s  {" and ".join(row["faults"]):45} '
               f'well after {row["well"] - row["cured"] if well else float("nan"):5.1f} s',
               flush=True)
+
+    def _whole(self) -> None:
+        """Record a bag in which the twin begins, with changes of its parameters, for a replay."""
+        for name in ('twin', 'recorder'):
+            self.bench.signal(name, SIGTERM)
+            until = monotonic() + 15.0
+            while self.bench.running[name].poll() is None and monotonic() < until:
+                self._turn()
+        self.bench.mend()
+        if not self._well_within(RECOVERY):
+            self.misses.append(f'not well before the end: {self._state()}')
+        for _ in range(3):
+            self.graph.odd_parameters(self.random)
+            self._for(1.5)
 
     def _deactivated(self) -> None:
         """Take the driver down while set-points go on coming: none may reach the drive."""
@@ -173,7 +190,8 @@ class Soak:
         return {
             'seed': self.seed, 'seconds': time() - begun, 'rows': self.log,
             'commands': self.bus.commands, 'oldest': self.bus.oldest, 'stale': self.bus.stale,
-            'beyond': self.bus.beyond, 'bags': bags, 'replays': replayed(self.bench.bags),
+            'powerless': self.bus.powerless,
+            'beyond': self.bus.beyond, 'bags': bags, 'replays': replayed(self.bench.bags[-1:]),
             'traces': traces, 'ends': odd,
             'events': [list(one) for one in self.ears.events if one[1] == 'change'],
             'slopes': self.usage.slopes(), 'killed': killed, 'left': left,
@@ -225,4 +243,6 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    status = main()
+    sys.stdout.flush()
+    os._exit(status)  # rclpy sometimes breaks down as its context is taken apart

@@ -25,7 +25,7 @@ import can
 from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import load_frames, SYNC_ID
 
-RECORD = Struct('<dBf')  # time of the machine, s; kind; value
+RECORD = Struct('<ddBf')  # s: not before, seen at; kind; value
 CONTROL, MODE, VELOCITY, VOLTAGE, STATUS, SYNC = range(6)
 TURN = 2.0 * 3.141592653589793
 
@@ -55,11 +55,15 @@ class WireProxy:
             self.stuck = None
 
     def _watch(self, side: str) -> None:
-        wire = None
+        wire, empty = None, time()
         while True:
             try:
                 wire = wire or Wire(open_bus(BusSettings('unix_bus', self.names[side]), 1.0))
-                self._note(side, wire.recv(0.2))
+                frames = wire.recv(0.0)
+                if not frames:  # nothing waited: what comes now was sent after this instant
+                    empty = time()
+                    frames = wire.recv(0.2)
+                self._note(side, frames, empty)
             except (can.CanError, OSError):
                 wire = None
                 sleep(0.02)
@@ -85,12 +89,12 @@ class WireProxy:
             except (can.CanError, OSError):
                 self.wires.pop(other, None)
 
-    def _note(self, side: str, frames: list[tuple[int, bytes]]) -> None:
+    def _note(self, side: str, frames: list[tuple[int, bytes]], empty: float) -> None:
         now, out = time(), b''
         for identifier, data in frames:
             frame = self.table.by_id.get(identifier)
             if side == 'rig' and identifier == SYNC_ID:
-                out += RECORD.pack(now, SYNC, 0.0)
+                out += RECORD.pack(empty, now, SYNC, 0.0)
             if frame is None or len(data) != frame.length or (side == 'rig') != (
                     frame.transmitted):
                 continue
@@ -101,7 +105,7 @@ class WireProxy:
                 if name in told and (kind in (VELOCITY, VOLTAGE)
                                      or self.last.get(kind) != told[name]):
                     self.last[kind] = told[name]
-                    out += RECORD.pack(now, kind, told[name])
+                    out += RECORD.pack(empty, now, kind, told[name])
         if out:
             self.log.write(out)
 

@@ -18,7 +18,7 @@ from wire_proxy import CONTROL, MODE, RECORD, STATUS, SYNC, VELOCITY, VOLTAGE
 from servo_twin_msgs.msg import Command, Encoder, Event, Prediction
 
 TIMEOUT, LIMIT = 0.1, 2.0  # s, rad/s: command_timeout and limit.velocity of the driver
-LOOKED = 0.05  # s that the log may be late: what it saw had left the driver before
+LOOKED = 0.02  # s between the judgement of a driver and its frame on a loaded machine
 SLOPE, TOP, HALF = 0.05, 0.5, 20.0  # rad/s2, rad/s, s: the reference, which tells its own time
 VELOCITY_MODE = 9
 WATCHDOG = 0.1  # s without SYNC, of the emulated drive
@@ -54,6 +54,7 @@ class Bus:
     moved: float = 0.0
     commands: int = 0
     oldest: float = 0.0
+    powerless: int = 0
     stale: list[tuple[float, float]] = field(default_factory=list)
     beyond: list[tuple[float, float]] = field(default_factory=list)
     zeroed: deque = field(default_factory=lambda: deque(maxlen=1000))
@@ -65,7 +66,7 @@ class Bus:
             data = file.read()
         whole = len(data) // RECORD.size * RECORD.size
         self.at += whole
-        for now, kind, value in RECORD.iter_unpack(data[:whole]):
+        for sent, now, kind, value in RECORD.iter_unpack(data[:whole]):
             if kind == SYNC:
                 self._missed(now)
                 self.sync = now
@@ -76,7 +77,7 @@ class Bus:
             elif kind == STATUS:
                 self._stands(now, int(value))
             elif kind == VELOCITY:
-                self._told(now, value)
+                self._told(now, sent, value)
             elif kind == VOLTAGE and self.mode != VELOCITY_MODE:
                 self._zero(now, value == 0.0)
         self._missed(time() - LOOKED)
@@ -98,7 +99,7 @@ class Bus:
         elif not zero:
             self.zero_since = None
 
-    def _told(self, now: float, value: float) -> None:
+    def _told(self, now: float, sent: float, value: float) -> None:
         if self.mode != VELOCITY_MODE or self.control & 0x0F != 0x0F:
             return
         self.commands += 1
@@ -109,7 +110,10 @@ class Bus:
         if abs(value) > LIMIT * 1.000001:
             self.beyond.append((now, value))
         elif abs(value) <= TOP:
-            old = age(value, now)
+            old = age(value, sent)  # at least: it was sent no earlier than that
+            if now - self.sync > WATCHDOG:
+                self.powerless += old > TIMEOUT
+                return
             self.oldest = max(self.oldest, old)
             if old > TIMEOUT + LOOKED:
                 self.stale.append((now, old))
@@ -165,12 +169,6 @@ class Ears:
                 self.said.append((now, name, level, status.message))
             worst[name] = max(level, worst.get(name, 0))
         self.levels.update(worst)
-
-    def close(self) -> None:
-        """Leave the graph."""
-        self.executor.shutdown()
-        self.thread.join(5.0)
-        rclpy.shutdown(context=self.context)
 
 
 @dataclass

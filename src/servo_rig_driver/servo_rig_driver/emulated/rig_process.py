@@ -169,6 +169,14 @@ def _node(text: str) -> tuple[str, int]:
     return name, int(number)
 
 
+def _one_line(record: logging.LogRecord) -> bool:
+    """Have what canopen makes of a frame that it cannot take apart said in a sentence."""
+    if record.exc_info:
+        record.msg, record.args = f'{record.getMessage()}: {record.exc_info[1]}', ()
+        record.exc_info = record.exc_text = None
+    return True
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run an emulated rig until a signal or the end of its parent; 1: it cannot be run."""
     parser = argparse.ArgumentParser(description='An emulated servo bench on a CAN bus.')
@@ -184,6 +192,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     logging.basicConfig(format='emulated_rig: %(message)s', level=logging.INFO)
     logging.getLogger('canopen').setLevel(logging.WARNING)
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(_one_line)
     try:
         rig = EmulatedRig(options.rig, BusSettings(options.interface, options.channel,
                                                    options.bitrate),
