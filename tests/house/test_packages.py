@@ -116,3 +116,15 @@ def test_maintainers_can_be_written_to():
         assert re.fullmatch(r'[\w.-]+@[\w-]+\.(org|dev|com|io)', address)
         if package in PACKAGES:
             assert f"'{address}'" in (SOURCES / package / 'setup.py').read_text()
+
+
+def test_the_lock_holds_what_requirements_pin():
+    import re
+    folder = Path(__file__).resolve().parents[2] / 'requirements'
+    locked = dict(re.findall(r'^([\w.-]+)(?:\[[\w,]+\])?==([^\s;\\]+)',
+                             (folder / 'ros_wheels.lock').read_text(), re.MULTILINE))
+    for name in ('workspace.txt', 'ros_wheels.txt'):
+        for package, number in re.findall(r'^([\w.-]+)(?:\[[\w,]+\])?==(\S+)',
+                                          (folder / name).read_text(), re.MULTILINE):
+            held = locked.get(package.lower().replace('_', '-').replace('.', '-'))
+            assert held == number, f'{package}=={number}, the lock has {held}; run make lock'

@@ -300,3 +300,8 @@ def test_a_number_may_be_written_with_or_without_a_point(written):
     text = SHIPPED[0].read_text()
     head = '\n'.join(line for line in text.splitlines() if not line.startswith('step:'))
     assert loads(f'{head}\nstep: {written}\n').step == 1e-5
+
+
+def test_a_file_longer_than_any_servo_is_refused_unread():
+    with pytest.raises(ServoError, match='characters; a servo file has at most'):
+        loads('# ' + 'x' * 1_000_001)

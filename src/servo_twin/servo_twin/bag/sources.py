@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 import yaml
 
+from .memory import check_fits
 from .scanning import Channel, Chunk, DAMAGE, rows, Scan, scan
 from .writing import BagError
 
@@ -73,6 +74,7 @@ class McapSource(Source):
             self._scans = [scan(file) for file in files]
         except ValueError as error:
             raise BagError(str(error)) from None
+        check_fits(path, self._scans)
         by_topic: dict[str, Channel] = {}
         for part in self._scans:
             for channel in part.channels.values():

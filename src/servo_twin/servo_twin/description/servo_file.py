@@ -37,6 +37,7 @@ from .strict_yaml import NotPlain, read_yaml
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
 _TYPED = {'drive': DRIVES, 'mechanism': {**MECHANISMS, 'fmu': Fmu}, 'controller': CONTROLLERS}
+MOST_TEXT = 1_000_000  # characters: some 3000 effects, read in half a minute
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
 
 
@@ -62,6 +63,9 @@ def loads(text: str, origin: str = 'servo file', folder: str | Path = '.',
     ``origin`` is named in errors; files that the text names are looked for in ``folder``. Without
     ``code`` a text that names an FMU is refused: nothing but an FMU brings code of its own.
     """
+    if len(text) > MOST_TEXT:
+        raise ServoError(f'{origin}: it has {len(text)} characters; a servo file has at most '
+                         f'{MOST_TEXT}')
     try:
         return _servo(_mapping(read_yaml(text), 'the file'), Path(folder), code)
     except NotPlain as problem:
