@@ -28,8 +28,8 @@ FAMILIES = {
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 30.0
     from servo_identify.diagnose.diagnose import diagnose
-    from servo_studies.blind_check.definitions import config_folder
-    from servo_studies.blind_check.rig import make_bags
+    from servo_studies.blind_check.fault_tables import config_folder
+    from servo_studies.blind_check.rig_recordings import make_bags
     from servo_twin.bag import read_recording
     from servo_twin.description import servo_file
 
@@ -55,7 +55,7 @@ def main() -> None:
                 print(f'    {stage:<14}{part:7.1f} s  {100 * part / took:4.0f} %')
         print(found.report.verdict['sentence'])
         if len(sys.argv) > 2:
-            from servo_identify.diagnose.answer.document import document_of
+            from servo_identify.diagnose.page.document import document_of
             from servo_identify.diagnose.page.page import write_page
             write_page(document_of(found, '', ' '.join(sys.argv)), Path(sys.argv[2]))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2

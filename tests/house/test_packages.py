@@ -119,8 +119,7 @@ def test_maintainers_can_be_written_to():
 
 
 def test_the_lock_holds_what_requirements_pin():
-    import re
-    folder = Path(__file__).resolve().parents[2] / 'requirements'
+    folder = SOURCES.parent / 'requirements'
     locked = dict(re.findall(r'^([\w.-]+)(?:\[[\w,]+\])?==([^\s;\\]+)',
                              (folder / 'ros_wheels.lock').read_text(), re.MULTILINE))
     for name in ('workspace.txt', 'ros_wheels.txt'):
@@ -128,3 +127,16 @@ def test_the_lock_holds_what_requirements_pin():
                                           (folder / name).read_text(), re.MULTILINE):
             held = locked.get(package.lower().replace('_', '-').replace('.', '-'))
             assert held == number, f'{package}=={number}, the lock has {held}; run make lock'
+
+
+def test_every_package_and_the_citation_say_the_version_of_the_changelog():
+    root = SOURCES.parent
+    changes = (root / 'CHANGELOG.md').read_text()
+    newest = re.search(r'^## (\d+\.\d+\.\d+)', changes, re.MULTILINE)[1]
+    told = {package: ElementTree.parse(manifest(package)).getroot().findtext('version')
+            for package in (*PACKAGES, 'servo_twin_msgs')}
+    told['CITATION.cff'] = re.search(r'^version: (.+)$', (root / 'CITATION.cff').read_text(),
+                                     re.MULTILINE)[1]
+    assert set(told.values()) == {newest}, told
+    assert not [package for package in PACKAGES
+                if "version='" in (SOURCES / package / 'setup.py').read_text()]

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 from servo_twin.bag import read_recording
-from servo_twin.bag.writing import BagError
+from servo_twin.bag.bag_writing import BagError
 
 HALF_WINDOW = 20  # samples of the filters of the balances
 

@@ -22,7 +22,7 @@ from time import sleep, time
 
 import can
 
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import load_frames, SYNC_ID
 
 RECORD = Struct('<ddBf')  # s: not before, seen at; kind; value

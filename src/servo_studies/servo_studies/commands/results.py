@@ -16,9 +16,7 @@ import json
 from pathlib import Path
 import time
 
-from ..papers.comparison import comparison, keep, kept
-from ..papers.page import page
-from ..papers.systems import BENCH, machines, WRITTEN
+from ..papers.paper_systems import BENCH, machines, WRITTEN
 
 REAL = ('emps', 'xl330', 'two_mass')
 RESULTS = (*BENCH, *REAL)
@@ -77,6 +75,9 @@ def main(arguments: argparse.Namespace) -> int:
 
 def _write(output: Path, known: Mapping[str, dict]) -> None:
     """Write the pages of the parts that are known, and the comparison of all."""
+    from ..papers.paper_comparison import comparison, keep, kept
+    from ..papers.results_page import page
+
     texts = {output: page(known)} if set(known) & set(RESULTS) else {}
     rows = output.parent / 'comparison'
     for part in COMPARED:
@@ -99,10 +100,10 @@ def pages_of(results: str) -> dict[str, str]:
 def _made(part: str, arguments: argparse.Namespace, pictured: Path,
           told: Callable[[str, float], None]) -> dict:
     if part == 'bench':
-        from ..papers.bench import bench
+        from ..papers.bench_results import bench
         return bench(arguments.work, pictured, told)
     if part == 'learners':
-        from ..papers.learners import learners
+        from ..papers.learner_results import learners
         return learners(arguments.work, pictured, arguments.seconds, told)
     if part in machines():
         return import_module(f'..papers.{part}', __package__).make(arguments.work, pictured, told)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .scanning import Scan
-from .writing import BagError
+from .bag_writing import BagError
+from .mcap_reading import Scan
 
 TAKES = 2.5  # bytes of memory a byte of messages: columns, what they are joined of, one chunk
 _LARGEST_RATIO = 1000  # of a chunk's size to its compressed one: a larger one is a damaged head

@@ -14,7 +14,7 @@ from ..physics.servo import MechanismFailure, Servo, ServoError, Value
 from ..physics.simulate import initial_state, substeps_of
 from ..physics.state import INPUTS, OUTPUTS
 from ..physics.step_limit import check_step
-from ..recording.samples import (
+from ..recording.joined_samples import (
     CHANNELS,
     Inputs,
     LOAD_POSITION,
@@ -22,9 +22,7 @@ from ..recording.samples import (
     reference_of,
     TORQUE,
 )
-
-LIVE_MODES = ('measured_input', 'closed_loop', 'observer')
-"""The ways of running that need nothing but the past; `forced_current` looks one sample ahead."""
+from .live_modes import LIVE_MODES
 
 _CHUNK = 8192  # samples a call of the kernel: bounds what is run again when a state blows up
 

@@ -11,8 +11,8 @@ from math import exp
 from numba.extending import register_jitable
 
 from .effect import Parameter
-from .elementary import limited
-from .part import Controller
+from .elementary_functions import limited
+from .servo_parts import Controller
 
 
 @register_jitable(error_model='numpy')

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from .effect import Parameter
-from .elementary import limited
-from .part import MotorDrive
+from .elementary_functions import limited
+from .servo_parts import MotorDrive
 
 
 class CurrentDrive(MotorDrive):

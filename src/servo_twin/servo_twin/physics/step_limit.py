@@ -24,8 +24,8 @@ from numba.core.dispatcher import Dispatcher
 import numpy as np
 
 from .effect import Effect
-from .part import DigitalDrive
 from .servo import Placed, Servo, ServoError
+from .servo_parts import DigitalDrive
 
 _ROUNDING = 1e-6  # by which the free turning of a machine seems to grow, as its roots are found
 # where the curves of the catalogue are straight
