@@ -11,8 +11,8 @@ from plain_machines import PERIOD, rolled, two_inertia
 import pytest
 
 from servo_twin.physics.drives import CurrentAmplifier
+from servo_twin.physics.mechanisms.friction_step import slide
 from servo_twin.physics.mechanisms.rigid import Rigid
-from servo_twin.physics.mechanisms.slide import slide
 from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS
