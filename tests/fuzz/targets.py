@@ -294,7 +294,7 @@ def _fmu_seeds(folder: Path) -> list[bytes]:
 
 
 def _take_fmu(content: bytes, folder: Path) -> object:
-    from servo_twin.fmu.opened import opened
+    from servo_twin.fmu.fmu_file import opened
     if content[:5] == b'<?xml':  # a spoilt description in a sound archive
         with zipfile.ZipFile(folder / 'made.fmu', 'w') as archive:
             archive.writestr('modelDescription.xml', content)
@@ -377,7 +377,7 @@ TARGETS = {target.name: target for target in (
     Target('metadata', True, _metadata_seeds, _take_metadata, ('servo_twin.bag.message_sources',)),
     Target('messages', False, _sqlite_seeds, _take_foreign,
            ('servo_identify.data.messages', 'servo_twin.bag.message_sources')),
-    Target('fmu', False, _fmu_seeds, _take_fmu, ('servo_twin.fmu.opened',)),
+    Target('fmu', False, _fmu_seeds, _take_fmu, ('servo_twin.fmu.fmu_file',)),
     Target('urdf', True, _files(CONFIG / 'robots' / 'arm.urdf'), _take_robot('from-urdf', '.urdf'),
            ('servo_twin.simulators.from_model.urdf_model',)),
     Target('mjcf', True, _files(CONFIG / 'robots' / 'arm.xml'), _take_robot('from-mjcf', '.xml'),

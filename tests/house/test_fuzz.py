@@ -137,7 +137,7 @@ def test_the_judge_sees_what_is_no_sentence(tmp_path):
 def test_no_archive_of_an_fmu_writes_outside_of_its_folder(tmp_path, monkeypatch):
     import zipfile
 
-    from servo_twin.fmu.opened import FmuError, opened
+    from servo_twin.fmu.fmu_file import FmuError, opened
     monkeypatch.setenv('SERVO_TWIN_CACHE', str(tmp_path / 'cache'))
     for name in ('../slip', '/slip', 'a/../../slip', '..\\slip'):
         path = tmp_path / 'one.fmu'
