@@ -1,7 +1,8 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup training run demo test fast coverage bench checks types fuzz lint blind-check results clean
+.PHONY: help setup training run demo test fast coverage checks types fuzz soak limits lint licences \
+    audit lock bench blind-check results clean
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -40,8 +41,30 @@ coverage: setup  ## run the fast tests and say which lines none of them ran
 	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not ros' $(ARGS)
 	@$(WITH_ENV) coverage combine -q && coverage report
 
-fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; new ones each time
-	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py $(ARGS)
+fuzz: setup  ## try spoilt files, frames and command lines; SECONDS=600 SEED=1 JOBS=2, ARGS=...
+	@$(WITH_ENV) python tests/fuzz/fuzz.py --seconds $(or $(SECONDS),600) --seed $(or $(SEED),1) \
+	    --jobs $(or $(JOBS),2) $(ARGS)
+	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py -k 'loads_or or is_read_or'
+
+soak: setup  ## run the bench for an hour while faults come; SOAK=24h SEED=1, ARGS=-o DIR for the report
+	@$(WITH_ENV) python tests/soak/soak.py $(or $(SOAK),1h) --seed $(or $(SEED),1) $(ARGS)
+
+limits: setup  ## find where rates, bags, rigs and servo files break; ARGS=--only rate, ...
+	@$(WITH_ENV) python tests/benchmarks/bench_limits.py $(ARGS)
+
+licences: setup  ## list the licence of every package in the environment
+	@$(WITH_ENV) python tools/licences.py
+
+audit: setup  ## ask for known vulnerabilities of what is installed; needs the network
+	@python3 -m venv .venv/audit && .venv/audit/bin/pip install --quiet pip-audit==2.10.1
+	@.venv/audit/bin/pip-audit --path $$(.venv/bin/python -c 'import sysconfig; \
+	    print(sysconfig.get_paths()["purelib"])')
+
+lock:     ## hold every package by the hashes of its files; needs the network
+	@python3 -m venv .venv/lock && .venv/lock/bin/pip install --quiet uv==0.13.9
+	@cat requirements/workspace.txt requirements/ros_wheels.txt | .venv/lock/bin/uv pip compile - \
+	    --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
+	    -o requirements/ros_wheels.lock
 
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools

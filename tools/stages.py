@@ -72,6 +72,11 @@ class Workspace:
         requirements = self.root / 'requirements'
         ros = 'ros_sourced.txt' if self.sourced else 'ros_wheels.txt'
         wanted = ['-r', requirements / 'workspace.txt', '-r', requirements / ros]
+        if os.environ.get('LOCKED') and not self.sourced:
+            lock = requirements / 'ros_wheels.lock'  # each package by the hash of its file
+            if self.pip('--require-hashes', '--no-deps', '-r', lock):
+                raise StageError(f'pip could not install what {lock} holds; without LOCKED=1 '
+                                 f'versions are held and hashes are not')
         tools = missing_build_tools()
         if tools:
             wanted += ['-c', requirements / 'build_tools.txt', *tools]

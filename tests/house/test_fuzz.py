@@ -1,6 +1,7 @@
 """Input that nobody meant ends in an answer or in a sentence; `make fuzz` tries longer."""
 
 from pathlib import Path
+import sys
 
 from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
@@ -12,6 +13,11 @@ from servo_identify.data.table_import import import_table
 from servo_twin.description.servo_file import loads
 from servo_twin.physics.servo import ServoError
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'fuzz'))
+from targets import cases, TARGETS
+from trial import judge, tried
+
+FOUND = list(cases(Path(__file__).parent / 'fuzz_cases'))
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 SERVO = CONFIG / 'servos' / 'dc_gearmotor.yaml'
 SERVOS = [yaml.safe_load(one.read_text()) for one in sorted((CONFIG / 'servos').glob('*.yaml'))]
@@ -91,3 +97,52 @@ def test_each_command_says_its_version(program, capsys):
     assert import_module(f'{program}.cli').main(['--version']) == 0
     name, number = capsys.readouterr().out.split()
     assert name == program.replace('_', '-') and number[0].isdigit()
+
+
+@pytest.mark.parametrize(('name', 'case'), FOUND, ids=[f'{n}-{c.name}' for n, c in FOUND])
+def test_what_was_found_before_is_answered_or_refused(name, case, tmp_path):
+    folder = tmp_path / 'box' / 'work'
+    folder.mkdir(parents=True)
+    TARGETS[name].seeds(folder)
+    outcome, said = judge(TARGETS[name], case.read_bytes(), folder)
+    assert outcome in ('answered', 'refused'), said
+
+
+@pytest.mark.parametrize('name', sorted(TARGETS))
+def test_spoilt_input_ends_in_an_answer_or_a_sentence(name, tmp_path):
+    trials = tried(TARGETS[name], f'house {name}', tmp_path / 'box' / 'work', 10.0, most=12)
+    assert trials.inputs and not trials.findings, [said for _, said in trials.findings.values()]
+
+
+def test_the_judge_sees_what_is_no_sentence(tmp_path):
+    from targets import Target
+
+    def taking(problem):
+        def take(content, folder):
+            raise problem
+        return Target('planted', True, lambda folder: [b'x'], take, ())
+
+    folder = tmp_path / 'box' / 'work'
+    folder.mkdir(parents=True)
+    assert judge(taking(KeyError('x')), b'', folder)[0] == 'finding'
+    assert judge(taking(ValueError('')), b'', folder)[0] == 'finding'
+    assert judge(taking(ValueError('a.csv is no table')), b'', folder)[0] == 'refused'
+
+    def outside(content, folder):
+        (folder.parent / 'slip').write_bytes(content)
+    said = judge(Target('planted', True, lambda folder: [b'x'], outside, ()), b'x', folder)
+    assert said == ('finding', 'made slip outside of its folder')
+
+
+def test_no_archive_of_an_fmu_writes_outside_of_its_folder(tmp_path, monkeypatch):
+    import zipfile
+
+    from servo_twin.fmu.fmu_file import FmuError, opened
+    monkeypatch.setenv('SERVO_TWIN_CACHE', str(tmp_path / 'cache'))
+    for name in ('../slip', '/slip', 'a/../../slip', '..\\slip'):
+        path = tmp_path / 'one.fmu'
+        with zipfile.ZipFile(path, 'w') as archive:
+            archive.writestr('modelDescription.xml', '<fmiModelDescription/>')
+            archive.writestr(name, 'x')
+        with pytest.raises(FmuError, match='outside of its folder'):
+            opened(path)

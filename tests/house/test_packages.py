@@ -119,6 +119,17 @@ def test_maintainers_can_be_written_to():
             assert f"'{address}'" in (SOURCES / package / 'setup.py').read_text()
 
 
+def test_the_lock_holds_what_requirements_pin():
+    folder = SOURCES.parent / 'requirements'
+    locked = dict(re.findall(r'^([\w.-]+)(?:\[[\w,]+\])?==([^\s;\\]+)',
+                             (folder / 'ros_wheels.lock').read_text(), re.MULTILINE))
+    for name in ('workspace.txt', 'ros_wheels.txt'):
+        for package, number in re.findall(r'^([\w.-]+)(?:\[[\w,]+\])?==(\S+)',
+                                          (folder / name).read_text(), re.MULTILINE):
+            held = locked.get(package.lower().replace('_', '-').replace('.', '-'))
+            assert held == number, f'{package}=={number}, the lock has {held}; run make lock'
+
+
 def test_every_package_and_the_citation_say_the_version_of_the_changelog():
     root = SOURCES.parent
     changes = (root / 'CHANGELOG.md').read_text()

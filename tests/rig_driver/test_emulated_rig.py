@@ -123,3 +123,28 @@ def test_a_broken_rig_file_leaves_the_running_rig_as_it_is(tmp_path, caplog):
     rig._turn()
     assert rig.bench.rig.values['friction.level'] == 2.0
     assert 'the rig stays as it is' in caplog.text
+
+
+@pytest.mark.slow
+def test_a_request_that_cannot_be_taken_apart_is_told_in_a_sentence(tmp_path):
+    path = str(tmp_path / 'can')
+    with CanHub(path):
+        rig = subprocess.Popen([sys.executable, '-m', 'servo_rig_driver.emulated.rig_process',
+                                '--rig', str(RIG), '--channel', path], env=environment(),
+                               stderr=subprocess.PIPE, text=True)
+        wire = Wire(open_bus(BusSettings('unix_bus', path)))
+        try:
+            until = time.monotonic() + 60.0
+            while not wire.recv(0.5):
+                assert time.monotonic() < until
+            wire.send([(0x601, b'\x40'), (0x601, b'\x00' * 8), (0x601, b''),
+                       (0x601, b'\x40\x00\x10\x00' + bytes(4))])
+            while not any(identifier == 0x581 and data[:4] == b'\x43\x00\x10\x00'
+                          for identifier, data in wire.recv(0.5)):
+                assert time.monotonic() < until
+        finally:
+            wire.bus.shutdown()
+            rig.terminate()
+            said = rig.communicate(timeout=20.0)[1]
+    assert rig.returncode == 0
+    assert 'Traceback' not in said

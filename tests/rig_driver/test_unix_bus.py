@@ -258,3 +258,36 @@ def test_what_a_client_said_last_arrives_though_it_left_unread_packets(tmp_path)
             other.send_frames([(0x80, b'\0')])
         assert other.recv_frames(2.0) == [(0x181, b'last')]
         other.shutdown()
+
+
+@pytest.fixture
+def runtime(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
+    return tmp_path / 'servo_twin'
+
+
+def test_a_bus_by_name_lies_where_only_its_user_comes(runtime):
+    with CanHub('rig.can') as hub, Wire(open_bus(BusSettings('unix_bus', 'rig.can'))).bus:
+        assert hub.path == runtime / 'rig.can'
+        assert runtime.stat().st_mode & 0o7777 == 0o700
+        assert hub.path.stat().st_mode & 0o7777 == 0o600
+
+
+def test_a_folder_that_others_may_enter_is_refused(runtime):
+    runtime.mkdir(mode=0o755)
+    with pytest.raises(PermissionError, match='alone may enter'):
+        CanHub('rig.can')
+
+
+def test_a_link_in_place_of_the_folder_is_refused(runtime, tmp_path):
+    (tmp_path / 'elsewhere').mkdir(mode=0o700)
+    runtime.symlink_to(tmp_path / 'elsewhere')
+    with pytest.raises(PermissionError, match='alone may enter'):
+        CanHub('rig.can')
+
+
+def test_no_default_names_a_place_that_another_user_may_take():
+    assert '/' not in BusSettings().channel
+    root = Path(__file__).resolve().parents[2]
+    for path in [*root.glob('src/*/launch/*.yaml'), *root.glob('config/**/*.yaml')]:
+        assert '/tmp/' not in path.read_text(), path

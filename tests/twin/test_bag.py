@@ -350,3 +350,13 @@ def test_it_reads_a_message_with_a_frame_and_of_changing_length(tmp_path):
                 k += size
     again = read_recording(tmp_path / 'b')
     assert np.array_equal(again['motor_position'], np.arange(120.0))
+
+
+def test_a_bag_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    from servo_twin.bag import memory
+    original = Recording('bench', 1e-3, {name: np.zeros(5000) for name in COLUMNS})
+    write_recording(tmp_path / 'bag', original)
+    assert len(read_recording(tmp_path / 'bag')) == 5000
+    monkeypatch.setattr(memory, 'free_memory', lambda: 1e5)
+    with pytest.raises(BagError, match='GiB are free; record in parts'):
+        read_recording(tmp_path / 'bag')

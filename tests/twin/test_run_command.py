@@ -104,7 +104,7 @@ def test_it_says_that_a_bus_is_not_there(tmp_path):
     shipped = (CONFIG / 'driver.yaml').read_text()
     driver = tmp_path / 'driver.yaml'
     driver.write_text(shipped.replace('interface: unix_bus', 'interface: socketcan')
-                      .replace('channel: /tmp/servo_rig.can', 'channel: can_nowhere'))
+                      .replace('channel: servo_rig.can', 'channel: can_nowhere'))
     done = subprocess.run(run_command(tmp_path / 'rig', '--no-emulator', '--driver', driver),
                           capture_output=True, text=True, timeout=120)
     assert done.returncode == 1

@@ -71,15 +71,18 @@ class _Bag:
 
 @contextmanager
 def _bag(path: Path) -> Iterator[_Bag]:
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
     from rosbags.typesys import get_typestore, Stores
 
     store = Stores.ROS1_NOETIC if path.suffix == '.bag' else Stores.ROS2_JAZZY
     try:
         with AnyReader([path], default_typestore=get_typestore(store)) as reader:
             yield _Bag(reader)
-    except AnyReaderError as error:
-        raise ValueError(f'{path} cannot be read as a rosbag2: {error}') from None
+    except (ValueError, OSError):
+        raise
+    except Exception as error:  # AnyReaderError, and of a damaged file what the libraries say
+        raise ValueError(f'{path} cannot be read as a rosbag2: '
+                         f'{error or type(error).__name__}') from None
 
 
 class _Mcap:

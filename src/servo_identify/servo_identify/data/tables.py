@@ -14,6 +14,7 @@ import numpy as np
 from servo_twin.description.nearest_name import or_what
 
 from .csv_table import read_csv
+from .mat_file import load_mat
 
 SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.npz', '.mat', '.json')
 
@@ -58,10 +59,16 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
     reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix)
-    if reader is not None:
-        table = reader(path)
-    else:
-        table = _json(path, rows) if suffix == '.json' else _csv(path, names)
+    try:
+        if reader is not None:
+            table = reader(path)
+        else:
+            table = _json(path, rows) if suffix == '.json' else _csv(path, names)
+    except (ValueError, OSError):
+        raise
+    except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
+        raise ValueError(f'{path} is damaged or no {suffix[1:].upper()} file: '
+                         f'{type(error).__name__} {error}') from None
     if not (table.columns or table.refused) or not all(map(len, table.columns.values())):
         raise ValueError(f'{path} has no rows')
     return table
@@ -160,15 +167,7 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
 
 
 def _mat(path: Path) -> Table:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        found = loadmat(path, squeeze_me=True)
-    except NotImplementedError:
-        raise ValueError(f"{path} is a MAT file of version 7.3; save it with '-v7'") from None
-    except (MatReadError, ValueError, TypeError, EOFError) as error:
-        raise ValueError(f'{path} is no MAT file: {error}') from None
+    found = load_mat(path)
     return _longest(path, *_parted({name: value for name, value in found.items()
                                     if isinstance(name, str) and not name.startswith('__')}))
 

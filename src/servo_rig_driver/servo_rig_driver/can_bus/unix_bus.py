@@ -19,6 +19,7 @@ import time
 import can
 
 from . import unix_frames as can_frames
+from .private_folder import socket_path
 
 LARGEST = can_frames.LARGEST
 LONGEST_PATH = 107  # bytes; limit of Linux's sockaddr_un
@@ -26,12 +27,17 @@ SENDING_MAY_TAKE = 2.0  # s; the hub reads at once, so this passes only when it 
 
 
 def check_path(path: str) -> str:
-    """Return the path of a bus's socket; raises ValueError when no socket can have it."""
-    size = len(str(path).encode())
+    """
+    Return the path of a bus's socket; a name without a slash lies in the user's private folder.
+
+    Raises ValueError when no socket can have it, PermissionError where that folder is not private.
+    """
+    path = socket_path(str(path)) if path else ''
+    size = len(path.encode())
     if not 0 < size <= LONGEST_PATH:
         raise ValueError(f"'{path}' has {size} bytes; the path of a Unix socket has 1 to "
                          f'{LONGEST_PATH}')
-    return str(path)
+    return path
 
 
 def connect(path: str, wait: float) -> socket.socket:
@@ -66,7 +72,7 @@ def owner_of(client: socket.socket) -> int:
 
 
 def _check_owner(path: str, owner: int) -> None:
-    """Refuse the hub of another user: a path below /tmp is free for anybody to take."""
+    """Refuse the hub of another user, who may have taken the path first."""
     if owner not in (os.geteuid(), 0):
         raise PermissionError(0, f'it belongs to user {owner}, and you are {os.geteuid()}')
 

@@ -178,8 +178,13 @@ class FrameTable(Mapping[str, Frame]):
     def __init__(self, dictionaries: Dictionaries) -> None:
         self.dictionaries = dictionaries
         self.ids = dictionaries.ids
-        self._frames = {frame.name: frame for node, od in dictionaries.nodes.items()
-                        for frame in _frames(node, od)}
+        self._frames: dict[str, Frame] = {}
+        for node, od in dictionaries.nodes.items():
+            try:
+                self._frames.update({frame.name: frame for frame in _frames(node, od)})
+            except (KeyError, TypeError, AttributeError, IndexError) as error:
+                raise FrameError(f'{dictionaries.folder / node}.eds: its PDO mappings do not '
+                                 f'fit its objects: {error}') from None
         self.by_id = {frame.cob_id: frame for frame in self._frames.values()}
 
     def __getitem__(self, name: str) -> Frame:

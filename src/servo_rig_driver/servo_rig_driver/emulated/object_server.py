@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import logging
+import struct
 
 import can
 from canopen import LocalNode, Network
@@ -11,6 +13,8 @@ from ..devices.pdo_table import Field, FrameTable
 
 HEARTBEAT_TIME, WATCHDOG = 0x1017, 0x2010
 _SETTINGS = (HEARTBEAT_TIME, WATCHDOG)
+
+log = logging.getLogger('emulated_rig')
 
 Send = Callable[[list[tuple[int, bytes]]], None]
 
@@ -50,9 +54,19 @@ class Objects:
                     self._settings[name, index] = entry.default * entry.factor
 
     def take(self, identifier: int, data: bytes, now: float) -> None:
-        """Answer a request if this identifier is that of an SDO server of the rig."""
-        if identifier in self._identifiers:
+        """
+        Answer a request if this identifier is that of an SDO server of the rig.
+
+        A request has eight bytes (CiA 301); another length gets no answer. What the server breaks
+        down over, such as a segment that no transfer began, is left out and told.
+        """
+        if identifier not in self._identifiers or len(data) != 8:
+            return
+        try:
             self._network.notify(identifier, bytearray(data), now)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError,
+                struct.error) as error:
+            log.warning('no answer to the SDO request %s: %s', data.hex(), error)
 
     def setting(self, node: str, index: int) -> float:
         """Return HEARTBEAT_TIME (s) or WATCHDOG (SYNCs) of a node; 0 where it has none."""

@@ -2,7 +2,7 @@
 The emulated rig as a process of its own: an RV-reducer bench (or another one) on a CAN bus.
 
     python -m servo_rig_driver.emulated.rig_process --rig config/rigs/rv_bench.yaml \\
-        --channel /tmp/rig.can
+        --channel rig.can
 
 It answers SYNC, so its time is that of the driver. SIGUSR1 reads the rig file again and turns
 the effects of the running rig; a bus that goes away is opened again when it is back.
@@ -180,6 +180,14 @@ def _node(text: str) -> tuple[str, int]:
     return name, int(number)
 
 
+def _one_line(record: logging.LogRecord) -> bool:
+    """Have what canopen makes of a frame that it cannot take apart said in a sentence."""
+    if record.exc_info:
+        record.msg, record.args = f'{record.getMessage()}: {record.exc_info[1]}', ()
+        record.exc_info = record.exc_text = None
+    return True
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run an emulated rig until a signal or the end of its parent; 1: it cannot be run."""
     parser = argparse.ArgumentParser(description='An emulated servo bench on a CAN bus.')
@@ -199,6 +207,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     logging.basicConfig(format='emulated_rig: %(message)s', level=logging.INFO)
     logging.getLogger('canopen').setLevel(logging.WARNING)
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(_one_line)
     try:
         driver = driver_parameters(options.driver) if options.driver else {}
         rig = EmulatedRig(options.rig, BusSettings(options.interface, options.channel,

@@ -12,6 +12,7 @@ import yaml
 
 from .bag_writing import BagError
 from .mcap_reading import Channel, Chunk, DAMAGE, rows, Scan, scan
+from .memory import check_fits
 
 Rows = Iterable[np.ndarray]
 """Payloads of messages, those of equal length together."""
@@ -73,6 +74,7 @@ class McapSource(Source):
             self._scans = [scan(file) for file in files]
         except ValueError as error:
             raise BagError(str(error)) from None
+        check_fits(path, self._scans)
         by_topic: dict[str, Channel] = {}
         for part in self._scans:
             for channel in part.channels.values():
@@ -167,7 +169,9 @@ def open_source(path: Path) -> Source:
     if not path.is_dir():
         raise BagError(f'{path} does not exist')
     information = _metadata(path)
-    listed = [path / name for name in information.get('relative_file_paths') or []]
+    names = information.get('relative_file_paths')
+    listed = [path / name for name in names if isinstance(name, str)] if isinstance(
+        names, list) else []
     inside = [file for file in listed if path.resolve() in file.resolve().parents]
     files = [file for file in inside if file.is_file()] if listed else _natural(path)
     if information.get('compression_mode') or any(file.suffix != '.mcap' for file in files):

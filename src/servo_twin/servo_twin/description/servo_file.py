@@ -31,6 +31,7 @@ from ..physics.servo import (
     ServoError,
     Value,
 )
+from ..physics.step_limit import check_step
 from .given_values import left_out
 from .nearest_name import or_what
 from .strict_yaml import NotPlain, read_yaml
@@ -38,6 +39,7 @@ from .strict_yaml import NotPlain, read_yaml
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
 _TYPED = {'drive': DRIVES, 'mechanism': {**MECHANISMS, 'fmu': Fmu}, 'controller': CONTROLLERS}
+MOST_TEXT = 1_000_000  # characters: some 3000 effects, read in half a minute
 _DETAILS = ('value', 'unit', 'source', 'std', 'bags')
 
 
@@ -63,6 +65,9 @@ def loads(text: str, origin: str = 'servo file', folder: str | Path = '.',
     ``origin`` is named in errors; files that the text names are looked for in ``folder``. Without
     ``code`` a text that names an FMU is refused: nothing but an FMU brings code of its own.
     """
+    if len(text) > MOST_TEXT:
+        raise ServoError(f'{origin}: it has {len(text)} characters; a servo file has at most '
+                         f'{MOST_TEXT}')
     try:
         return _servo(_mapping(read_yaml(text), 'the file'), Path(folder), code)
     except NotPlain as problem:
@@ -229,6 +234,7 @@ def _servo(tree: dict, folder: Path, code: bool) -> Servo:  # noqa: C901  (one s
                   step=_number(tree.get('step', 1e-4)), linear=travel == 'linear')
     servo = replace(servo, provenance=_provenance(servo, details),
                     tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+    check_step(servo)
     taken = left_out(servo, values, typical) | ({} if 'step' in tree else {'step': servo.step})
     return replace(servo, left_out=taken)
 

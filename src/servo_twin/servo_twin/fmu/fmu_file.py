@@ -17,6 +17,7 @@ import zipfile
 from ..physics.kernel import cache_folder
 from ..physics.servo import MechanismFailure, ServoError
 
+MOST_UNPACKED = 2_000_000_000  # bytes; an archive may claim more than a disk has
 _FLOATS = ('Real', 'Float64')
 
 
@@ -95,8 +96,19 @@ def opened(path: Path) -> OpenedFmu:
 def _opened(path: Path, digest: str) -> OpenedFmu:
     if not zipfile.is_zipfile(path):
         raise FmuError(f'{path}: it is not an FMU (not a zip archive)')
-    with zipfile.ZipFile(path) as archive:
-        names = archive.namelist()
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+            size = sum(entry.file_size for entry in archive.infolist())
+    except (zipfile.BadZipFile, NotImplementedError, ValueError) as problem:
+        raise FmuError(f'{path}: its zip archive cannot be read: {problem}') from None
+    outside = [name for name in names if name.startswith(('/', '\\')) or '..' in
+               Path(name.replace('\\', '/')).parts]
+    if outside:
+        raise FmuError(f'{path}: it holds {outside[0]!r}, which lies outside of its folder')
+    if size > MOST_UNPACKED:
+        raise FmuError(f'{path}: unpacked it has {size} bytes; at most {MOST_UNPACKED} are '
+                       f'unpacked')
     if 'modelDescription.xml' not in names:
         raise FmuError(f'{path}: it is not an FMU (it holds no modelDescription.xml)')
     import fmpy

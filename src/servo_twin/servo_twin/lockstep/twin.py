@@ -13,6 +13,7 @@ from ..physics.kernel import kernel_of, starts
 from ..physics.servo import MechanismFailure, Servo, ServoError, Value
 from ..physics.simulate import initial_state, substeps_of
 from ..physics.state import INPUTS, OUTPUTS
+from ..physics.step_limit import check_step
 from ..recording.joined_samples import (
     CHANNELS,
     Inputs,
@@ -45,7 +46,9 @@ def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = Non
                              f'another length is another servo file')
     tolerance = {path: (low, high) for path, (low, high) in new.tolerance.items()
                  if low <= new.values[path] <= high}
-    return replace(new, tolerance=tolerance)
+    new = replace(new, tolerance=tolerance)
+    check_step(new)
+    return new
 
 
 def check_mode(servo: Servo | None, mode: str) -> None:

@@ -11,6 +11,7 @@ from math import exp
 from numba.extending import register_jitable
 
 from .effect import Parameter
+from .elementary_functions import limited
 from .servo_parts import Controller
 
 
@@ -46,7 +47,7 @@ def limited_pi(s, error, gain, ki, limit, period, added):
     command = gain * error + s[3] + more + added
     if abs(command) <= limit:
         s[3] += more
-    return min(max(command, -limit), limit)
+    return limited(command, limit)
 
 
 class Open(Controller):
@@ -142,7 +143,7 @@ class Cascade(Controller):
         angle = motor / ratio
         speed = encoder_speed(s, angle, p.filter, period)
         wanted = p.kp * (reference_position - load)
-        error = min(max(wanted, -p.speed_limit), p.speed_limit) - speed
+        error = limited(wanted, p.speed_limit) - speed
         return limited_pi(s, error, p.kv, p.ki, p.limit, period, added)
 
 
@@ -181,4 +182,4 @@ class Impedance(Controller):
         torque = p.kd * (p.kf * reference_velocity - speed) + p.command_torque * added
         if p.kp > 0.0:
             torque += p.kp * (reference_position - angle)
-        return min(max(torque, -p.torque_limit), p.torque_limit) / p.command_torque
+        return limited(torque, p.torque_limit) / p.command_torque

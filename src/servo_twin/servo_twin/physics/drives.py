@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from .effect import Parameter
+from .elementary_functions import limited
 from .servo_parts import MotorDrive
 
 
@@ -82,7 +83,7 @@ class CurrentAmplifier(MotorDrive):
 
     @staticmethod
     def law(p, current, command, speed, h):
-        wanted = min(max(p.gain * command, -p.current_limit), p.current_limit)
+        wanted = limited(p.gain * command, p.current_limit)
         kept = p.inductance * current - h * p.back_emf * speed
         stiff = p.inductance + h * p.resistance
         looped = 1.0 / (stiff + h * p.proportional)  # once, before the first step
@@ -90,7 +91,7 @@ class CurrentAmplifier(MotorDrive):
         volts = p.proportional * (wanted - after)
         if abs(volts) <= p.supply:
             return after
-        return (kept + h * min(max(volts, -p.supply), p.supply)) / stiff
+        return (kept + h * limited(volts, p.supply)) / stiff
 
 
 def winding(values: Mapping[str, float]) -> tuple[float, float]:

@@ -99,6 +99,11 @@ class Effect(Declared):
         return tuple(n for n, p in cls.parameters.items() if p.off is not None)
 
     @classmethod
+    def hangs(cls, p: Any) -> tuple[float, float] | None:
+        """Return an inertia (kg m2) that it hangs on the load and its spring (N m/rad), if any."""
+        return None
+
+    @classmethod
     def variables(cls) -> frozenset[str]:
         """Names of what its law reads of the motion that its port shows it."""
         return frozenset(cls.law.__code__.co_names).intersection(cls.motion._fields)

@@ -41,6 +41,14 @@ def fused(typing_context, a, b, c):
 
 
 @njit(error_model='numpy')
+def limited(x, limit):
+    """Return x, or what of it lies within a limit to either side; NaN stays NaN."""
+    if x > limit:
+        return limit
+    return max(x, -limit)
+
+
+@njit(error_model='numpy')
 def _power_and_growth(y):
     """
     Return (2^k, e^r - 1) with e^y = 2^k e^r and abs(r) at most half of ln 2; abs(y) below 708.

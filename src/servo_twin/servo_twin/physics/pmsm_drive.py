@@ -3,7 +3,7 @@
 from numba import njit
 
 from .effect import Parameter
-from .elementary_functions import cos_sin
+from .elementary_functions import cos_sin, limited
 from .servo_parts import DigitalDrive
 from .three_phase import averaged, clarke, duties, park, stator, turned_back, winding
 
@@ -114,7 +114,7 @@ class PmsmDrive(DigitalDrive):
                 wanted = gain * error + summed
                 if abs(wanted) <= p.current_limit:
                     s[VELOCITY_SUM] = summed
-                s[WANTED] = min(max(wanted, -p.current_limit), p.current_limit)
+                s[WANTED] = limited(wanted, p.current_limit)
             s[TO_VELOCITY] -= 1.0
             gain = p.current_gain * p.q_inductance
             share = gain * p.current_cycle / p.current_time

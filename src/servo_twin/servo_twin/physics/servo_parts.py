@@ -68,6 +68,17 @@ class Mechanism(Part):
         return ''
 
     @classmethod
+    def springs(cls, values: Mapping[str, Any], stiffer: float, denser: float
+                ) -> tuple[Any, Any, Any] | None:
+        """
+        Return inertias (n,), springs and dampers (n, n) near rest, the motor first, the load last.
+
+        ``values`` by the names of the parameters; ``stiffer`` and ``denser`` are what effects add
+        to the stiffness and damping of the mesh. None where they are not known.
+        """
+        return None
+
+    @classmethod
     def running(cls, run: Callable[..., Any], servo: Any) -> Callable[..., Any]:
         """Return what runs in place of a kernel's compiled `run`, for mechanisms beside it."""
         return run

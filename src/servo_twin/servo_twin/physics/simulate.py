@@ -49,7 +49,7 @@ def inputs_of(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     u = np.column_stack([np.asarray(columns[name], dtype=float) for name in INPUTS])
     for column in (VOLTAGE, REFERENCE_VELOCITY, REFERENCE_POSITION, EXTERNAL,
                    COUPLED_POSITION, ADDED_COMMAND):
-        np.nan_to_num(u[:, column], copy=False)
+        np.nan_to_num(u[:, column], copy=False, posinf=np.inf, neginf=-np.inf)
     warm = u[:, TEMPERATURE]
     warm[np.isnan(warm)] = ROOM_TEMPERATURE
     return np.ascontiguousarray(u)

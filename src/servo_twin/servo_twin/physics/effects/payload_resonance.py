@@ -27,13 +27,22 @@ class PayloadResonance(Torque):
                           grid=(5.0, 10.0, 20.0, 40.0))
     damping = Parameter(0.02, '', (0.0, 10.0), 'Share of critical damping.', grid=(0.03,))
 
+    @classmethod
+    def hangs(cls, p):
+        """Return the payload's inertia (kg m2) and its spring (N m/rad)."""
+        natural = 2.0 * pi * p.frequency
+        return (p.inertia, p.inertia * natural**2) if p.inertia > 0.0 else None
+
     @staticmethod
     def law(p, s, motion, h):
+        if p.inertia == 0.0:
+            s[0] = s[2] = 0.0
+            return 0.0
         if s[2] == 0.0:
             s[1], s[2] = motion.speed, 1.0
+        s[0] += h * (s[1] - motion.speed)  # both as the step before left them: no energy is made
         natural = 2.0 * pi * p.frequency
         spring, damper = natural * natural, 2.0 * p.damping * natural
         faster = -(spring * s[0] + damper * (s[1] - motion.speed)) / (1.0 + h * damper)
         s[1] += h * faster
-        s[0] += h * (s[1] - motion.speed)
         return -p.inertia * faster

@@ -1,5 +1,7 @@
 """Motor, screw and table: a ball screw that twists, stretches and has play in its nut."""
 
+from types import SimpleNamespace
+
 from numba import njit
 
 from ..effect import Parameter
@@ -132,6 +134,24 @@ class BallScrew(Mechanism):
     damping = Parameter(1.5e5, 'N s/m', (0.0, 1e10), 'Of the flanks, d (2 pi / p)^2.', off=0.0,
                         required=True)
     deformation = Parameter(1.0, '', (0.0, 1.0), "Share of S' of eq. 11 that is taken.", off=0.0)
+
+    @classmethod
+    def springs(cls, values, stiffer, denser):
+        """Return inertias, springs and dampers of motor, screw and table, the nut at its end."""
+        p = SimpleNamespace(**values)
+        turns, drive = 1.0 / p.ratio, p.efficiency * p.ratio
+        fixed, along = softness.py_func(p)
+        soft = fixed + along * 0.05 * 0.95 * p.span**2  # the screw is stiffest there
+        series = 1.0 + p.deformation * p.stiffness * turns**2 * soft
+        both = []
+        for twist, flanks, more in ((1.0 / soft, p.stiffness, stiffer),
+                                    (p.twist_damping, p.damping, denser)):
+            pressed = max(0.0, turns * flanks / series + more / drive)
+            both.append([[twist, -twist, 0.0],
+                         [-twist, twist + pressed * turns, -pressed],
+                         [0.0, -drive * pressed * turns, drive * pressed]])
+        both[1][1][1] += p.screw_damping
+        return [p.rotor_inertia, p.coupling_inertia + p.screw_inertia, p.load_inertia], *both
 
     @staticmethod
     def rest(p, torque):

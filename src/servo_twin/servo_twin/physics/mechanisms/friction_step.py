@@ -13,12 +13,12 @@ def slide(x, angle, direction, push, budget, inertia, h):
     """
     free = x[angle + 1] + h / inertia * push
     most = h / inertia * budget
-    if free > most:
-        speed = free - most
-    elif free < -most:
-        speed = free + most
-    else:
+    if abs(free) <= most:
         speed = 0.0
+    elif free > 0.0:
+        speed = free - most
+    else:
+        speed = free + most  # also what is not a number, which stays none
     x[angle + 1] = speed
     x[angle] += h * speed
     if speed * x[direction] < 0.0 or (x[direction] == 0.0 and speed != 0.0):

@@ -45,6 +45,12 @@ class Rigid(Mechanism):
                              required=True)
     ratio = Parameter(1.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.', required=True)
 
+    @classmethod
+    def springs(cls, values, stiffer, denser):
+        """Return the inertia of the one shaft, as the motor feels it; it has no spring."""
+        inertia = values['rotor_inertia'] + values['load_inertia'] / values['ratio'] ** 2
+        return [inertia], [[0.0]], [[0.0]]
+
     @staticmethod
     def rest(p, torque):
         """Torsion that carries ``torque`` (N m), rad: none."""

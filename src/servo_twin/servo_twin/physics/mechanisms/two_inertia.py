@@ -61,6 +61,17 @@ class TwoInertia(Mechanism):
     damping = Parameter(40.0, 'N m s/rad', (0.0, 1e7), 'Of the mesh, seen from the load.', off=0.0,
                         required=True)
 
+    @classmethod
+    def springs(cls, values, stiffer, denser):
+        """Return inertias, springs and dampers of motor and load near rest."""
+        turns = 1.0 / values['ratio']
+        torsion = [[turns * turns, -turns], [-turns, 1.0]]
+        stiffness = max(0.0, values['stiffness'] + stiffer)
+        damping = max(0.0, values['damping'] + denser)
+        return ([values['rotor_inertia'], values['load_inertia']],
+                [[stiffness * share for share in row] for row in torsion],
+                [[damping * share for share in row] for row in torsion])
+
     @staticmethod
     def rest(p, torque):
         """Torsion that carries ``torque`` (N m), rad."""

@@ -1,0 +1,81 @@
+"""
+Reads a MAT file in a process of its own: a damaged one brings scipy's reader down, not ours.
+
+Run as a program, this file does the reading. It imports nothing of ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import io
+from pathlib import Path
+import resource
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+
+_SECONDS = 120.0  # for the largest file that one would keep as MAT
+_BYTES = 8 << 30  # of memory: a damaged length may ask for any
+_LATER = 3  # the status for a MAT file of version 7.3
+
+
+def load_mat(path: Path) -> dict[str, Any]:
+    """
+    Return the variables of a MAT file (up to version 7) that are numbers, texts or arrays of them.
+
+    Arrays lose axes of length one, and the fields of a structure ``s`` are ``s.field``. Raises ValueError for a file that is none or is damaged.
+    """
+    try:
+        ran = subprocess.run([sys.executable, '-P', __file__, str(path)], capture_output=True,
+                             timeout=_SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        raise ValueError(f'{path} is no MAT file: its reading takes more than {_SECONDS:g} s') \
+            from None
+    if ran.returncode == _LATER:
+        raise ValueError(f"{path} is a MAT file of version 7.3; save it with '-v7'")
+    if ran.returncode:
+        said = ran.stderr.decode(errors='replace').strip().splitlines()
+        why = said[-1] if said and ran.returncode > 0 else 'it is damaged, its reader broke down'
+        raise ValueError(f'{path} is no MAT file: {why}')
+    with np.load(io.BytesIO(ran.stdout), allow_pickle=False) as found:
+        arrays = {name.removeprefix('v_'): found[name] for name in found.files}
+    return {name: value.item() if value.ndim == 0 else value for name, value in arrays.items()}
+
+
+def _write(path: str) -> int:
+    """Write the variables of a MAT file to stdout as NPZ; return the status."""
+    from scipy.io import loadmat
+
+    resource.setrlimit(resource.RLIMIT_AS, (_BYTES, _BYTES))
+    try:
+        found = loadmat(path, squeeze_me=True)
+    except NotImplementedError:
+        return _LATER
+    except Exception as error:  # of a damaged file scipy says what comes
+        print(f'{type(error).__name__}: {error}', file=sys.stderr)
+        return 2
+    plain = {f'v_{path}': array for name, value in found.items()
+             if isinstance(name, str) and not name.startswith('__')
+             for path, array in _leaves(name, value)}
+    memory = io.BytesIO()
+    np.savez(memory, **{name: value for name, value in plain.items()
+                        if value.dtype.kind in 'fiubcU'})
+    sys.stdout.buffer.write(memory.getvalue())
+    return 0
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield (path, array) of a variable; a structure yields ``name.field`` for each field."""
+    array = np.asarray(value)
+    if not array.dtype.names:
+        yield name, array
+        return
+    for field in array.dtype.names:
+        yield from _leaves(f'{name}.{field}',
+                           array[field].item() if array.ndim == 0 else array[field])
+
+
+if __name__ == '__main__':
+    sys.exit(_write(sys.argv[1]))

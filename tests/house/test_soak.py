@@ -1,0 +1,39 @@
+"""A short soak: a handful of faults, judged from the log of the bus; `make soak` tries longer."""
+
+import json
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = [pytest.mark.ros, pytest.mark.slow]
+SOAK = Path(__file__).resolve().parents[1] / 'soak'
+FAULTS = ['driver KILL', 'recorder KILL', 'emulated_rig TERM', 'wire short', 'odd commands',
+          'odd servo files']
+
+
+@pytest.mark.timeout(400)
+def test_nothing_is_lost_unsaid_and_no_old_set_point_reaches_the_drive(tmp_path):
+    done = subprocess.run([sys.executable, str(SOAK / 'soak.py'), '60s', '--seed', 'house',
+                           '--no-identify', '--most', '6', '-o', str(tmp_path), '--only',
+                           *FAULTS], capture_output=True, text=True, timeout=380)
+    assert (tmp_path / 'soak.json').exists(), done.stderr[-2000:]
+    seen = json.loads((tmp_path / 'soak.json').read_text())
+    assert len(seen['rows']) >= 3
+    assert seen['commands'] > 1000
+    assert seen['stale'] == seen['beyond'] == []
+    assert seen['bags']['unexplained'] == seen['bags']['unreadable'] == []
+    assert seen['traces'] == seen['left'] == seen['killed'] == []
+    assert [row['faults'] for row in seen['rows'] if row['well'] is None] == []
+    assert [(name, said) for name, alike, said in seen['replays'] if not alike] == []
+    assert '<svg' in (tmp_path / 'soak.html').read_text()
+
+
+def test_a_set_point_tells_its_own_age():
+    sys.path.insert(0, str(SOAK))
+    from witness import age, HALF, reference
+    for at in (3.0, 19.9, 20.1, 33.3, 1e9 + 7.0):
+        for late in (0.0, 0.05, 0.4):
+            assert age(reference(at), at + late) == pytest.approx(late, abs=1e-6) or abs(
+                at % HALF) > HALF - 0.5 or at % HALF < 0.5

@@ -1,0 +1,98 @@
+"""What the bags of a soak hold: readable, in order, and every hole within a fault."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import numpy as np
+
+from servo_twin.bag import read_recording
+from servo_twin.bag.bag_writing import BagError
+
+HALF_WINDOW = 20  # samples of the filters of the balances
+
+
+def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
+    """
+    Return what the bags hold: ``samples``, ``holes`` and those of them that nothing explains.
+
+    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing.
+    """
+    told = {'bags': len(bags), 'read': 0, 'samples': 0, 'holes': 0, 'missing': 0,
+            'unexplained': [], 'unreadable': [], 'empty': 0}
+    for path in bags:
+        if not any(path.glob('*.mcap')) if path.exists() else True:
+            told['empty'] += 1
+            continue
+        try:
+            places = _stretches(path)
+        except (BagError, ValueError, OSError) as error:
+            if 'no samples' in str(error) or 'no message' in str(error):
+                told['empty'] += 1
+            else:
+                told['unreadable'].append(f'{path.name}: {error}')
+            continue
+        told['read'] += 1
+        for sequence, stamps in places:
+            told['samples'] += len(sequence)
+            jumps = np.flatnonzero(np.diff(sequence) != 1)
+            for k in jumps:
+                missing = int(sequence[k + 1] - sequence[k] - 1)
+                told['holes'] += 1
+                told['missing'] += max(0, missing)  # a new driver begins its numbers again
+                if not any(a <= stamps[k + 1] and stamps[k] <= b for a, b in faults):
+                    told['unexplained'].append(
+                        f'{path.name}: {missing} samples at {stamps[k]:.2f} s, outside any fault')
+    return told
+
+
+def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return (running numbers, instants in s) of the encoder's samples of a bag."""
+    from mcap.exceptions import McapError
+    from mcap.reader import NonSeekingReader
+    from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+    store = get_typestore(Stores.ROS2_JAZZY)
+    numbers, stamps, known = [], [], False
+    read_recording(path)  # ours reads it too
+    with next(path.glob('*.mcap')).open('rb') as file:
+        try:
+            for schema, channel, message in NonSeekingReader(file).iter_messages():
+                if not channel.topic.endswith('/encoder'):
+                    continue
+                if not known:
+                    definition = schema.data.decode()
+                    store.register(get_types_from_msg(definition, schema.name))
+                    known = True
+                block = store.deserialize_cdr(message.data, schema.name)
+                count = len(block.motor_position)
+                begin = block.header.stamp.sec + 1e-9 * block.header.stamp.nanosec
+                numbers.append(block.sequence + np.arange(count))
+                stamps.append(begin + block.period * np.arange(count))
+        except (McapError, EOFError):
+            pass  # cut by a kill: what stands before the cut counts
+    if not numbers:
+        return []
+    return [(np.concatenate(numbers).astype(np.int64), np.concatenate(stamps))]
+
+
+def replayed(bags: list[Path]) -> list[tuple[str, bool, str]]:
+    """
+    Return (bag, whether a replay gives the bits of the live run, what it said) of each bag.
+
+    A replay begins where the bag does. It can say the same only where the twin began there too.
+    The last residuals of a twin that is ended, half a window of them, are in the replay alone.
+    """
+    found = []
+    for path in bags:
+        ran = subprocess.run([sys.executable, '-m', 'servo_twin.cli', 'replay', str(path),
+                              '--compare'], capture_output=True, text=True, timeout=300.0,
+                             check=False)
+        last = ([*ran.stderr.strip().splitlines(), *ran.stdout.strip().splitlines()[-1:]]
+                or [''])[0]
+        differing = [int(count) for count in re.findall(r'at (\d+) samples', last)]
+        tail = bool(differing) and 'prediction' not in last and max(differing) <= HALF_WINDOW
+        found.append((path.name, 'identical' in last or tail, last))
+    return found

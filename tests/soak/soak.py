@@ -1,0 +1,248 @@
+"""
+Runs the bench for an hour while faults come one by one and in pairs: `make soak SOAK=1h`.
+
+What was promised is judged from outside: by a log of the bus that a proxy keeps, by the topics,
+by the bags and by /proc. The report is a page with a time line; the status is 1 for a broken
+promise.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from pathlib import Path
+from random import Random
+import shutil
+from signal import SIGTERM
+import subprocess
+import sys
+import tempfile
+from time import monotonic, sleep, time
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from bags import judged, replayed
+from bench import Bench
+from faults import all_faults
+from graph import Graph
+from report import page, text
+from witness import Bus, Ears, Usage
+
+START, RECOVERY = 90.0, 40.0  # s
+FRESH = 0.5  # s: samples, predictions and set-points newer than that flow
+
+
+class Soak:
+    """One run: ``log`` holds what happened, a dictionary a fault."""
+
+    def __init__(self, folder: Path, seed: str, identify: bool) -> None:
+        self.random, self.seed, self.folder = Random(seed), seed, folder
+        self.bench = Bench(folder, identify)
+        self.log: list[dict] = []
+        self.usage, self.misses = Usage(), []
+        self.cycled: list[dict] = []
+        self._looked = 0.0
+
+    def run(self, seconds: float, most: int, only: list[str] | None) -> dict:
+        """Run for some seconds, or until ``most`` faults were there; return the figures."""
+        begun = time()
+        for name in self.bench.names:
+            self.bench.start(name)
+            sleep(0.5)
+        self.bus, self.ears = Bus(self.folder / 'bus.log'), Ears(self.bench.namespace)
+        self.graph = Graph(self.ears)
+        self.graph.play()
+        left, killed = [], []
+        try:
+            if not self._well_within(START):
+                raise RuntimeError(f'the bench does not start: {self._state()}')
+            faults = all_faults(self.bench, self.graph, self.random)
+            names = only or sorted(faults)
+            order: list[str] = []
+            until = monotonic() + seconds
+            while monotonic() < until and len(self.log) < most:
+                if len(order) < 2:
+                    order += self.random.sample(names, len(names))
+                pair = [order.pop()]
+                if self.random.random() < 0.25 and not only:
+                    pair.append(order.pop())
+                self._suffer([faults[name] for name in pair])
+            self._whole()
+            self._deactivated()
+        finally:
+            self.graph.close()
+            killed = self.bench.close()
+            sleep(1.0)
+            left = self.bench.left()
+        return self._figures(begun, killed, left)
+
+    def _turn(self) -> None:
+        """Look at everything once."""
+        self.bus.read()
+        if monotonic() - self._looked > 2.0:
+            self._looked = monotonic()
+            for name, pid in self.bench.pids().items():
+                self.usage.look(name, pid)
+        sleep(0.02)
+
+    def _well(self) -> bool:
+        now = time()
+        return (now - self.bus.moved < FRESH and self.bus.status & 0x6F == 0x27
+                and now - self.ears.heard['encoder'] < FRESH
+                and now - self.ears.heard['prediction'] < FRESH)
+
+    def _well_within(self, patience: float) -> bool:
+        until, since = monotonic() + patience, None
+        while monotonic() < until:
+            self._turn()
+            self.bench.mend()
+            since = (since or monotonic()) if self._well() else None
+            if since is not None and monotonic() - since > 0.3:
+                return True
+        return False
+
+    def _state(self) -> str:
+        now = time()
+        return (f'set-points {now - self.bus.moved:.1f} s old, status {self.bus.status:#x}, '
+                f'encoder {now - self.ears.heard["encoder"]:.1f} s, prediction '
+                f'{now - self.ears.heard["prediction"]:.1f} s, {self.ears.said[-1:]}')
+
+    def _for(self, seconds: float) -> None:
+        until = monotonic() + seconds
+        while monotonic() < until:
+            self._turn()
+
+    def _suffer(self, pair: list) -> None:
+        """Make one or two faults, take their causes away, and see what came of it."""
+        self._for(self.random.uniform(1.0, 3.0))
+        said, bags = len(self.ears.said), len(self.bench.bags)
+        row = {'faults': [fault.name for fault in pair], 'at': time(), 'alone': len(pair) == 1}
+        for fault in pair:
+            fault.make()
+        self._for(self.random.uniform(1.0, 2.5))
+        row['cured'] = time()
+        for fault in pair:
+            fault.unmake()
+        self.bench.mend()
+        well = self._well_within(15.0 if any(fault.hand for fault in pair) else RECOVERY)
+        if not well and any(fault.hand for fault in pair):
+            row['by_hand'] = True
+            self.graph.activate()
+            well = self._well_within(RECOVERY)
+        row['well'] = time() if well else None
+        if not well:
+            row['state'] = self._state()
+            self.misses.append(f'{" and ".join(row["faults"])}: not well again: {row["state"]}')
+            self.graph.activate()
+            self._well_within(RECOVERY)
+        after = [at for at in self.bus.zeroed if at >= row['at'] - 0.05]
+        row['zero'] = min(after) - row['at'] if after else None
+        named = [(at, text) for at, name, _, text in self.ears.said[said:]
+                 if name == pair[0].named and at >= row['at']]
+        row['named'] = (named[0][0] - row['at'], named[0][1]) if named else None
+        if row['alone'] and pair[0].named and not named:
+            self.misses.append(f'{pair[0].name}: {pair[0].named} said nothing')
+        row['new_bag'] = len(self.bench.bags) > bags
+        row['zero_due'], row['gap'] = pair[0].zero, any(fault.gap for fault in pair)
+        self.log.append(row)
+        (self.folder / 'rows.json').write_text(json.dumps(self.log, default=str))
+        print(f'{row["at"] - self.log[0]["at"]:7.1f} s  {" and ".join(row["faults"]):45} '
+              f'well after {row["well"] - row["cured"] if well else float("nan"):5.1f} s',
+              flush=True)
+
+    def _whole(self) -> None:
+        """Record a bag in which the twin begins, with changes of its parameters, for a replay."""
+        for name in ('twin', 'recorder'):
+            self.bench.signal(name, SIGTERM)
+            until = monotonic() + 15.0
+            while self.bench.running[name].poll() is None and monotonic() < until:
+                self._turn()
+        self.bench.mend()
+        if not self._well_within(RECOVERY):
+            self.misses.append(f'not well before the end: {self._state()}')
+        for _ in range(3):
+            self.graph.odd_parameters(self.random)
+            self._for(1.5)
+
+    def _deactivated(self) -> None:
+        """Take the driver down while set-points go on coming: none may reach the drive."""
+        if not self.graph.deactivate():
+            self.misses.append('the driver could not be deactivated at the end')
+            return
+        self._for(0.2)
+        moved = self.bus.moved
+        self._for(2.0)
+        if self.bus.moved > moved:
+            self.misses.append('set-points reached the drive after deactivation')
+
+    def _figures(self, begun: float, killed: list[str], left: list[str]) -> dict:
+        windows = [(row['at'] - 1.0, (row['well'] or row['cured'] + RECOVERY) + 1.0)
+                   for row in self.log if row['gap']]
+        bags = judged(self.bench.bags, windows)
+        traces = []
+        for path in sorted((self.folder / 'logs').glob('*.log')):
+            said = path.read_text(errors='replace')
+            if 'Traceback' in said:
+                traces.append(f'{path.stem}: {said[said.rindex("Traceback"):][-400:]}')
+        odd = sorted({f'{name} ended with {status}' for name, status in self.bench.ended
+                      if status not in (0, -9, -15, 1, 143)})
+        return {
+            'seed': self.seed, 'seconds': time() - begun, 'rows': self.log,
+            'commands': self.bus.commands, 'oldest': self.bus.oldest, 'stale': self.bus.stale,
+            'powerless': self.bus.powerless,
+            'beyond': self.bus.beyond, 'bags': bags, 'replays': replayed(self.bench.bags[-1:]),
+            'traces': traces, 'ends': odd,
+            'events': [list(one) for one in self.ears.events if one[1] == 'change'],
+            'slopes': self.usage.slopes(), 'killed': killed, 'left': left,
+            'misses': self.misses, 'logs': sum(
+                path.stat().st_size for path in (self.folder / 'logs').glob('*.log')),
+            'refused': self.graph.refused, 'taken': self.graph.taken, 'usage': self.usage.rows}
+
+
+def length(text_of: str) -> float:
+    """Return seconds of a length such as 90, 90s, 15m, 1h."""
+    factor = {'s': 1.0, 'm': 60.0, 'h': 3600.0}.get(text_of[-1:], None)
+    try:
+        return float(text_of[:-1]) * factor if factor else float(text_of)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f'{text_of!r} is no length; give such as 90s, 15m or 24h') from None
+
+
+def main() -> int:
+    """Soak, write the report, and say what was missed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('length', type=length, nargs='?', default=3600.0)
+    parser.add_argument('--seed', default='1', help='another seed, other faults')
+    parser.add_argument('--most', type=int, default=10**9, help='faults at most')
+    parser.add_argument('--only', nargs='*', help='names of faults')
+    parser.add_argument('--no-identify', action='store_true', help='without the identify node')
+    parser.add_argument('-o', '--output', type=Path, help='folder of the report')
+    parser.add_argument('--keep', action='store_true', help='keep logs and bags')
+    arguments = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix='servo_soak_'))
+    try:
+        figures = Soak(folder, arguments.seed, not arguments.no_identify).run(
+            arguments.length, arguments.most, arguments.only)
+    finally:
+        subprocess.run(['umount', '-l', str(folder / 'small_disk')], capture_output=True,
+                       check=False)
+        if arguments.keep:
+            print(f'kept: {folder}')
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+    said, broken = text(figures)
+    print(said)
+    if arguments.output:
+        arguments.output.mkdir(parents=True, exist_ok=True)
+        (arguments.output / 'soak.json').write_text(json.dumps(figures, default=str))
+        (arguments.output / 'soak.md').write_text(said)
+        (arguments.output / 'soak.html').write_text(page(figures, said))
+    return int(broken)
+
+
+if __name__ == '__main__':
+    status = main()
+    sys.stdout.flush()
+    os._exit(status)  # rclpy sometimes breaks down as its context is taken apart
