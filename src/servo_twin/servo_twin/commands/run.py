@@ -4,6 +4,7 @@ Run a rig, its driver, its twin and a recorder side by side, then replay what wa
   servo-twin run                                      the emulated bench, driven for 20 s
   servo-twin run --family speed_ladder --duration 24  another excitation
   servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
+  servo-twin run --view --control --duration 600      with the page of `servo-twin view`
   servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
 
 Ends with a table and one HTML page. Everything lies in one folder: the bag (named after the
@@ -20,11 +21,12 @@ import subprocess
 import sys
 
 from ..bringup.processes import ProcessError
-from ..bringup.rig_and_twin import Bench, record
+from ..bringup.rig_and_twin import Bench, Page, record
 from ..description.servo_file import load
 from ..description.shipped import servo_at, shipped
 from ..lockstep.twin import LIVE_MODES
 from ..physics.servo import ServoError
+from .view import add_port
 
 _NAMED = ('.csv', '.parquet')  # tables whose columns name themselves
 
@@ -57,6 +59,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rig.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples a second')
     rig.add_argument('--block', type=int, default=10,
                      help='samples a message (default %(default)s)')
+    page = parser.add_argument_group('the page in the browser')
+    page.add_argument('--view', action='store_true', help='show rig and twin, as servo-twin view')
+    page.add_argument('--control', action='store_true',
+                      help='with --view: let the page set values of the twin, and inject faults '
+                           'into an emulated rig')
+    add_port(page)
     what = parser.add_argument_group('what it does')
     what.add_argument('--family', '--experiment', default='sine',
                       help='excitation family (default %(default)s, of the load speed)')
@@ -75,7 +83,7 @@ def main(arguments: argparse.Namespace) -> int:
         signal.signal(number, signal.default_int_handler)
     try:
         if arguments.bag is not None:
-            return _look_at(_bag_of(arguments, folder), arguments, folder)
+            return _look_at(bag_of(arguments, folder), arguments, folder)
         bench = _bench(arguments, folder)
         load(bench.servo)
         outcome = record(bench)
@@ -100,7 +108,7 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
     return replay.main(parser.parse_args(command + ['--compare'] * compare))
 
 
-def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
+def bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
     """Return a bag of what --bag names; a table is imported by servo-identify."""
     given = arguments.bag
     if not given.exists():
@@ -129,6 +137,8 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
     command = arguments.command
     if arguments.family == 'sine' and not settings and command is None:
         command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
+    if arguments.control and not arguments.view:
+        raise ServoError('--control is of the page, which --view shows')
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
     rig = None if arguments.no_emulator else arguments.rig or shipped('rigs/rv_bench.yaml')
@@ -137,7 +147,8 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         driver=arguments.driver or _driver_of(rig), rig=rig,
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
-        settings=tuple(settings), duration=arguments.duration)
+        settings=tuple(settings), duration=arguments.duration,
+        page=Page(arguments.port, arguments.control) if arguments.view else None)
 
 
 def _driver_of(rig: Path | None) -> Path:

@@ -23,7 +23,8 @@ class PlotResiduals:
     """
 
     def __init__(self, node: LifecycleNode, frame: str) -> None:
-        self.publisher = node.create_lifecycle_publisher(PlotResidual, TOPIC, QoSProfile(depth=100))
+        self.publisher = node.create_lifecycle_publisher(PlotResidual, TOPIC,
+                                                         QoSProfile(depth=100))
         self._message = PlotResidual()
         self._message.header.frame_id = frame
         self._most = np.full(len(COMPARED) + len(BALANCES), np.nan)

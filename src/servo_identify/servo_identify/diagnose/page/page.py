@@ -13,7 +13,8 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
-from servo_twin.pages.plotting import COLOURS, LICENCE, plotting, SCRIPTS as SHARED, STYLE
+from servo_twin.pages.plotting import COLOURS, LICENCE, plotting, STYLE
+from servo_twin.pages.plotting import SCRIPTS as SHARED
 
 from . import tables
 from .causes import causes
@@ -50,7 +51,8 @@ def page_of(document: dict) -> str:
         heat=tables.heat_map(document.get('correlations') or {}),
         facts=tables.made_by(document.get('facts') or {}),
         signals=bool(document.get('series') or document.get('equations')),
-        data=_data(document, report), style=Markup('\n'.join(map(plotting, (STYLE, COLOURS))) + '\n' + _asset('page.css')),
+        data=_data(document, report),
+        style=Markup('\n'.join((plotting(STYLE), plotting(COLOURS), _asset('page.css')))),
         scripts=[Markup(script) for script in scripts], policy=_policy(scripts),
         licence=Markup(plotting(LICENCE)), spoken=spoken)
 
