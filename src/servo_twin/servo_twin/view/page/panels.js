@@ -29,6 +29,7 @@ class Spectrum {
 
   make(unit) {
     const decade = {
+      filter: (u, splits) => splits,
       splits: (u, _, low, high) => {
         const first = Math.ceil(Math.log10(low) - 1e-9),
           last = Math.floor(Math.log10(high) + 1e-9);

@@ -39,11 +39,21 @@ function steadyRange(floor, room) {
   };
 }
 
+/* Labels of an upright axis, without those that the ends of the axis would cut. */
+function inside(u, splits, font) {
+  const {min, max} = u.scales.y,
+    room = (0.6 * font * (max - min)) / (u.over.clientHeight || 100);
+  return labels(splits).map((label, k) =>
+    splits[k] - min < room || max - splits[k] < room ? '' : label,
+  );
+}
+
 class TimePlot {
   constructor(place, {names, colours, unit, height, across, floor = 0, events}) {
     this.names = names;
     this.place = place;
     this.fresh = false;
+    this.tones = {fine: colour('fine'), far: colour('far'), other: colour('augmented')};
     const font = 0.76 * rem();
     const options = {
       height: height * (rem() / 16) + (across ? 0 : 4),
@@ -61,7 +71,7 @@ class TimePlot {
       ],
       axes: [
         axis(true, across ? {} : {size: 0, ticks: {show: false}, values: () => [], grid: {show: false}}),
-        axis(false, {values: (u, splits) => labels(splits), size: 4.9 * font}),
+        axis(false, {values: (u, splits) => inside(u, splits, font), size: 4.9 * font}),
       ],
       hooks: {draw: [u => this.mark(u, floor, events())]},
     };
@@ -76,7 +86,7 @@ class TimePlot {
     if (floor) {
       const [top, bottom] = [u.valToPos(floor, 'y', true), u.valToPos(-floor, 'y', true)];
       ctx.globalAlpha = 0.18;
-      ctx.fillStyle = colour('fine');
+      ctx.fillStyle = this.tones.fine;
       ctx.fillRect(bbox.left, top, bbox.width, bottom - top);
     }
     ctx.globalAlpha = 0.8;
@@ -84,7 +94,7 @@ class TimePlot {
     for (const {at, kind} of events) {
       if (at < u.scales.x.min || at > u.scales.x.max) continue;
       const x = Math.round(u.valToPos(at, 'x', true));
-      ctx.strokeStyle = colour(kind === 'trouble' ? 'far' : 'augmented');
+      ctx.strokeStyle = this.tones[kind === 'trouble' ? 'far' : 'other'];
       ctx.beginPath();
       ctx.moveTo(x, bbox.top);
       ctx.lineTo(x, bbox.top + bbox.height);

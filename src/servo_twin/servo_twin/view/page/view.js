@@ -204,4 +204,5 @@ addEventListener('resize', () => {
     ask();
   }, 200);
 });
+drawChain({});
 requestAnimationFrame(frame);
