@@ -17,6 +17,7 @@ REQUIRES = [
     'rich',
     'rosbags',
     'scipy',
+    'tornado',
 ]
 EXTRAS = {
     'fmu': ['fmpy'],  # mechanisms that are FMUs
