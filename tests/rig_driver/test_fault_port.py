@@ -9,9 +9,9 @@ import time
 
 import pytest
 
-from servo_rig_driver.emulated.bench import Bench
+from servo_rig_driver.emulated.emulated_bench import Bench
 from servo_rig_driver.emulated.fault_port import FaultPort, STRENGTHS
-from servo_rig_driver.emulated.settings import load_rig
+from servo_rig_driver.emulated.rig_file import load_rig
 
 RIGS = Path(__file__).resolve().parents[2] / 'config' / 'rigs'
 

@@ -17,9 +17,9 @@ import socketserver
 from threading import Thread
 from typing import Any
 
-from .bench import Bench
-from .settings import RigFileError
-from .worlds import WORLDS
+from .emulated_bench import Bench
+from .rig_file import RigFileError
+from .rig_physics import WORLDS
 
 STRENGTHS = {
     'withheld.gravity': 4.0, 'withheld.spring_load': 8.0, 'withheld.quadratic_drag': 30.0,

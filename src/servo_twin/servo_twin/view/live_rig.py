@@ -28,8 +28,8 @@ from ..nodes.heard_health import HeardHealth
 from ..nodes.message_conversion import to_instant, TOPICS
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Happened, SERVO_FILE
+from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Recording
-from ..recording.samples import CHANNELS
 from .source import EVENTS, Refused, Source
 from .twin_values import TwinValues
 

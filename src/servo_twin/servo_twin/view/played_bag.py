@@ -16,8 +16,8 @@ from ..lockstep.lockstep import warm_up
 from ..lockstep.whole_recording import answer, part_of
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Happened
+from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
-from ..recording.samples import CHANNELS
 from .source import EVENTS, Source
 from .traces import NAMES
 

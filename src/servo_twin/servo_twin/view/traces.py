@@ -8,8 +8,8 @@ from threading import Lock
 
 import numpy as np
 
+from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COLUMNS, COMPARED, PREDICTED
-from ..recording.samples import CHANNELS
 
 SECONDS = 64.0
 """How much is kept, s."""
