@@ -104,7 +104,7 @@ def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
         path = answer.hypotheses[index].path
         if path:
             theta[one.slots[path].start] += answer.amplitudes(index)[0]
-    change = (one.followed(theta, one.motion) - one.followed(one.servo.theta, one.motion)).T
+    change = (one.evaluated(theta, one.motion) - one.evaluated(one.servo.theta, one.motion)).T
     out = dict(zip(EVALUATED, change, strict=True))
     moved = theta - one.servo.theta
     inertia, rotor = (moved[one.slots[f'mechanism.{name}_inertia'].start]

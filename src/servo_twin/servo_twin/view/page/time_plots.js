@@ -39,13 +39,11 @@ function steadyRange(floor, room) {
   };
 }
 
-/* Labels of an upright axis, without those that the ends of the axis would cut. */
-function inside(u, splits, font) {
-  const {min, max} = u.scales.y,
-    room = (0.6 * font * (max - min)) / (u.over.clientHeight || 100);
-  return labels(splits).map((label, k) =>
-    splits[k] - min < room || max - splits[k] < room ? '' : label,
-  );
+/* Even ticks of an upright axis, none where the ends of the axis would cut its label. */
+function inside(u, low, high, font) {
+  const height = u.over.clientHeight || 100,
+    room = Math.min(0.3, (0.6 * font) / height) * (high - low);
+  return readable(low + room, high - room, height - 1.2 * font, false, font);
 }
 
 class TimePlot {
@@ -71,7 +69,7 @@ class TimePlot {
       ],
       axes: [
         axis(true, across ? {} : {size: 0, ticks: {show: false}, values: () => [], grid: {show: false}}),
-        axis(false, {values: (u, splits) => inside(u, splits, font), size: 4.9 * font}),
+        axis(false, {splits: (u, _, low, high) => inside(u, low, high, font), size: 4.9 * font}),
       ],
       hooks: {draw: [u => this.mark(u, floor, events())]},
     };
