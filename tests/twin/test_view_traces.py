@@ -111,12 +111,13 @@ def test_the_level_of_a_balance_is_its_rms_over_the_last_second():
 def test_a_sine_stands_in_the_spectrum_at_its_frequency():
     time = np.arange(8000) * PERIOD
     values = 2.0 * np.sin(2.0 * np.pi * 60.0 * time)
-    values[:100] = np.nan
+    values[:100] = values[-20:] = np.nan
     frequency, density = spectrum(values, PERIOD)
     assert frequency[density.argmax()] == pytest.approx(60.0, rel=0.02)
     # a Hann window of 2 s: a line of amplitude a is a sqrt(2 / (2 * 1.5)) * sqrt(2) high
     assert density.max() == pytest.approx(2.0 * np.sqrt(2.0 / 3.0), rel=0.02)
     assert len(spectrum(values[:150], PERIOD)[0]) == 0
+    assert len(spectrum(np.full(500, np.nan), PERIOD)[0]) == 0
 
 
 def test_every_name_has_a_place_of_its_own():

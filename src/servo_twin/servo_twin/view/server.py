@@ -31,7 +31,7 @@ POLICY = ("default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inlin
           "connect-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; "
           "frame-ancestors 'none'")
 _LONGEST = 1 << 14  # bytes of a message from a browser
-_KINDS = {'css': 'text/css', 'js': 'text/javascript', 'html': 'text/html'}
+_KINDS = {'css': 'text/css', 'js': 'text/javascript', 'html': 'text/html', 'txt': 'text/plain'}
 
 
 class Guarded:
@@ -167,5 +167,6 @@ def assets() -> dict[str, str]:
     texts = {f'/{name}': own.joinpath(name).read_text('utf8') for name in SCRIPTS}
     shared = {f'/{name.rpartition("/")[2]}': plotting.plotting(name)
               for name in (*plotting.SCRIPTS, plotting.STYLE, plotting.COLOURS)}
+    texts['/uplot_licence.txt'] = plotting.plotting(plotting.LICENCE)
     return {'/': own.joinpath('view.html').read_text('utf8'),
             '/view.css': own.joinpath('view.css').read_text('utf8'), **texts, **shared}

@@ -18,8 +18,12 @@ def spectrum(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]
     """
     from scipy.signal import welch
 
-    unknown = np.flatnonzero(~np.isfinite(values))
-    values = values[unknown[-1] + 1:] if len(unknown) else values
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known):
+        last = np.flatnonzero(np.diff(known) > 1)
+        values = values[known[last[-1] + 1 if len(last) else 0]:known[-1] + 1]
+    else:
+        values = values[:0]
     if len(values) < 64:
         return np.empty(0), np.empty(0)
     size = min(len(values), round(SEGMENT / period))

@@ -10,12 +10,19 @@ const CHAIN = [
   ['sensors', 'sensor'],
 ];
 /* Without a torque sensor, what acts on either shaft cannot be told apart. */
-const WITHOUT_TORQUE = [...CHAIN.slice(0, 2), ['motor, load', 'torque_balance'], CHAIN[3], CHAIN[5]];
+const WITHOUT_TORQUE = [
+  ...CHAIN.slice(0, 2),
+  ['motor, load', 'torque_balance'],
+  CHAIN[3],
+  CHAIN[5],
+];
 
 const tone = level =>
   level === undefined ? 'unseen' : level < 2 ? 'fine' : level < 10 ? 'off' : 'far';
 const timesNoise = level =>
-  level === undefined ? 'not observable' : `${level < 999.5 ? +level.toPrecision(3) : Math.round(level)} × noise`;
+  level === undefined
+    ? 'not observable'
+    : `${level < 999.5 ? +level.toPrecision(3) : Math.round(level)} × noise`;
 
 function drawChain(levels) {
   const chain = 'torque_balance' in levels ? WITHOUT_TORQUE : CHAIN;

@@ -26,13 +26,22 @@ class Value {
     const name = entry.path.slice(entry.path.lastIndexOf('.') + 1);
     this.row = made('div', '', 'value');
     this.slider = Object.assign(made('input'), {
-      type: 'range', min: 0, max: 1, step: 0.001, disabled: !control});
+      type: 'range',
+      min: 0,
+      max: 1,
+      step: 0.001,
+      disabled: !control,
+    });
     this.number = Object.assign(made('input'), {type: 'number', step: 'any', disabled: !control});
     for (const input of [this.slider, this.number]) input.setAttribute('aria-label', entry.path);
     this.row.title = `${entry.path}: ${entry.meaning} Range ${digits(entry.low)} to ${digits(entry.high)}.`;
     this.row.dataset.path = entry.path;
-    this.row.append(made('span', spoken(name), 'name'), this.number,
-      made('span', pretty(entry.unit), 'unit'), this.slider);
+    this.row.append(
+      made('span', spoken(name), 'name'),
+      this.number,
+      made('span', pretty(entry.unit), 'unit'),
+      this.slider,
+    );
     this.slider.oninput = () => {
       const value = +this.scale.to(+this.slider.value).toPrecision(4);
       this.moved = performance.now();
@@ -130,7 +139,11 @@ class Faults {
           label = made('label');
         const box = Object.assign(made('input'), {type: 'checkbox'});
         box.setAttribute('role', 'switch');
-        const number = Object.assign(made('input'), {type: 'number', step: 'any', value: value || strength});
+        const number = Object.assign(made('input'), {
+          type: 'number',
+          step: 'any',
+          value: value || strength,
+        });
         number.setAttribute('aria-label', `strength of ${path}`);
         const row = {box, strength: number};
         const tell = () => {

@@ -18,7 +18,10 @@ class Spectrum {
     const there = frequency.length > 1;
     one('spectrum-none').hidden = there;
     this.place.hidden = !there;
-    if (!there) return;
+    if (!there) {
+      this.remove();
+      return;
+    }
     if (!this.plot || this.name !== name) {
       this.remove();
       this.name = name;
@@ -52,10 +55,15 @@ class Spectrum {
       padding: [8, 1.1 * rem(), 0, 0],
       scales: {x: {time: false, distr: 3}, y: {distr: 3}},
       series: [{}, {stroke: colour('law'), width: 1.2, points: {show: false}}],
-      axes: [axis(true, {...decade, grid: {show: true, stroke: colour('line'), width: 1}}),
-        axis(false, {...decade, size: 3.4 * 0.76 * rem()})],
+      axes: [
+        axis(true, {...decade, grid: {show: true, stroke: colour('line'), width: 1}}),
+        axis(false, {...decade, size: 3.4 * 0.76 * rem()}),
+      ],
     };
-    this.plot = grown(this.place, options, [[1, 10], [1, 1]]);
+    this.plot = grown(this.place, options, [
+      [1, 10],
+      [1, 1],
+    ]);
     this.place.append(made('p', 'frequency, Hz', 'unit under'));
   }
 

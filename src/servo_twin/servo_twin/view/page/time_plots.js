@@ -43,7 +43,12 @@ function steadyRange(floor, room) {
 function inside(u, low, high, font) {
   const height = u.over.clientHeight || 100,
     room = Math.min(0.3, (0.6 * font) / height) * (high - low);
-  return readable(low + room, high - room, height - 1.2 * font, false, font);
+  let found = readable(low + room, high - room, height - 1.2 * font, false, font);
+  while (found.length > 2 && found.length * 1.5 * font > height) {
+    const step = found[1] - found[0]; // too many for so low a plot: every second one, with zero
+    found = found.filter(value => Math.round(value / step) % 2 === 0);
+  }
+  return found;
 }
 
 class TimePlot {
@@ -58,7 +63,10 @@ class TimePlot {
       legend: {show: false},
       cursor: {show: false},
       padding: [6, 8, across ? 0 : 4, 0],
-      scales: {x: {time: false, auto: false}, y: {range: steadyRange(floor, height < 100 ? 0.2 : 0)}},
+      scales: {
+        x: {time: false, auto: false},
+        y: {range: steadyRange(floor, height < 100 ? 0.2 : 0)},
+      },
       series: [
         {},
         ...names.map((name, k) => ({
@@ -68,7 +76,10 @@ class TimePlot {
         })),
       ],
       axes: [
-        axis(true, across ? {} : {size: 0, ticks: {show: false}, values: () => [], grid: {show: false}}),
+        axis(
+          true,
+          across ? {} : {size: 0, ticks: {show: false}, values: () => [], grid: {show: false}},
+        ),
         axis(false, {splits: (u, _, low, high) => inside(u, low, high, font), size: 4.9 * font}),
       ],
       hooks: {draw: [u => this.mark(u, floor, events())]},

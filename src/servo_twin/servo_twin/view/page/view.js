@@ -2,12 +2,26 @@
 'use strict';
 
 const SIGNALS = ['load_position', 'motor_position', 'torque', 'current'];
-const BALANCES = ['drive', 'motor', 'transmission', 'load', 'controller', 'sensor', 'torque_balance'];
+const BALANCES = [
+  'drive',
+  'motor',
+  'transmission',
+  'load',
+  'controller',
+  'sensor',
+  'torque_balance',
+];
 const buckets = new Buckets(),
   edge = new Edge();
 const state = {
-  span: 10, held: null, channels: new Set(['load_position', 'torque']), units: {}, events: [],
-  shown: '', control: false};
+  span: 10,
+  held: null,
+  channels: new Set(['load_position', 'torque']),
+  units: {},
+  events: [],
+  shown: '',
+  control: false,
+};
 let plots = [],
   spectrum = new Spectrum(one('spectrum')),
   values = null,
@@ -18,9 +32,14 @@ const balanceNames = () => BALANCES.filter(name => buckets.known(`balance.${name
 
 /* What is asked of the server: the names on the page, as many buckets as the plot has pixels. */
 function ask() {
-  const names = [...SIGNALS.filter(name => state.channels.has(name))
-    .flatMap(name => [name, `twin.${name}`, `gap.${name}`]),
-    ...BALANCES.map(name => `balance.${name}`)];
+  const names = [
+    ...SIGNALS.filter(name => state.channels.has(name)).flatMap(name => [
+      name,
+      `twin.${name}`,
+      `gap.${name}`,
+    ]),
+    ...BALANCES.map(name => `balance.${name}`),
+  ];
   const pixels = Math.max(100, Math.round((one('plots').clientWidth - 60) / 1.5));
   link.say({show: {names, span: state.span, pixels, spectrum: one('spectrum-of').value}});
 }
@@ -36,25 +55,53 @@ function remake() {
     const card = made('div', '', 'card'),
       head = made('div', '', 'head'),
       key = made('span', '', 'key');
-    key.append(made('i', '', 'rig'), 'rig', made('i', '', 'twin'), 'twin', made('i', '', 'gap'),
-      'rig minus twin');
+    key.append(
+      made('i', '', 'rig'),
+      'rig',
+      made('i', '', 'twin'),
+      'twin',
+      made('i', '', 'gap'),
+      'rig minus twin',
+    );
     head.append(made('h2', `${spoken(name)}, ${pretty(state.units[name])}`), key);
     const upper = made('div'),
       lower = made('div');
     card.append(head, upper, lower);
     one('signals').append(card);
-    plots.push(new TimePlot(upper, {names: [name, `twin.${name}`], colours: ['rig', 'twin'],
-      height: 140, across: false, events}));
-    plots.push(new TimePlot(lower, {names: [`gap.${name}`], colours: ['law'], height: 96,
-      across: true, events}));
+    plots.push(
+      new TimePlot(upper, {
+        names: [name, `twin.${name}`],
+        colours: ['rig', 'twin'],
+        height: 140,
+        across: false,
+        events,
+      }),
+    );
+    plots.push(
+      new TimePlot(lower, {
+        names: [`gap.${name}`],
+        colours: ['law'],
+        height: 96,
+        across: true,
+        events,
+      }),
+    );
   }
   const found = balanceNames();
   found.forEach((name, k) => {
     const place = made('div', '', 'strip');
     place.append(made('b', spoken(name)));
     one('balances').append(place);
-    plots.push(new TimePlot(place.appendChild(made('div')), {names: [`balance.${name}`], colours: ['law'],
-      height: k === found.length - 1 ? 92 : 68, across: k === found.length - 1, floor: 1, events}));
+    plots.push(
+      new TimePlot(place.appendChild(made('div')), {
+        names: [`balance.${name}`],
+        colours: ['law'],
+        height: k === found.length - 1 ? 92 : 68,
+        across: k === found.length - 1,
+        floor: 1,
+        events,
+      }),
+    );
   });
   one('balances-card').hidden = !found.length;
   state.shown = found.join();
@@ -64,7 +111,7 @@ function frame() {
   frames++;
   requestAnimationFrame(frame);
   if (!buckets.count) return;
-  const high = state.held ?? edge.now();
+  const high = state.held ?? Math.min(edge.now(), buckets.end);
   let times = null;
   const once = () => (times ??= buckets.times());
   for (const plot of plots) plot.draw(once, buckets, high - state.span, high);
@@ -77,11 +124,13 @@ const parts = {
     document.title = `${one('title').textContent}: servo twin`;
     one('badge').textContent = said;
     one('head').className = level ? 'off' : worst > 1 ? 'far' : 'fine';
-    one('facts').replaceChildren(...nodes.map(node => {
-      const fact = made('span', '', ['fine', 'off', 'far', 'unseen'][node.level] || 'unseen');
-      fact.append(made('b', node.name), ` ${node.said}`);
-      return fact;
-    }));
+    one('facts').replaceChildren(
+      ...nodes.map(node => {
+        const fact = made('span', '', ['fine', 'off', 'far', 'unseen'][node.level] || 'unseen');
+        fact.append(made('b', node.name), ` ${node.said}`);
+        return fact;
+      }),
+    );
     one('warnings').hidden = !warnings.length;
     one('warnings').textContent = warnings.join('; ');
   },
@@ -111,16 +160,24 @@ const parts = {
 
 function hello({kind, control, units, names}) {
   Object.assign(state, {units, control, kind});
-  values = new Values(one('values'), control && kind === 'rig', (path, value) => link.say({set: {path, value}}));
+  values = new Values(one('values'), control && kind === 'rig', (path, value) =>
+    link.say({set: {path, value}}),
+  );
   faults = new Faults(one('faults'), (path, value) => link.say({fault: {path, value}}));
   one('may').textContent = control ? '' : 'read only';
   const chosen = one('spectrum-of').value || 'balance.load';
   one('spectrum-of').replaceChildren(
-    ...names.filter(name => name.includes('.') && !name.startsWith('twin.')).map(name => {
-      const option = made('option', spoken(name).replace('balance.', '').replace('gap.', 'gap, '));
-      option.value = name;
-      return option;
-    }));
+    ...names
+      .filter(name => name.includes('.') && !name.startsWith('twin.'))
+      .map(name => {
+        const option = made(
+          'option',
+          spoken(name).replace('balance.', '').replace('gap.', 'gap, '),
+        );
+        option.value = name;
+        return option;
+      }),
+  );
   one('spectrum-of').value = chosen;
   remake();
   ask();
