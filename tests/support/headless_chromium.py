@@ -108,7 +108,7 @@ class Browser:
         assert 'exceptionDetails' not in answer, answer['exceptionDetails']
         return answer['result'].get('value')
 
-    def until(self, script: str, seconds: float = 30.0):
+    def until(self, script: str, seconds: float = 90.0):
         """Wait until an expression in the page is true; return its value."""
         end = time.monotonic() + seconds
         while not (value := self.run(script)):

@@ -165,7 +165,7 @@ class LiveRig(Source):
             raise ServoError(f'no twin runs at {self.namespace}/twin: nothing says which servo '
                              'this is')
         name = self._health.facts.get('twin', {}).get('servo')
-        for one in reversed(self._events):
+        for one in reversed(list(self._events)):
             if one.kind == SERVO_FILE:
                 servo = loads(one.content, 'the servo file that was loaded', code=False)
                 if servo.name == name and now.keys() <= servo.values.keys():

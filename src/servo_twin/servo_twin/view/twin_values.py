@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Future
 from threading import Lock
+from time import monotonic
 from typing import Any
 
 from rcl_interfaces.msg import ParameterEvent, ParameterType
@@ -14,6 +15,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from .source import Refused
 
 _FILE = 'servo_file'
+_ANSWERS = 5.0  # s within which a twin answers, or is asked again
 
 
 class TwinValues:
@@ -30,7 +32,7 @@ class TwinValues:
         self._client = AsyncParameterClient(node, twin)
         self._values: dict[str, dict[str, Any]] = {}
         self._lock = Lock()
-        self._asking = False
+        self._asked: float | None = None  # when it was asked for everything, s
         self._known = False
         self._client.on_parameter_event(self._changed)
 
@@ -43,12 +45,12 @@ class TwinValues:
         """Ask for everything when a twin has come, forget everything when it has gone."""
         there = self._client.services_are_ready()
         if not there:
-            self._known = self._asking = False
+            self._known, self._asked = False, None
             self.servo_file = ''
             with self._lock:
                 self._values = {}
-        elif not self._known and not self._asking:
-            self._asking = True
+        elif not self._known and (self._asked is None or monotonic() - self._asked > _ANSWERS):
+            self._asked = monotonic()
             self._client.list_parameters(callback=self._described)
 
     def set(self, path: str, value: float, answered: Future) -> None:
@@ -87,7 +89,7 @@ class TwinValues:
                     'unit': '' if unit == 'none.' else unit.removesuffix('.'),
                     'low': limits.from_value, 'high': limits.to_value, 'meaning': meaning}
         self.servo_file = values[-1].string_value if values else ''
-        self._asking, self._known = False, bool(found)
+        self._asked, self._known = None, bool(found)
         with self._lock:
             self._values = found
 
