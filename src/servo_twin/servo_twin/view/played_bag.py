@@ -66,7 +66,7 @@ class PlayedBag(Source):
     def advance(self) -> None:
         """Show what has been played since the last tick."""
         self._move()
-        end = min(len(self._recording), int(self._at / self._recording.period + 1e-9))
+        end = self._reached
         if end <= self._shown:
             return
         first = max(self._shown, end - round(self.traces.seconds / self._recording.period))
@@ -75,6 +75,11 @@ class PlayedBag(Source):
         self.traces.put('encoder', first, round((self._recording.start + first * period) * 1e9),
                         period, dict(zip(NAMES, rows, strict=True)))
         self._shown = end
+
+    @property
+    def _reached(self) -> int:
+        """How many samples have been played."""
+        return min(len(self._recording), int(self._at / self._recording.period + 1e-9))
 
     def _move(self) -> None:
         now = monotonic()
@@ -119,7 +124,7 @@ class PlayedBag(Source):
         if self._servo is None:
             raise ServoError(f'{self._recording.name}: no servo file is stored in it; give one by '
                              '--servo')
-        end = self._recording.sequence + self._shown
+        end = self._recording.sequence + self._reached
         first = end - round(seconds / self._recording.period)
         return replace(part_of(self._recording, first, end), servo=self._servo.name,
                        servo_file=dumps(self._servo))

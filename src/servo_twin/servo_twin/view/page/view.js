@@ -20,6 +20,7 @@ const state = {
   units: {},
   events: [],
   shown: '',
+  kept: 0,
   control: false,
 };
 let plots = [],
@@ -155,7 +156,10 @@ const parts = {
     if (document.activeElement !== one('at') || playing) one('at').value = at;
     one('place').textContent = `${at.toFixed(1)} of ${duration.toFixed(1)} s`;
   },
-  rate() {},
+  rate({rate, kept}) {
+    state.kept = kept;
+    one('kept').textContent = `${kept} s of samples at ${+rate.toPrecision(4)} Hz are here.`;
+  },
 };
 
 function hello({kind, control, units, names}) {
