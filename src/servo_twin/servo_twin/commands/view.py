@@ -16,10 +16,8 @@ import asyncio
 from pathlib import Path
 import tempfile
 
-from ..description.shipped import servo_at
 from ..nodes.ending import Ending
-
-PORT = 8470
+from .page_flags import add_port
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,18 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='where answers of diagnoses are kept (default: nowhere)')
 
 
-def add_port(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """Declare the port, for all commands that show the page."""
-    parser.add_argument('--port', type=_port, default=PORT, metavar='N',
-                        help='of the page on 127.0.0.1, 0: a free one (default %(default)s)')
-
-
-def _port(text: str) -> int:
-    if not text.isdigit() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f'a port is a number from 0 to 65535, not {text!r}')
-    return int(text)
-
-
 def main(arguments: argparse.Namespace) -> int:
     """Serve the page until a signal; returns 0. Raises ValueError for what cannot be shown."""
     if arguments.faults and not arguments.control:
@@ -64,6 +50,7 @@ def main(arguments: argparse.Namespace) -> int:
             ending = started([])
             source = LiveRig(arguments.namespace or 'rig')
         else:
+            from ..description.shipped import servo_at
             from ..view.played_bag import PlayedBag
             from .run import bag_of
             source = PlayedBag(bag_of(arguments, Path(scratch)),
