@@ -70,7 +70,7 @@ def measure(asked: argparse.Namespace, view: subprocess.Popen, url: str) -> int:
     """Print the figures of a view that runs."""
     time.sleep(2.0)
     print(f'nobody looks: {share(view.pid, asked.seconds):.1%} of a core')
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         browser = Browser(Path(folder))
         try:
             browser.open(url, asked.width, asked.height)
