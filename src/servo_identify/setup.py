@@ -47,8 +47,7 @@ setup(
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
-    package_data={'servo_identify': [
-        '**/*.html', '**/*.css', '**/*.js', '**/*.yaml', 'diagnose/page/uplot/*']},
+    package_data={'servo_identify': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

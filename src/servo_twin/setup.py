@@ -18,6 +18,7 @@ REQUIRES = [
     'rich',
     'rosbags',
     'scipy',
+    'tornado',
 ]
 EXTRAS = {
     'fmu': ['fmpy'],  # mechanisms that are FMUs
@@ -44,7 +45,8 @@ setup(
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
-    package_data={'servo_twin': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml', '**/*.c']},
+    package_data={'servo_twin': ['**/*.html', '**/*.css', '**/*.js', '**/*.yaml', '**/*.c',
+                                 'pages/uplot/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

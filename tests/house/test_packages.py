@@ -16,7 +16,7 @@ KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip',
         'numba': 'python3-numba', 'numpy': 'python3-numpy', 'rich': 'python3-rich',
         'rosbags': 'python3-rosbags-pip', 'ruamel': 'python3-ruamel.yaml',
         'scipy': 'python3-scipy', 'sklearn': 'python3-sklearn',
-        'torch': 'python3-torch', 'yaml': 'python3-yaml'}
+        'torch': 'python3-torch', 'tornado': 'python3-tornado', 'yaml': 'python3-yaml'}
 """Modules and their keys in rosdep's python.yaml."""
 PIP = {'backports': 'backports.zstd', 'fmpy': 'FMPy', 'mcap_protobuf': 'mcap-protobuf-support'}
 """Modules without a key whose distribution has another name; what is in neither is a package."""

@@ -84,14 +84,15 @@ class Browser:
         """Run a script in each page before the page's own."""
         self.call('Page.addScriptToEvaluateOnNewDocument', source=script)
 
-    def open(self, path: Path, width: int = 1400, height: int = 900, dark: bool = False) -> None:
-        """Open a file in a window of a size (px) and wait until it has drawn itself."""
+    def open(self, path: Path | str, width: int = 1400, height: int = 900,
+             dark: bool = False) -> None:
+        """Open a file or URL in a window of a size (px) and wait until it has drawn itself."""
         self.call('Emulation.setDeviceMetricsOverride', width=width, height=height,
                   deviceScaleFactor=1, mobile=False)
         self.call('Emulation.setEmulatedMedia', features=[
             {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}])
         self.errors, self.requests, self._loaded = [], [], False
-        self.call('Page.navigate', url=path.as_uri())
+        self.call('Page.navigate', url=path if isinstance(path, str) else path.as_uri())
         while not self._loaded:
             self._note(self._next('the page'))
         self.settle()
@@ -106,6 +107,14 @@ class Browser:
                            returnByValue=True)
         assert 'exceptionDetails' not in answer, answer['exceptionDetails']
         return answer['result'].get('value')
+
+    def until(self, script: str, seconds: float = 90.0):
+        """Wait until an expression in the page is true; return its value."""
+        end = time.monotonic() + seconds
+        while not (value := self.run(script)):
+            assert time.monotonic() < end, f'not within {seconds:g} s: {script}'
+            time.sleep(0.05)
+        return value
 
     def mouse(self, kind: str, x: float, y: float, **more) -> None:
         """Send Moved, Pressed or Released of the mouse at a place of the window (px)."""

@@ -39,9 +39,10 @@ def children_of(folder):
 
 def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     folder = tmp_path / 'bench'
-    done = subprocess.run(run_command(folder, '--duration', 2), capture_output=True, text=True,
-                          timeout=120)
+    done = subprocess.run(run_command(folder, '--duration', 2, '--view', '--port', 0),
+                          capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert 'view: http://127.0.0.1:' in done.stdout
     assert 'replay and live run are identical to the last bit' in done.stdout
     assert ' 0 lost' in done.stdout
     recording, live = read_recording(folder / 'sine'), read_predictions(folder / 'sine')

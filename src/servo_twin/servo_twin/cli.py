@@ -12,6 +12,7 @@ from types import ModuleType
 COMMANDS = {
     'run': ('.commands.run',
             'rig, driver, twin and recorder side by side, with a live view and a page'),
+    'view': ('.commands.view', 'a running rig and its twin, or a bag, in the browser'),
     'replay': ('.commands.replay',
                'answer a bag as fast as the machine goes, or play it into ROS'),
     'linearise': ('.commands.linearise',

@@ -25,7 +25,8 @@ def load_mat(path: Path) -> dict[str, Any]:
     """
     Return the variables of a MAT file (up to version 7) that are numbers, texts or arrays of them.
 
-    Arrays lose axes of length one, and the fields of a structure ``s`` are ``s.field``. Raises ValueError for a file that is none or is damaged.
+    Arrays lose axes of length one, and the fields of a structure ``s`` are ``s.field``.
+    Raises ValueError for a file that is none or is damaged.
     """
     try:
         ran = subprocess.run([sys.executable, '-P', __file__, str(path)], capture_output=True,

@@ -5,16 +5,19 @@ The emulated rig as a process of its own: an RV-reducer bench (or another one) o
         --channel rig.can
 
 It answers SYNC, so its time is that of the driver. SIGUSR1 reads the rig file again and turns
-the effects of the running rig; a bus that goes away is opened again when it is back.
+the effects of the running rig; a bus that goes away is opened again when it is back. With
+`--faults SOCKET` its faults can be switched while it runs, see fault_port.py.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from dataclasses import replace
 import logging
 from pathlib import Path
+from queue import SimpleQueue
 import random
 import signal
 import time
@@ -31,11 +34,13 @@ from ..ending import Ending
 from .canopen_nodes import RigNodes
 from .drives.by_protocol import driver_parameters, emulated_drive
 from .emulated_bench import Bench, COMMANDS
+from .fault_port import FaultPort
 from .rig_file import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
 RETRY = 0.2  # s
 LISTENS = 0.3  # s for which a rig listens for another one before it speaks
+TURNS = 2.0  # s within which a rig that is on its bus does what it is asked
 LINGERS = 2.0  # s that a rig which is told to end gives its driver to take the drive down
 
 log = logging.getLogger('emulated_rig')
@@ -67,6 +72,7 @@ class EmulatedRig:
         self._ends_at: float | None = None
         self._first = True
         self._reread = False
+        self._asked: SimpleQueue[tuple[Callable[[], Any], Future]] = SimpleQueue()
         self._warm_up()
 
     def stop(self) -> None:
@@ -86,6 +92,21 @@ class EmulatedRig:
     def reread(self) -> None:
         """Read the rig file again before the next frame; safe to call from a signal handler."""
         self._reread = True
+
+    def between_frames(self, do: Callable[[], Any]) -> Any:
+        """
+        Run a function between two frames and return its result; called by another thread.
+
+        Raises what the function raises, and TimeoutError where the rig is not on its bus.
+        """
+        result: Future = Future()
+        self._asked.put((do, result))
+        try:
+            return result.result(TURNS)
+        except TimeoutError:
+            if result.cancel():
+                raise TimeoutError('the rig is not on its bus: nothing was changed') from None
+            return result.result()
 
     def serve(self) -> bool:
         """
@@ -139,9 +160,20 @@ class EmulatedRig:
         while not self._over:
             if self._reread:
                 self._turn()
+            while not self._asked.empty():
+                self._obey(*self._asked.get())
             for identifier, data in self._wire.recv(POLL):
                 self.nodes.take(identifier, data, time.monotonic())
             self.nodes.tick(time.monotonic())
+
+    @staticmethod
+    def _obey(do: Callable[[], Any], result: Future) -> None:
+        if not result.set_running_or_notify_cancel():
+            return
+        try:
+            result.set_result(do())
+        except Exception as problem:  # told by the thread that asked; the rig goes on
+            result.set_exception(problem)
 
     def _turn(self) -> None:
         self._reread = False
@@ -204,6 +236,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--period', type=float, metavar='S', help='of the samples, for a drive '
                         'that is asked for each (default: the sync_period of --driver)')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
+    parser.add_argument('--faults', type=Path, metavar='SOCKET',
+                        help='let faults be switched while it runs, by a Unix socket made here')
     options = parser.parse_args(arguments)
     logging.basicConfig(format='emulated_rig: %(message)s', level=logging.INFO)
     logging.getLogger('canopen').setLevel(logging.WARNING)
@@ -215,13 +249,18 @@ def main(arguments: list[str] | None = None) -> int:
                                                    options.bitrate),
                           options.set, options.seed, {**NODE_IDS, **dict(options.node)}, driver,
                           options.period or driver.get('sync_period', 1e-3))
-    except (RigFileError, DictionaryError, DeviceError, ValueError) as error:
+        port = FaultPort(options.faults, rig.bench, rig.between_frames) if options.faults else None
+    except (RigFileError, DictionaryError, DeviceError, ValueError, OSError) as error:
         log.error('%s', error)
         return 1
     Ending(rig.end)
     signal.signal(signal.SIGUSR1, lambda *_: rig.reread())
-    if not rig.serve():
-        return 1
+    try:
+        if not rig.serve():
+            return 1
+    finally:
+        if port is not None:
+            port.close()
     log.info('%d requests answered, %d frames refused', rig.nodes.syncs, rig.nodes.refused)
     return 0
 

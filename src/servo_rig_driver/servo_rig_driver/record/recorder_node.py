@@ -43,6 +43,7 @@ DEFAULT_TOPICS = {
     'joint_states': 'sensor_msgs/msg/JointState',
     'twin/prediction': 'servo_twin_msgs/msg/Prediction',
     'twin/residual': 'servo_twin_msgs/msg/Residual',
+    'twin/plot/residual': 'servo_twin_msgs/msg/PlotResidual',
     'events': EVENT,
     '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
     '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',

@@ -7,7 +7,7 @@ columns, thousands at a time; what rosbag2 tools do with such a bag is the same 
 
 from .bag_reading import namespaces, read_predictions, read_recording
 from .bag_writing import BagError, BagWriter, Samples, write_predictions, write_recording
-from .event_reading import read_changes
+from .event_reading import read_changes, read_events
 
 __all__ = [
            'BagError',
@@ -15,6 +15,7 @@ __all__ = [
            'Samples',
            'namespaces',
            'read_changes',
+           'read_events',
            'read_predictions',
            'read_recording',
            'write_predictions',

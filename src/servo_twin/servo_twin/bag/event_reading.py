@@ -1,4 +1,4 @@
-"""Reads what changed in a twin while a bag was recorded."""
+"""Reads what happened, and what changed in a twin, while a bag was recorded."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from pathlib import Path
 
 from rosbags.highlevel import AnyReader
 
-from ..recording.events import Change, PARAMETERS, SERVO_FILE
+from ..recording.events import Change, Happened, PARAMETERS, SERVO_FILE
 from .message_definitions import PACKAGE
 
 KIND = f'{PACKAGE}/msg/Event'
 
 
-def read_changes(bag: Path, namespace: str | None = None) -> list[Change]:
+def read_events(bag: Path, namespace: str | None = None) -> list[Happened]:
     """
-    Return the changes of parameters and servo file of a bag's twin, in their order.
+    Return what happened while a bag was recorded, in its order.
 
     ``namespace`` picks the rig of a bag with several. A bag that was cut, or that is no folder of
     rosbag2, has none that can be read.
@@ -28,5 +28,11 @@ def read_changes(bag: Path, namespace: str | None = None) -> list[Change]:
         if not chosen:
             return []
         messages = [reader.deserialize(raw, KIND) for _, _, raw in reader.messages(chosen)]
-    return [Change(int(m.sequence), m.kind, m.content) for m in messages
-            if m.kind in (PARAMETERS, SERVO_FILE)]
+    return [Happened(m.header.stamp.sec * 10**9 + m.header.stamp.nanosec, m.source, m.kind, m.text,
+                     int(m.sequence), m.content) for m in messages]
+
+
+def read_changes(bag: Path, namespace: str | None = None) -> list[Change]:
+    """Return the changes of parameters and servo file of a bag's twin; see read_events."""
+    return [Change(one.sequence, one.kind, one.content) for one in read_events(bag, namespace)
+            if one.kind in (PARAMETERS, SERVO_FILE)]

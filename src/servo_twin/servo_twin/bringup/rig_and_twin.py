@@ -23,6 +23,14 @@ _REPORT = 1.2  # s after which the last diagnostics are there
 
 
 @dataclass(frozen=True)
+class Page:
+    """The live view in the browser: its port, and whether it may change anything."""
+
+    port: int
+    control: bool
+
+
+@dataclass(frozen=True)
 class Bench:
     """What to run: files, namespace, sampling (Hz, samples a message), excitation (s)."""
 
@@ -39,6 +47,7 @@ class Bench:
     command: str | None
     settings: tuple[str, ...]
     duration: float
+    page: Page | None = None
 
     @property
     def bag(self) -> Path:
@@ -76,6 +85,7 @@ def record(bench: Bench) -> Outcome:
 
 
 def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> None:
+    faults = bus.with_name('faults') if bench.rig and bench.page and bench.page.control else None
     say = Console().print
     say('starting: ' + ('' if bench.rig is None else 'bus, rig, ') + 'recorder, twin, driver')
     driver = {'block_size': bench.block, 'autostart': False}
@@ -89,7 +99,8 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
         turned = [word for one in bench.turned for word in ('--set', one)]
         processes.start('emulated_rig', _python(
             'servo_rig_driver.emulated.rig_process', '--rig', str(bench.rig), '--interface',
-            'unix_bus', '--channel', str(bus), '--driver', str(bench.driver), *period, *turned))
+            'unix_bus', '--channel', str(bus), '--driver', str(bench.driver), *period, *turned,
+            *(('--faults', str(faults)) if faults else ())))
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
     processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
@@ -108,6 +119,8 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
                    f'recorder and twin listen to {topic}', START, processes)
     wait_until(lambda: session.linked('twin/prediction', 1), 'the recorder listens to the twin',
                START, processes)
+    if bench.page is not None:
+        _show(bench, bench.page, faults, processes)
     processes.start('player', [*_python('servo_rig_driver.record.player_node', bench.family),
                                '--duration',
                                str(bench.duration), *_excitation(bench), '--ros-args', '-r',
@@ -116,6 +129,17 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
     sleep(_SETTLE)
     if not session.change('driver', ACTIVATE, START):
         raise ProcessError(f'the driver cannot be activated: {_why(session)}')
+
+
+def _show(bench: Bench, page: Page, faults: Path | None, processes: Processes) -> None:
+    """Start the live view and say where it is."""
+    processes.start('view', [
+        *_python('servo_twin.cli', 'view', '--namespace', bench.namespace, '--port',
+                 str(page.port), '-o', str(bench.folder / 'answers')),
+        *(('--control',) if page.control else ()),
+        *(('--faults', str(faults)) if faults else ())])
+    wait_until(lambda: 'http://' in processes.said('view'), 'the view listens', START, processes)
+    print(processes.said('view').strip(), flush=True)
 
 
 def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -> None:

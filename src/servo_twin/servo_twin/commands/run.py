@@ -5,6 +5,7 @@ Run a rig, its driver, its twin and a recorder side by side, then replay what wa
   servo-twin run --family speed_ladder --duration 24  another excitation
   servo-twin run --driver odrive                      an emulated ODrive (robstride, moteus ...)
   servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
+  servo-twin run --view --control --duration 600      with the page of `servo-twin view`
   servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
 
 Ends with a table and one HTML page. Everything lies in one folder: the bag (named after the
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING
 from ..bringup.processes import ProcessError
 from ..lockstep.live_modes import LIVE_MODES
 from .any_bag import bag_of
+from .page_flags import add_port
 
 if TYPE_CHECKING:
     from ..bringup.rig_and_twin import Bench
@@ -58,6 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                      help='samples a second (default: as the driver file has it, else 1000)')
     rig.add_argument('--block', type=int, default=10,
                      help='samples a message (default %(default)s)')
+    page = parser.add_argument_group('the page in the browser')
+    page.add_argument('--view', action='store_true', help='show rig and twin, as servo-twin view')
+    page.add_argument('--control', action='store_true',
+                      help='with --view: let the page set values of the twin, and inject faults '
+                           'into an emulated rig')
+    add_port(page)
     what = parser.add_argument_group('what it does')
     what.add_argument('--family', '--experiment', default='sine',
                       help='excitation family (default %(default)s, of the load speed)')
@@ -108,7 +116,7 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
 
 
 def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
-    from ..bringup.rig_and_twin import Bench
+    from ..bringup.rig_and_twin import Bench, Page
     from ..description.shipped import servo_at
     from ..physics.servo import ServoError
 
@@ -116,6 +124,8 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
     command = arguments.command
     if arguments.family == 'sine' and not settings and command is None:
         command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
+    if arguments.control and not arguments.view:
+        raise ServoError('--control is of the page, which --view shows')
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
     driver = None if arguments.driver is None else _driver_at(arguments.driver)
@@ -127,7 +137,8 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         folder=folder, servo=servo_at(servo), driver=driver or _driver_of(rig), rig=rig,
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
-        settings=tuple(settings), duration=arguments.duration)
+        settings=tuple(settings), duration=arguments.duration,
+        page=Page(arguments.port, arguments.control) if arguments.view else None)
 
 
 def _driver_at(given: Path) -> Path:

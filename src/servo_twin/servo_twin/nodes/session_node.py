@@ -12,6 +12,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from .heard_health import HeardHealth
+
 CONFIGURE = Transition.TRANSITION_CONFIGURE
 ACTIVATE = Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
@@ -29,12 +31,10 @@ class Session(Node):
     def __init__(self, namespace: str) -> None:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         super().__init__('session', namespace=namespace)
-        self.facts: dict[str, dict[str, str]] = {}
-        self.sentences: dict[str, str] = {}
-        self.levels: dict[str, int] = {}
-        self._prefix = '/'.join(p for p in (namespace.strip('/'),) if p)
+        health = HeardHealth(namespace)
+        self.facts, self.sentences, self.levels = health.facts, health.sentences, health.levels
         self._clients_of: dict[str, object] = {}
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        self.create_subscription(DiagnosticArray, '/diagnostics', health.hear, 100)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._thread = Thread(target=self._spin, daemon=True)
@@ -55,20 +55,6 @@ class Session(Node):
             self._executor.spin()
         except (KeyboardInterrupt, ExternalShutdownException):
             return
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        worst: dict[str, int] = {}
-        for status in message.status:
-            owner, _, _ = status.name.partition(':')
-            prefix, _, name = owner.strip().lstrip('/').rpartition('/')
-            if prefix != self._prefix:
-                continue
-            facts = self.facts.setdefault(name, {})
-            facts.update({value.key: value.value for value in status.values})
-            level = int.from_bytes(status.level, 'little')
-            if level > worst.get(name, -1):
-                worst[name] = self.levels[name] = level
-                self.sentences[name] = status.message
 
     def change(self, node: str, transition: int, patience: float = 30.0) -> bool:
         """Ask a node of the namespace for a lifecycle transition; return whether it was made."""

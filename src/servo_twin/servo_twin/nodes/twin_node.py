@@ -2,8 +2,9 @@
 The twin node: runs a servo in lockstep with the rig of its namespace.
 
 It subscribes to `encoder`, `torque` and `current`, publishes `twin/prediction` and `twin/residual`
-with the stamps and sequence numbers of the samples, and its health on /diagnostics. Service
-`twin/load_servo` exchanges the servo file. Every value of the servo is a parameter.
+with the stamps and sequence numbers of the samples, `twin/plot/residual` for plotting tools, and
+its health on /diagnostics. Service `twin/load_servo` exchanges the servo file. Every value of the
+servo is a parameter.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .node_help import asked_for_help
+from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
 from .spinning import interruptible, spin, started
 from .twin_health import ERROR, OK, TwinHealth
@@ -63,6 +65,8 @@ class TwinNode(LifecycleNode):
         frame = self.get_namespace().strip('/')
         self._prediction = conversion.Outgoing(Prediction, frame)
         self._residual = conversion.Outgoing(Residual, frame)
+        self._frame = frame
+        self._plots: PlotResiduals | None = None
         self._outputs: list = []
         self._inputs: list = []
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -95,6 +99,8 @@ class TwinNode(LifecycleNode):
         gc.freeze()  # the compiler's many objects stay: looking through them holds samples up
         for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
             self._outputs.append(self.create_lifecycle_publisher(kind, topic, SAMPLES))
+        self._plots = PlotResiduals(self, self._frame)
+        self._outputs.append(self._plots.publisher)
         for topic, kind in conversion.TOPICS.items():
             self._inputs.append(self.create_subscription(kind, topic, partial(self._take, topic),
                                                          SAMPLES))
@@ -200,6 +206,7 @@ class TwinNode(LifecycleNode):
         self._outputs[1].publish(self._residual.filled(
             residual, lockstep.twin.period, channel_noise=lockstep.balances.channel_noise,
             balance_noise=lockstep.balances.noise))
+        self._plots.take(residual, lockstep.twin.period, self.get_parameter('plot_rate').value)
         self._health.compared(residual.values, self._age(residual, now))
 
     def _close(self) -> None:

@@ -46,6 +46,10 @@ def declare(node: Node) -> None:
                     'beyond, it begins again at the newest sample and counts what it left out. '
                     'Unit: s.',
         floating_point_range=[FloatingPointRange(from_value=0.1, to_value=60.0)]))
+    node.declare_parameter('plot_rate', 50.0, ParameterDescriptor(
+        description='How often twin/plot/residual says what departs most, for plotting tools; '
+                    '0: never. Unit: Hz.',
+        floating_point_range=[FloatingPointRange(from_value=0.0, to_value=1000.0)]))
     node.declare_parameter('autostart', False, ParameterDescriptor(
         description='Configure and activate at once, without a lifecycle manager.',
         read_only=True))

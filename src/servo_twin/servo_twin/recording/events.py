@@ -1,4 +1,4 @@
-"""What changed in a twin while it ran, by the number of the first sample that it acts on."""
+"""What happened beside the samples; what changed in a twin, by the first sample it acts on."""
 
 from __future__ import annotations
 
@@ -24,6 +24,18 @@ class Change:
         """The values by path of a change of parameters."""
         return {path: tuple(value) if isinstance(value, list) else value
                 for path, value in json.loads(self.content).items()}
+
+
+@dataclass(frozen=True)
+class Happened:
+    """One event as of Event.msg; ``stamp`` is in ns."""
+
+    stamp: int
+    source: str
+    kind: str
+    text: str
+    sequence: int = 0
+    content: str = ''
 
 
 def written(values: Mapping[str, Value]) -> str:

@@ -14,6 +14,9 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
+from servo_twin.pages.plotting import COLOURS, LICENCE, plotting, STYLE
+from servo_twin.pages.plotting import SCRIPTS as SHARED
+
 from . import tables
 from .causes import causes
 from .chain import chain
@@ -22,8 +25,7 @@ from .words import between, known, percent, spoken
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
           'partly_explained': 'gap explained in part', 'unknown': 'cause unknown'}
-SCRIPTS = ('uplot/uPlot.iife.min.js', 'plots.js', 'curve.js', 'time_plots.js', 'overview.js',
-           'page.js')
+SCRIPTS = ('curve.js', 'time_plots.js', 'overview.js', 'page.js')
 DIGITS = 6  # of a curve that is drawn
 
 
@@ -43,17 +45,17 @@ def page_of(document: dict[str, Any]) -> str:
     facts. What is empty or missing is left out of the page.
     """
     report = document.get('report') or {}
-    scripts = [_asset(name) for name in SCRIPTS]
+    scripts = [*map(plotting, SHARED), *map(_asset, SCRIPTS)]
     return _template().render(
         **_head(report), **_body(report),
         patch=(document.get('patch') or '').splitlines(),
         heat=tables.heat_map(document.get('correlations') or {}),
         facts=tables.made_by(document.get('facts') or {}),
         signals=bool(document.get('series') or document.get('equations')),
-        data=_data(document, report), style=Markup(_asset('uplot/uPlot.min.css')
-                                                   + '\n' + _asset('page.css')),
+        data=_data(document, report),
+        style=Markup('\n'.join((plotting(STYLE), plotting(COLOURS), _asset('page.css')))),
         scripts=[Markup(script) for script in scripts], policy=_policy(scripts),
-        licence=Markup(_asset('uplot/LICENSE')), spoken=spoken)
+        licence=Markup(plotting(LICENCE)), spoken=spoken)
 
 
 def _head(report: dict[str, Any]) -> dict[str, Any]:
