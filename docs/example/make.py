@@ -22,16 +22,13 @@ FAMILIES = {
     'multisine': ('amplitude=8',),
     'slow_reversals': ('amplitude=2', 'period=2'),
 }
-DEGREES = 180.0 / np.pi
-# Column of the emulator, heading in our files, factor of its unit, and decimals that are kept.
-COLUMNS = (('t', 't [s]', 1.0, '%.4f'), ('voltage', 'voltage [V]', 1.0, '%.4f'),
-           ('current', 'current [A]', 1.0, '%.4f'),
-           ('motor_position', 'motor_position [deg]', DEGREES, '%.3f'),
-           ('load_position', 'load_position [deg]', DEGREES, '%.4f'))
+# Column of the emulator, its unit, and the decimals that are kept.
+COLUMNS = (('t', 's', '%.3f'), ('voltage', 'V', '%.4f'), ('current', 'A', '%.4f'),
+           ('motor_position', 'rad', '%.4f'), ('load_position', 'rad', '%.5f'))
 
 
 def record(family: str, replicate: int, folder: Path) -> Path:
-    """Record one motion of the rig and write it as people's loggers do: few columns, degrees."""
+    """Record one motion of the rig; keep the columns that a small logger has."""
     with TemporaryDirectory() as scratch:
         raw = Path(scratch) / 'raw.csv'
         settings = [part for one in FAMILIES[family] for part in ('--setting', one)]
@@ -41,9 +38,9 @@ def record(family: str, replicate: int, folder: Path) -> Path:
                        check=True, stdout=subprocess.DEVNULL)
         table = np.genfromtxt(raw, delimiter=',', names=True)
     path = folder / f'{family}_{replicate}.csv'
-    np.savetxt(path, np.column_stack([factor * table[name] for name, _, factor, _ in COLUMNS]),
+    np.savetxt(path, np.column_stack([table[name] for name, *_ in COLUMNS]),
                fmt=[form for *_, form in COLUMNS], delimiter=',', comments='',
-               header=','.join(heading for _, heading, *_ in COLUMNS))
+               header=','.join(f'{name} [{unit}]' for name, unit, _ in COLUMNS))
     return path
 
 

@@ -13,9 +13,10 @@ PACKAGES = sorted(path.parent.name for path in SOURCES.glob('*/setup.py'))
 KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip', 'jinja2': 'python3-jinja2',
         'matplotlib': 'python3-matplotlib', 'mujoco': 'python3-mujoco-pip',
         'numba': 'python3-numba', 'numpy': 'python3-numpy', 'rich': 'python3-rich',
-        'rosbags': 'python3-rosbags-pip', 'ruamel': 'python3-ruamel.yaml',
+        'pandas': 'python3-pandas', 'rosbags': 'python3-rosbags-pip',
+        'ruamel': 'python3-ruamel.yaml',
         'scipy': 'python3-scipy', 'sklearn': 'python3-sklearn',
-        'torch': 'python3-torch', 'yaml': 'python3-yaml'}
+        'torch': 'python3-torch', 'xarray': 'python3-xarray', 'yaml': 'python3-yaml'}
 """Modules and their keys in rosdep's python.yaml."""
 PIP = {'backports': 'backports.zstd', 'fmpy': 'FMPy'}
 """Modules without a key whose distribution has another name; what is in neither is a package."""
