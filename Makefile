@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup run demo test fast checks types fuzz lint blind-check results clean
+.PHONY: help setup run demo test fast checks types fuzz lint blind-check results clean docs docs-check docs-tools notebooks
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -44,5 +44,17 @@ blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=-
 results: setup  ## compare the models on the bench and on real machines; DATA=... published recordings
 	@$(WITH_ENV) servo-identify results $(DATA) $(ARGS)
 
+docs-tools: setup
+	@$(WITH_ENV) python -m pip install -q -r requirements/docs.txt
+
+docs: docs-tools  ## build the documentation site into site/; a dead link or a warning fails
+	@$(WITH_ENV) NO_MKDOCS_2_WARNING=1 python -m mkdocs build -q --strict && echo site/index.html
+
+docs-check: setup  ## run every example of the pages, the slow ones too; some minutes
+	@$(WITH_ENV) SERVO_DOCS_SLOW=1 python -m pytest tests/house/test_examples.py tests/house/test_notebooks.py $(ARGS)
+
+notebooks: docs-tools  ## run the notebooks and keep their output in them
+	@$(WITH_ENV) python tools/run_notebooks.py
+
 clean:    ## remove all that the set-up made
-	rm -rf .venv build install log
+	rm -rf .venv build install log site

@@ -219,6 +219,7 @@ def test_the_augmented_servo_has_what_was_missing(answer, tmp_path):
 def test_the_curve_of_an_effect_is_drawn(answer):
     figure = answer.plot('curve')
     assert figure.axes[0].get_title() == 'gravity'
+    assert figure._repr_png_().startswith(b'\x89PNG')  # what a notebook shows
     with pytest.raises(ValueError, match="with one are \\['gravity'\\]"):
         answer.plot('curve', 'cogging')
     with pytest.raises(ValueError, match="there is 'curve'"):
