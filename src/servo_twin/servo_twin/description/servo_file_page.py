@@ -12,7 +12,7 @@ import sys
 
 from ..physics.part import Part
 from ..physics.servo import DRIVES, MECHANISMS, SENSORS
-from .effects_page import as_markdown, parameter_rows
+from .effects_page import as_markdown, parameter_rows, with_links
 from .given_values import required
 
 _HEAD = """# The servo file
@@ -79,7 +79,7 @@ def _entry(name: str, part: type[Part]) -> str:
     table = ['| parameter | default | unit | bounds | off | meaning | |',
              '|---|---|---|---|---|---|---|', *rows] if rows else []
     return '\n'.join([f'### `{name}`\n', as_markdown(inspect.getdoc(part) or ''),
-                      f'\nSource: {part.source}.\n', *table, ''])
+                      f'\nSource: {with_links(part.source)}.\n', *table, ''])
 
 
 def main() -> None:
