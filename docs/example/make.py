@@ -32,7 +32,7 @@ def record(family: str, replicate: int, folder: Path) -> Path:
     with TemporaryDirectory() as scratch:
         raw = Path(scratch) / 'raw.csv'
         settings = [part for one in FAMILIES[family] for part in ('--setting', one)]
-        subprocess.run([sys.executable, '-m', 'servo_rig_driver.emulated.make', family,
+        subprocess.run([sys.executable, '-m', 'servo_rig_driver.emulated.make_recording', family,
                         '--rig', str(HERE / 'rig.yaml'), *settings, '--seed', str(replicate),
                         '--duration', str(DURATION), '--rate', str(RATE), '-o', str(raw)],
                        check=True, stdout=subprocess.DEVNULL)

@@ -161,7 +161,7 @@ def test_it_keeps_what_is_on_disk_when_the_disk_is_full(tmp_path):
 
 
 def test_it_reads_the_sequence_off_the_bytes():
-    from servo_twin.bag.definitions import own_types
+    from servo_twin.bag.message_definitions import own_types
     types = own_types()
     for frame in ('', 'rig', 'a_longer_frame'):
         header = types.types['std_msgs/msg/Header'](

@@ -12,8 +12,8 @@ import numpy as np
 from ..description import servo_file
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Change, SERVO_FILE
+from ..recording.joined_samples import samples_of
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
-from ..recording.samples import samples_of
 from .lockstep import Answer, Lockstep, Settings
 
 _AS_DECLARED = Settings()

@@ -16,12 +16,12 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
-from ...fit.freedom import Freedom
+from ...fit.fit_problem import Problem
+from ...fit.free_values import Freedom
+from ...fit.levenberg_marquardt import solved
 from ...fit.output_error import fit
-from ...fit.problem import Problem
 from ...fit.segments import CHANNELS, courses_of
 from ...fit.shooting import Shooting
-from ...fit.solve import solved
 from ..decisions import CALIBRATED
 
 TURNS = 4  # of estimating the starts
