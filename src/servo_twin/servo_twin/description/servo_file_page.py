@@ -10,8 +10,8 @@ import inspect
 from pathlib import Path
 import sys
 
-from ..physics.part import Part
 from ..physics.servo import DRIVES, MECHANISMS, SENSORS
+from ..physics.servo_parts import Part
 from .effects_page import as_markdown, parameter_rows, with_links
 from .given_values import required
 
