@@ -48,7 +48,8 @@ docs-tools: setup
 	@$(WITH_ENV) python -m pip install -q -r requirements/docs.txt
 
 docs: docs-tools  ## build the documentation site into site/; a dead link or a warning fails
-	@$(WITH_ENV) NO_MKDOCS_2_WARNING=1 python -m mkdocs build -q --strict && echo site/index.html
+	@$(WITH_ENV) set -o pipefail; NO_MKDOCS_2_WARNING=1 python -m mkdocs build --strict 2>&1 | { grep -v ^INFO || true; }
+	@echo site/index.html
 
 docs-check: setup  ## run every example of the pages, the slow ones too; some minutes
 	@$(WITH_ENV) SERVO_DOCS_SLOW=1 python -m pytest tests/house/test_examples.py tests/house/test_notebooks.py $(ARGS)
