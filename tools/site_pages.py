@@ -81,4 +81,6 @@ def _with_formulas(text: str) -> str:
 
 
 def _formula(latex: str, display: str) -> str:
-    return convert(' '.join(latex.split()), display=display).replace('\n', ' ')
+    shown = convert(' '.join(latex.split()), display=display).replace('\n', ' ')
+    # Markdown takes a line that begins with <math> for a block.
+    return f'<span>{shown}</span>' if display == 'inline' else shown
