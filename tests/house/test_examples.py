@@ -30,13 +30,14 @@ def test_commands_stand_in_a_block(page):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1600 if SLOW else 300)
 @pytest.mark.parametrize('page', [one for one in PAGES if program(one, SLOW)],
                          ids=lambda page: page.name)
 def test_what_a_page_has_one_type_runs(page, tmp_path):
     for name in SHIPPED:
         (tmp_path / name).symlink_to(ROOT / name)
     said = subprocess.run(['bash', '-c', program(page, SLOW)], cwd=tmp_path, capture_output=True,
-                          text=True, timeout=280,
+                          text=True, timeout=1500 if SLOW else 280,
                           env={**os.environ, 'MPLBACKEND': 'Agg', 'COLUMNS': '100'})
     assert said.returncode == 0, f'{said.stdout[-2000:]}\n{said.stderr[-3000:]}'
 
