@@ -24,7 +24,7 @@ from ...fit.segments import CHANNELS, courses_of
 from ...fit.shooting import Shooting
 from ..decisions import CALIBRATED
 
-TURNS = 4  # of estimating the starts
+TURNS = 3  # of estimating the starts
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
 DRAWS = 400
 STEPS = 8  # of a refit from values that the equations found already
