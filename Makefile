@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
 .PHONY: help setup training run demo test fast coverage checks types fuzz soak limits lint licences \
-    audit lock bench blind-check results clean
+    audit lock bench blind-check results clean docs docs-check docs-tools notebooks
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -80,5 +80,18 @@ blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=-
 results: training  ## compare the models on the bench and on real machines; DATA=... published recordings
 	@$(WITH_ENV) servo-identify results $(DATA) $(ARGS)
 
+docs-tools: setup
+	@$(WITH_ENV) python -m pip install -q -r requirements/docs.txt
+
+docs: docs-tools  ## build the documentation site into site/; a dead link or a warning fails
+	@$(WITH_ENV) set -o pipefail; NO_MKDOCS_2_WARNING=1 python -m mkdocs build --strict 2>&1 | { grep -v ^INFO || true; }
+	@echo site/index.html
+
+docs-check: setup  ## run every example of the pages, the slow ones too; some minutes
+	@$(WITH_ENV) SERVO_DOCS_SLOW=1 python -m pytest tests/house/test_examples.py tests/house/test_notebooks.py $(ARGS)
+
+notebooks: docs-tools  ## run the notebooks and keep their output in them
+	@$(WITH_ENV) python tools/run_notebooks.py
+
 clean:    ## remove all that the set-up made
-	rm -rf .venv build install log
+	rm -rf .venv build install log site

@@ -23,6 +23,7 @@ REQUIRES = [
 ]
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
+    'frames': ['pandas', 'xarray'],  # recordings as frames and data sets
     'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks
     'protobuf': ['mcap-protobuf-support'],  # MCAP files with protobuf messages
     'plot': ['matplotlib'],  # pictures of curves, friction, the online estimator

@@ -14,9 +14,11 @@ KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip',
         'cantools': 'python3-cantools-pip', 'jinja2': 'python3-jinja2',
         'matplotlib': 'python3-matplotlib', 'mujoco': 'python3-mujoco-pip',
         'numba': 'python3-numba', 'numpy': 'python3-numpy', 'rich': 'python3-rich',
-        'rosbags': 'python3-rosbags-pip', 'ruamel': 'python3-ruamel.yaml',
+        'pandas': 'python3-pandas', 'rosbags': 'python3-rosbags-pip',
+        'ruamel': 'python3-ruamel.yaml',
         'scipy': 'python3-scipy', 'sklearn': 'python3-sklearn',
-        'torch': 'python3-torch', 'tornado': 'python3-tornado', 'yaml': 'python3-yaml'}
+         'torch': 'python3-torch', 'tornado': 'python3-tornado', 'xarray': 'python3-xarray',
+         'yaml': 'python3-yaml'}
 """Modules and their keys in rosdep's python.yaml."""
 PIP = {'backports': 'backports.zstd', 'fmpy': 'FMPy', 'mcap_protobuf': 'mcap-protobuf-support'}
 """Modules without a key whose distribution has another name; what is in neither is a package."""

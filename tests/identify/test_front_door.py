@@ -140,18 +140,43 @@ import servo_identify.diagnose.diagnose
     assert 'green' in said.stdout
 
 
-def test_a_table_with_columns_as_of_pandas_is_read_as_they_are():
-    class Frame:
-        columns = ('t', 'voltage', 'load_position')
+@pytest.mark.parametrize('way', ['frame', 'dataset'])
+def test_a_recording_goes_out_to_pandas_and_xarray_and_comes_back(data, way):
+    pytest.importorskip('pandas')
+    pytest.importorskip('xarray')
+    held = getattr(data, way)(1)
+    (again,) = si.read(held, BENCH, name='again')
+    assert again.period == pytest.approx(data[1].period)
+    for name in ('voltage', 'motor_position', 'load_position'):
+        assert again[name] == pytest.approx(data[1][name])
 
-        def __iter__(self):
-            return iter(self.columns)
 
-        def __getitem__(self, name):
-            return np.arange(1000) * 1e-3
+def test_units_of_an_xarray_and_durations_of_an_index_are_obeyed(data):
+    xarray, pandas = pytest.importorskip('xarray'), pytest.importorskip('pandas')
+    table = data.table(1)
+    degrees = xarray.Dataset({'voltage': ('t', table['voltage']), 'load_position': (
+        't', table['load_position'] * 180.0 / pi, {'units': 'deg'})}, coords={'t': table['t']})
+    lasting = pandas.DataFrame({'voltage': table['voltage'],
+                                'load_position': table['load_position']},
+                               index=pandas.to_timedelta(table['t'], unit='s').rename('t'))
+    for held in (degrees, lasting):
+        (one,) = si.read(held, BENCH)
+        assert one['load_position'] == pytest.approx(table['load_position'])
+        assert one.period == pytest.approx(data[1].period)
 
-    (one,) = si.read(Frame(), BENCH)
-    assert one.period == pytest.approx(1e-3)
+
+@pytest.mark.slow
+def test_the_first_snippet_of_its_page_runs_as_it_stands(data, tmp_path, monkeypatch):
+    page = (Path(__file__).resolve().parents[2] / 'docs' / 'python.md').read_text()
+    snippet = re.search(r'```python\n(.*?)```', page, re.DOTALL)[1]
+    BENCH.save(tmp_path / 'my.yaml')
+    for one in data:
+        write_recording(tmp_path / one.name, one)
+        (bag,) = (tmp_path / one.name).glob('*.mcap')
+        bag.rename(tmp_path / f'{one.name}.mcap')
+    monkeypatch.chdir(tmp_path)
+    exec(compile(snippet, 'docs/python.md', 'exec'), {})
+    assert (tmp_path / 'my_augmented.yaml').is_file()
 
 
 def test_a_check_is_true_where_nothing_is_red(data):
@@ -194,6 +219,7 @@ def test_the_augmented_servo_has_what_was_missing(answer, tmp_path):
 def test_the_curve_of_an_effect_is_drawn(answer):
     figure = answer.plot('curve')
     assert figure.axes[0].get_title() == 'gravity'
+    assert figure._repr_png_().startswith(b'\x89PNG')  # what a notebook shows
     with pytest.raises(ValueError, match="with one are \\['gravity'\\]"):
         answer.plot('curve', 'cogging')
     with pytest.raises(ValueError, match="there is 'curve'"):

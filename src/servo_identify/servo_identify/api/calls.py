@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.physics.servo import Servo, ServoError
@@ -18,6 +16,7 @@ from ..data.reading import read_recordings
 from ..data.table_import import recording_of
 from ..data.tables import Table
 from ..fit.output_error import fit as fit_output_error
+from .frames import columns_of, in_memory
 from .recordings import Recordings
 from .results import Answer, Checked, Fitted
 from .servo_text import ServoFile
@@ -41,16 +40,16 @@ def read(paths: str | Path | Sequence[str | Path] | Mapping[str, Any], servo: Ma
     """
     Read recordings: bags, tables, patterns of their names, or columns held in memory.
 
-    ``paths`` is one name or several; or columns by name, such as a pandas DataFrame or a
-    dictionary of arrays of shape (samples,): ``t`` in s and the channels in SI units, or with the
-    unit behind the name (``motor_position [deg]``). ``mapping`` is a mapping file for tables with
-    other names. ``name`` and ``family`` are those of columns in memory.
+    ``paths`` is one name or several; or columns by name: a dictionary of arrays of shape
+    (samples,), a pandas DataFrame, an xarray Dataset. They are ``t`` in s (a column, the index or
+    a coordinate) and the channels in SI units, or with the unit behind the name
+    (``motor_position [deg]``). ``mapping`` is a mapping file for tables with other names.
+    ``name`` and ``family`` are those of columns in memory.
     Raises ValueError or OSError that names the file or the column.
     """
     machine = _machine(servo)
-    if isinstance(paths, Mapping) or hasattr(paths, 'columns'):
-        held: Any = paths
-        table = Table(Path(name), {str(one): np.asarray(held[one], dtype=float) for one in held})
+    if in_memory(paths):
+        table = Table(Path(name), columns_of(paths))
         facts = {'family': family} if family else {}
         return Recordings((recording_of(table, machine.servo, machine.text, facts),))
     several = [paths] if isinstance(paths, str | Path) else list(paths)

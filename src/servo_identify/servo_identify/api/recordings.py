@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 
 from servo_twin.recording.recording import COLUMNS, Recording
 
+from .frames import dataset_of, frame_of, table_of
 from .html_table import html_table
 
 _HEADINGS = ('recording', 'family', 'seconds', 'Hz', 'channels')
@@ -49,13 +50,16 @@ class Recordings(Sequence[Recording]):
         return Recordings(tuple(one for one in self.items if one.family == family))
 
     def table(self, index: int = 0) -> dict[str, np.ndarray]:
-        """
-        Return one recording as columns: ``t`` in s and the channels that were measured.
+        """Return one recording as columns: ``t`` in s and what was measured, each (samples,)."""
+        return table_of(self.items[index])
 
-        Each is of shape (samples,); ``pandas.DataFrame(data.table())`` makes a frame of it.
-        """
-        one = self.items[index]
-        return {'t': one.time} | {name: one[name] for name in COLUMNS if one.has(name)}
+    def frame(self, index: int = 0) -> Any:
+        """Return one recording as a pandas DataFrame; its index is ``t`` in s."""
+        return frame_of(self.items[index])
+
+    def dataset(self, index: int = 0) -> Any:
+        """Return one recording as an xarray Dataset over ``t`` in s, each variable with units."""
+        return dataset_of(self.items[index])
 
     def _rows(self) -> list[tuple[str, ...]]:
         return [(one.name, one.family or '-', f'{one.duration:.3g}', f'{1.0 / one.period:.5g}',
@@ -63,7 +67,8 @@ class Recordings(Sequence[Recording]):
 
     def __repr__(self) -> str:
         lines = ['  '.join(row) for row in self._rows()]
-        return '\n'.join([f'{len(self)} recordings: {", ".join(_HEADINGS)}', *lines])
+        count = '1 recording' if len(self) == 1 else f'{len(self)} recordings'
+        return '\n'.join([f'{count}: {", ".join(_HEADINGS)}', *lines])
 
     def _repr_html_(self) -> str:
         return html_table(_HEADINGS, self._rows())

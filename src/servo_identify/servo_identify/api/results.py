@@ -150,7 +150,9 @@ class Answer:
         if name not in drawable:
             raise ValueError(f'{effect or "this answer"} has no curve; with one are '
                              f'{list(drawable)}')
-        return _drawn(name, drawable[name])
+        from .drawing import curve_drawing
+
+        return curve_drawing(name, drawable[name])
 
     def __repr__(self) -> str:
         return self.sentence
@@ -158,16 +160,3 @@ class Answer:
     def _repr_html_(self) -> str:
         return (f'<iframe srcdoc="{escape(self.page)}" style="width:100%;height:48em;border:0" '
                 'sandbox="allow-scripts"></iframe>')
-
-
-def _drawn(name: str, curve: dict[str, Any]) -> Any:
-    from matplotlib.figure import Figure
-
-    figure = Figure(layout='constrained')
-    axes = figure.subplots()
-    axes.plot(curve['x'], curve['y'])
-    axes.fill_between(curve['x'], curve['low'], curve['high'], alpha=0.3)
-    axes.set_title(name.replace('_', ' '))
-    axes.set_xlabel(f'{curve["variable"].replace("_", " ")}, {curve["unit"]}'.rstrip(', '))
-    axes.set_ylabel(curve['y_unit'])
-    return figure

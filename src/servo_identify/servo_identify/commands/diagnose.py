@@ -154,7 +154,7 @@ def _show(report, console: Console) -> None:
                           f'{100 * one.shrink_realised:.0f} %', ', '.join(one.ambiguous_with))
         console.print(which)
     for warning in report.warnings:
-        console.print(warning, style='yellow', highlight=False)
+        console.print(warning, style='yellow', highlight=False, markup=False)
     if report.defaults:
         console.print('defaults taken: ' + ', '.join(
             f'{one["path"]} = {one["value"]} {one["unit"]}'.rstrip()

@@ -28,7 +28,7 @@ _HEAD = """# The systems of the five papers
 Made by `make results` (`servo-identify results`); nothing here is written by hand. Each row comes
 from the figures that its command measured on the emulated rig, which shares no law with the
 models; the papers' figures are of their own rigs. *Not run* is a system whose figures have not
-been measured yet.
+been measured yet. [papers.md](papers.md) has titles and DOIs of the papers.
 
 """
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from servo_identify.learn.transmission.transmission_harmonics import ARCMIN
 
-from .markdown_tables import table
+from .markdown_tables import cited, table
 
 _HEAD = """# Results
 
@@ -44,6 +44,8 @@ def _open_loop(found: Mapping, models: list[str]) -> str:
         r for n, r in zip(found['names'], fits[m]['speed'], strict=True)
         if n.startswith(shape)]]] for shape in ('sine', 'square')}
     return f"""## Open loop, as table 4 of paper 000
+
+{cited('000', '001', '003')}
 
 Goodness of fit R (eq. 13) of free runs: the twin begins where the rig begins, is given the voltage
 for eleven seconds and is never corrected. The paper records the angular velocity and titles the

@@ -12,7 +12,7 @@ import sys
 
 from ..physics.servo import CONTROLLERS
 from ..physics.servo_parts import Controller
-from .effects_page import as_markdown, parameter_rows
+from .effects_page import as_markdown, parameter_rows, with_links
 
 _HEAD = """# Controllers
 
@@ -47,7 +47,7 @@ def page() -> str:
 
 def _entry(name: str, kind: type[Controller]) -> str:
     return '\n'.join([f'## `{name}`\n', as_markdown(inspect.getdoc(kind)),
-                      f'\nSource: {kind.source}.\n', *parameter_rows(kind), ''])
+                      f'\nSource: {with_links(kind.source)}.\n', *parameter_rows(kind), ''])
 
 
 def main() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from pathlib import Path
+import re
 import sys
 import textwrap
 
@@ -42,7 +43,7 @@ def _entry(effect: type[Effect]) -> str:
     sites = ', '.join(f'`{site}`' for site in effect.sites)
     return '\n'.join([
         f'### {effect.name}\n', f'{about} Acts at {sites}.\n',
-        as_markdown(inspect.getdoc(effect)), f'\nSource: {effect.source}.\n',
+        as_markdown(inspect.getdoc(effect)), f'\nSource: {with_links(effect.source)}.\n',
         *parameter_rows(effect), ''])
 
 
@@ -59,6 +60,11 @@ def _row(name: str, parameter: Parameter) -> str:
     off = '' if parameter.off is None else f'{parameter.off:g}'
     return (f'| `{name}` | {shown} | {parameter.unit} | {low:g} to {high:g} | {off} | '
             f'{parameter.meaning} |')
+
+
+def with_links(source: str) -> str:
+    """Return a source whose papers, as ``paper 000``, are links to docs/papers.md."""
+    return re.sub(r'paper (\d{3})', r'[paper \1](papers.md#paper-\1)', source)
 
 
 def as_markdown(docstring: str) -> str:

@@ -18,14 +18,13 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from ...fit.fit_problem import Problem
 from ...fit.free_values import Freedom
-from ...fit.levenberg_marquardt import SHARES
+from ...fit.levenberg_marquardt import solved
 from ...fit.output_error import fit
 from ...fit.segments import CHANNELS, courses_of
 from ...fit.shooting import Shooting
-from ...fit.start_search import best_starts
 from ..decisions import CALIBRATED
 
-TURNS = 2  # of estimating the starts
+TURNS = 3  # of estimating the starts
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
 DRAWS = 400
 STEPS = 8  # of a refit from values that the equations found already
@@ -101,14 +100,13 @@ def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
         problem.be_modest()
         unknowns = shooting.beginning(servo.theta)
         with np.errstate(over='ignore', invalid='ignore'):
-            for _ in range(TURNS):
-                normal = problem.linearised(unknowns)
-                if not np.isfinite(normal.cost):
-                    raise Diverged(f'{servo.name}: the simulation leaves the finite numbers; its '
-                                   f'step of {servo.step:g} s may be too long')
-                still = np.zeros(problem.size)
-                unknowns, _ = best_starts(problem, [
-                    problem.stepped(unknowns, normal, still, share) for share in SHARES])
+            cost = problem.evaluate(unknowns)[1]
+            if not np.isfinite(cost):
+                raise Diverged(f'{servo.name}: the simulation leaves the finite numbers; its '
+                               f'step of {servo.step:g} s may be too long')
+            # The zero between the encoders is a set-up value as the starts are.
+            held = np.zeros(problem.size, dtype=bool)
+            unknowns, _ = solved(problem, unknowns, TURNS, 0.0, held, lambda *_: None)
             y = shooting.simulate([unknowns])[0]
         return _collected(problem, y)
     finally:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..markdown_tables import table
+from ..markdown_tables import cited, table
 
 PAPER = {'position': 0.008, 'speed': 0.019, 'current': 0.157}
 """Standard error, % of the signal, in the worst case (paper 002 sections 5.2 to 5.4)."""
@@ -38,6 +38,8 @@ def _head(found: Mapping) -> str:
     ratio = max(case['ratio'] for case in found['grid'])
     return f"""# The EMA bench of paper 002
 
+{cited('002')}
+
 Made by `servo-identify results --parts ema_bench`; nothing here is written by hand. A servo motor
 with a disc brake drives a printed planetary gearbox; the encoder that closes the position loop
 meshes with it by a gear on a slide, which sets the backlash. The bench is the emulated one
@@ -45,7 +47,8 @@ meshes with it by a gear on a slide, which sets the backlash. The bench is the e
 (`config/servos/ema_bench.yaml`); the text of the paper has no table of values, so both are of the
 classes of its parts.
 
-```
+<!-- not run: takes minutes, and bags that it makes -->
+```sh
 servo-twin run --rig config/rigs/ema_bench.yaml --servo ema_bench --mode closed_loop \\
     --command position --setting amplitude=0.5 --setting frequency=0.1     # --set brake.torque=0
 servo-identify sinusoid BAG                                  # frequency and phase of any recording

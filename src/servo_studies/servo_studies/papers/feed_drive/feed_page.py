@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ..markdown_tables import table
+from ..markdown_tables import cited, table
 from ..paper_systems import SYSTEMS
 
 PAPER = {'analytical': {'largest': (7.99, 7.52, 7.70, 8.51, 10.2, 12.38),
@@ -38,6 +38,8 @@ _PARTS = (
 
 _HEAD = f"""# The ball-screw feed drive of paper 001
 
+{cited('001')}
+
 Made by `servo-identify results --parts feed_drive`; nothing here is written by hand.
 
 Two axes of a machine tool, each a permanent-magnet synchronous motor under a digital drive, a ball
@@ -51,7 +53,8 @@ are assumed, as the paper gives none. They were chosen so that the errors of the
 are of the size of the paper's. What can be judged is how far the network reduces these errors at
 speeds it has not seen.
 
-```
+<!-- not run: takes minutes, and bags that it makes -->
+```sh
 servo-twin run --rig config/rigs/feed_drive.yaml --servo feed_drive --mode closed_loop \\
     --family feed_sine --setting speed=0.0667 --duration 20
 servo-identify fit F1000 F6000 --servo config/servos/feed_drive.yaml --learn deviation -o h.yaml

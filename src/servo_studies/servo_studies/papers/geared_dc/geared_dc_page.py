@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from servo_identify.learn.friction.learners.network_training import BATCH
 
-from ..markdown_tables import table
+from ..markdown_tables import cited, table
 from ..paper_systems import SYSTEMS
 
 PAPER = {'rmse': 0.012, 'mae': 0.009, 'r2': 0.982}
@@ -14,7 +14,9 @@ PAPER = {'rmse': 0.012, 'mae': 0.009, 'r2': 0.982}
 
 CLASSICAL = ('coulomb_viscous', 'stribeck', 'dahl', 'lugre')
 
-_HEAD = """# The geared DC motor of paper 003
+_HEAD = f"""# The geared DC motor of paper 003
+
+{cited('003', '000')}
 
 Made by `servo-identify results --parts geared_dc`; nothing here is written by hand.
 
@@ -26,7 +28,8 @@ data of its motor; its RMSE at its R2 implies friction that varies by 0.089 N m,
 motor was chosen so
 that its friction varies about that much.
 
-```
+<!-- not run: takes minutes, and bags that it makes -->
+```sh
 servo-twin run --rig config/rigs/dc_gearmotor.yaml --servo dc_gearmotor \\
     --family multilevel_steps --setting amplitude=8
 servo-identify experiment multilevel_steps sinusoids --headless --servo dc_gearmotor \\

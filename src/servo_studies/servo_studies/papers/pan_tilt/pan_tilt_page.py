@@ -7,10 +7,12 @@ from math import degrees
 
 from servo_identify.jobs.harmonic_drive_ranking import LINEAR
 
-from ..markdown_tables import table
+from ..markdown_tables import cited, table
 from .pan_tilt_recordings import SINE, STEP, TONE
 
-_HEAD = """# Pan-and-tilt with harmonic drives (paper 004)
+_HEAD = f"""# Pan-and-tilt with harmonic drives (paper 004)
+
+{cited('004', '000')}
 
 Made by `servo-identify results --parts pan_tilt`; nothing here is written by hand. The paper gives
 curves and no numbers of its machine, so the emulated rig (`config/rigs/pan_tilt_azimuth.yaml`,
@@ -19,9 +21,12 @@ small harmonic drive. It shares no law with the twin. Its flexspline twists by a
 torque and creeps. Its presliding friction acts on a wave generator that the teeth's load brakes.
 Its kinematic error swings with the load. Fits saw the training recordings only.
 
-    servo-twin run --rig config/rigs/pan_tilt_azimuth.yaml --servo pan_tilt_azimuth
-    servo-identify harmonic-drives BAG... --servo S.yaml --held-out BAG... -o BEST.yaml
-    servo-twin linearise --help          # transfer function and state space, figures 6 and 7
+<!-- not run: takes minutes, and bags that it makes -->
+```sh
+servo-twin run --rig config/rigs/pan_tilt_azimuth.yaml --servo pan_tilt_azimuth
+servo-identify harmonic-drives BAG... --servo S.yaml --held-out BAG... -o BEST.yaml
+servo-twin linearise --help          # transfer function and state space, figures 6 and 7
+```
 """
 
 

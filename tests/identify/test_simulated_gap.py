@@ -1,0 +1,22 @@
+"""A twin that is simulated over a recording comes down to the noise where nothing is missing."""
+
+from pathlib import Path
+
+import pytest
+
+import servo_identify as si
+from servo_identify.diagnose.handover.output_error import simulated
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
+
+EXAMPLE = Path(__file__).resolve().parents[2] / 'docs' / 'example'
+
+
+@pytest.mark.parametrize('family', ['multisine', 'slow_reversals'])
+def test_the_zero_between_the_encoders_is_estimated(family):
+    servo = si.load_servo(EXAMPLE / 'fan.yaml')
+    whole = servo.servo.with_effects(Placed('fan', find('quadratic_drag'), 'load'),
+                                     values={'effects.fan.rise': 3.0e-4})
+    gap = simulated(whole, si.read(EXAMPLE / 'runs' / f'{family}_1.csv', servo)).gap
+    assert gap.rms('torsion') < 1.3 * gap.floor['torsion']
+    assert gap.rms('current') < 1.3 * gap.floor['current']
