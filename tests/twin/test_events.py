@@ -1,16 +1,21 @@
 """Changes of a running twin travel as events, stand in the bag, and a replay obeys them."""
 
+from dataclasses import replace
 import signal
 import subprocess
 import sys
 
+from bench_recording import bench_recording, SERVO
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
 from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 
 from servo_twin.bag import read_changes
+from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
+from servo_twin.description.servo_file import load
+from servo_twin.lockstep.whole_recording import answer, differences, seen_by
 
 pytestmark = pytest.mark.ros
 
@@ -41,5 +46,26 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         recorder.send_signal(signal.SIGINT)
         recorder.wait(20.0)
     assert [(c.sequence, c.values) for c in read_changes(bag)] == [(300, {'drive.gain': 0.2})]
-    main(['replay', str(bag), '--compare'])
-    assert 'identical to the last bit' in capsys.readouterr().out
+    main(['replay', str(bag), '--compare', '--page', str(tmp_path / 'page.html')])
+    told = capsys.readouterr().out
+    assert 'identical to the last bit' in told
+    assert 'drive.gain = 0.2' in told
+    page = (tmp_path / 'page.html').read_text()
+    assert '<td>/rig/twin</td><td>parameter</td><td>drive.gain = 0.2</td>' in page
+
+
+def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen():
+    servo = load(SERVO)
+    recording = bench_recording(coulomb=30.0)
+    whole = answer(recording, servo)
+    half = half_of(WINDOW, recording.period)
+    cut = len(whole) - 3 * half
+
+    def until(end):
+        return replace(whole, **{part: {name: column[:end] for name, column in getattr(
+            whole, part).items()} for part in ('prediction', 'residual')})
+
+    live = until(cut)  # its last residuals are there: the twin had seen half a window more
+    assert len(seen_by(recording, live)) == cut + half
+    assert not any(differences(live, answer(seen_by(recording, live), servo)).values())
+    assert len(seen_by(recording, until(len(whole)))) == len(whole)

@@ -21,13 +21,13 @@ import numpy as np
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.spinning import spin, started
+from servo_twin.nodes.topic_qos import OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.sample_joining import Joiner
@@ -44,8 +44,6 @@ from .identify_parameters import value
 from .jobs_node import Jobs
 from .message_conversion import OK, STALE, WARN
 
-SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
-                     reliability=ReliabilityPolicy.RELIABLE)
 REPORT_EVERY = 1.0  # s
 _GATHERED = 0.1  # s of samples that estimator and detector are given at once
 
@@ -72,8 +70,10 @@ class IdentifyNode(Node):
         self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
                          self._on_loaded)
         for topic, kind in twin_conversion.TOPICS.items():
-            self.create_subscription(kind, topic, partial(self._take, topic), SAMPLES)
-        self.create_subscription(Residual, 'twin/residual', self._compare, SAMPLES)
+            self.create_subscription(kind, topic, partial(self._take, topic), sample_qos(),
+                                     qos_overriding_options=OVERRIDABLE)
+        self.create_subscription(Residual, 'twin/residual', self._compare, sample_qos(),
+                                 qos_overriding_options=OVERRIDABLE)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

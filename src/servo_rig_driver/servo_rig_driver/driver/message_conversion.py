@@ -63,13 +63,17 @@ class JointStates:
     """
     Thins blocks out to at most ``rate`` joint states a second, for people's tools.
 
-    The velocity of a state is the mean since the one before it; 0 Hz makes none.
+    The velocity of a state is the mean since the one before it; 0 Hz makes none. The effort of the
+    load is the measured torque, that of the motor the current times ``torque_constant``, N m/A;
+    0: not known, NaN.
     """
 
-    def __init__(self, names: list[str], rate: float, frame: str) -> None:
+    def __init__(self, names: list[str], rate: float, frame: str,
+                 torque_constant: float = 0.0) -> None:
         self.names = list(names)
         self.pause = SECOND / rate if rate > 0.0 else None
         self.frame = frame
+        self.torque_constant = torque_constant or float('nan')
         self._before: tuple[int, float, float] | None = None
 
     def from_block(self, block: SampleBlock) -> JointState | None:
@@ -86,7 +90,8 @@ class JointStates:
                                                                      strict=True)]
         self._before = (instant, *here)
         state = JointState(name=self.names, position=array('d', here), velocity=velocity,
-                           effort=[float('nan'), block.columns['torque'][last]])
+                           effort=[self.torque_constant * block.columns['current'][last],
+                                   block.columns['torque'][last]])
         state.header.stamp = to_time(instant)
         state.header.frame_id = self.frame
         return state

@@ -20,6 +20,7 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -48,6 +49,7 @@ DEFAULT_TOPICS = {
 }
 """What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
 
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 _SPIN = 0.2  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
 _WITHOUT = 2.0  # s without a sample after which a recorder records nothing that counts
 _TELLS = 10.0  # s for which a loss is a warning
@@ -83,13 +85,10 @@ class Recorder(Node):
         self._info_publisher = self.create_publisher(RecordingInfo, INFO, latched)
         self._info_publisher.publish(info)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        reliable = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
-                              reliability=ReliabilityPolicy.RELIABLE)
-        # what changed before the recording is needed to replay it
-        kept = QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for topic, kind in topics.items():
             self.create_subscription(_message_class(kind), topic, self._taker(topic),
-                                     kept if kind == EVENT else reliable, raw=True)
+                                     _qos(kind, depth), raw=True,
+                                     qos_overriding_options=OVERRIDABLE)
         self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush)
         self.create_timer(_REPORT, self._report)
         self._began = monotonic()
@@ -232,6 +231,14 @@ def _servo_name(path: str, content: str) -> str:
         raise ValueError(f'servo_file {path} is no YAML: {error}') from None
     named = fields.get('servo') if isinstance(fields, dict) else None
     return named if isinstance(named, str) else Path(path).stem
+
+
+def _qos(kind: str, depth: int) -> QoSProfile:
+    """Return the QoS of a topic: what changed before the recording is needed to replay it."""
+    kept = kind == EVENT
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE)
 
 
 def _message_class(kind: str) -> type:

@@ -5,7 +5,7 @@ A bag is a rosbag2 directory with MCAP storage. Messages of constant size are re
 columns, thousands at a time; what rosbag2 tools do with such a bag is the same as ever.
 """
 
-from .events import read_changes
+from .events import read_changes, read_happenings
 from .reading import namespaces, read_predictions, read_recording
 from .writing import BagError, BagWriter, Samples, write_predictions, write_recording
 
@@ -15,6 +15,7 @@ __all__ = [
            'Samples',
            'namespaces',
            'read_changes',
+           'read_happenings',
            'read_predictions',
            'read_recording',
            'write_predictions',

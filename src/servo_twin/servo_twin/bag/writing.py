@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from ..recording.recording import MAY_BE_EMPTY, Predictions, Recording
-from .definitions import own_types, PACKAGE
+from .definitions import commented, own_types, PACKAGE
 from .layout import HEADER, lay_out, Layout
 from .mcap import ChannelEntry, McapFile, MESSAGE_HEAD
 
@@ -170,7 +170,7 @@ class BagWriter:
             name = f'{PACKAGE}/msg/{message}'
             qos = [_QOS | {'durability': durability}]
             self._channels[topic] = self._file.add_channel(
-                self.prefix + topic, name, self._types.generate_msgdef(name, ros_version=2)[0],
+                self.prefix + topic, name, commented(name),
                 yaml.safe_dump(qos, sort_keys=False).strip())
             self._topics.append({
                 'name': self.prefix + topic, 'type': name, 'serialization_format': 'cdr',

@@ -16,13 +16,20 @@ from time import perf_counter
 
 from rich.console import Console
 
-from ..bag import read_changes, read_predictions, read_recording, write_predictions
+from ..bag import (
+    read_changes,
+    read_happenings,
+    read_predictions,
+    read_recording,
+    write_predictions,
+)
 from ..balances.goodness_of_fit import fit_of
 from ..description.servo_file import load, loads
 from ..description.shipped import servo_at
 from ..lockstep.lockstep import Settings, warm_up
 from ..lockstep.twin import LIVE_MODES
-from ..lockstep.whole_recording import answer, differences, part_of
+from ..lockstep.whole_recording import answer, differences, seen_by
+from ..pages.event_table import event_table
 from ..pages.fit_table import balance_table, channel_table
 from ..physics import catalogue
 from ..physics.servo import Servo, ServoError
@@ -70,7 +77,7 @@ def main(arguments: argparse.Namespace) -> int:
     live = None
     if arguments.compare:
         live = read_predictions(arguments.bag, arguments.namespace, arguments.stretch)
-        recording = part_of(recording, live.sequence, live.sequence + len(live))
+        recording = seen_by(recording, live)
     warm_up(servo)
     ready = perf_counter()
     # another servo file than the one that ran has no such changes
@@ -90,9 +97,14 @@ def main(arguments: argparse.Namespace) -> int:
     console.print(channel_table(fit))
     if fit.balances:
         console.print(balance_table(fit))
+    happened = read_happenings(arguments.bag, arguments.namespace)
+    if happened:
+        console.print(event_table(happened, recording.start))
     if arguments.page:
         from ..pages.replay_page import write_page
-        print(f'page: {write_page(arguments.page, servo, recording, result, arguments.mode)}')
+        page = write_page(arguments.page, servo, recording, result, arguments.mode,
+                          happened=happened)
+        print(f'page: {page}')
     if arguments.output:
         print(f'bag: {arguments.output}')
     return 0 if live is None else say_differences(differences(live, result))

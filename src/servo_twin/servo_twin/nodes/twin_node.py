@@ -19,7 +19,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from servo_twin_msgs.msg import Event, Prediction, Residual
 
@@ -34,11 +34,10 @@ from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .servo_loading import ServoLoading
 from .spinning import interruptible, spin, started
+from .topic_qos import OVERRIDABLE, sample_qos
 from .twin_health import ERROR, OK, TwinHealth
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
-SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
-                     reliability=ReliabilityPolicy.RELIABLE)
 EVENTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REPORT_EVERY = 1.0  # s
 
@@ -59,9 +58,8 @@ class TwinNode(LifecycleNode):
         self._active = False
         self._declaring = False
         self._told = self._failure = ''
-        frame = self.get_namespace().strip('/')
-        self._prediction = conversion.Outgoing(Prediction, frame)
-        self._residual = conversion.Outgoing(Residual, frame)
+        self._prediction = conversion.Outgoing(Prediction)
+        self._residual = conversion.Outgoing(Residual)
         self._outputs: list = []
         self._inputs: list = []
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -93,10 +91,12 @@ class TwinNode(LifecycleNode):
             self._declaring = False
         gc.freeze()  # the compiler's many objects stay: looking through them holds samples up
         for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
-            self._outputs.append(self.create_lifecycle_publisher(kind, topic, SAMPLES))
+            self._outputs.append(self.create_lifecycle_publisher(
+                kind, topic, sample_qos(), qos_overriding_options=OVERRIDABLE))
         for topic, kind in conversion.TOPICS.items():
-            self._inputs.append(self.create_subscription(kind, topic, partial(self._take, topic),
-                                                         SAMPLES))
+            self._inputs.append(self.create_subscription(
+                kind, topic, partial(self._take, topic), sample_qos(),
+                qos_overriding_options=OVERRIDABLE))
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -144,6 +144,7 @@ class TwinNode(LifecycleNode):
         if parts is None:
             return
         first = parts['encoder']
+        self._prediction.frame = self._residual.frame = first.header.frame_id
         try:
             samples = conversion.to_samples(parts)
         except ValueError as problem:
@@ -222,7 +223,7 @@ class TwinNode(LifecycleNode):
         if self._declaring:
             return SetParametersResult(successful=True)
         try:
-            twin_parameters.judge(parameters, self._servo)
+            twin_parameters.judge(self, parameters, self._servo)
             if self._servo is not None:
                 changed(self._servo, servo_parameters.changes_in(parameters, self._servo))
         except ServoError as problem:
@@ -237,11 +238,13 @@ class TwinNode(LifecycleNode):
             self._lockstep.follow(self.settings)
         if self._servo is None:
             return
-        changes = servo_parameters.changes_in(parameters, self._servo)
+        changes = {path: value for path, value in servo_parameters.changes_in(
+            parameters, self._servo).items() if value != self._servo.values[path]}
         if changes and self._lockstep is not None:
             self._lockstep.set(changes, servo_parameters.SOURCE)
         if changes:
-            self._happened(events.PARAMETERS, f'{", ".join(changes)} set', events.written(changes))
+            told = ', '.join(f'{path} = {value}' for path, value in changes.items())
+            self._happened(events.PARAMETERS, told, events.written(changes))
             self._servo = changed(self._servo, changes, servo_parameters.SOURCE)
 
     def exchange(self, servo: Servo) -> tuple[str, Servo]:

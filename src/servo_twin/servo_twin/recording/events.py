@@ -1,4 +1,4 @@
-"""What changed in a twin while it ran, by the number of the first sample that it acts on."""
+"""What changed in a twin while it ran, and what else happened beside the samples."""
 
 from __future__ import annotations
 
@@ -24,6 +24,16 @@ class Change:
         """The values by path of a change of parameters."""
         return {path: tuple(value) if isinstance(value, list) else value
                 for path, value in json.loads(self.content).items()}
+
+
+@dataclass(frozen=True)
+class Happening:
+    """What a node told beside the samples: at ``time``, s since 1970, in one sentence."""
+
+    time: float
+    source: str
+    kind: str
+    text: str
 
 
 def written(values: Mapping[str, Value]) -> str:
