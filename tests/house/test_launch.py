@@ -1,4 +1,4 @@
-"""Launch files name what is there: they cannot be run where ROS brings no launch."""
+"""Launch files name what is there; test_real_launch.py runs them where ROS brings launch."""
 
 from pathlib import Path
 import re
@@ -40,3 +40,13 @@ def test_an_included_file_has_the_arguments_it_is_given():
     given = {argument['name'] for path in FILES for include in entries(path, 'include')
              for argument in include['arg']}
     assert given <= known
+
+
+def test_the_file_for_the_aggregator_groups_what_every_node_says():
+    told = yaml.safe_load((ROOT / 'config/diagnostics.yaml').read_text())
+    group = told['analyzers']['ros__parameters']['rig']['analyzers']
+    begins = {entry['startswith'][0] for entry in group.values()}
+    assert begins == {f'/rig/{node}: ' for node in (
+        'driver', 'adapter', 'twin', 'identify', 'recorder')}
+    for entry in group.values():
+        assert entry['type'] == 'diagnostic_aggregator/GenericAnalyzer' and entry['timeout'] > 1.0
