@@ -12,6 +12,7 @@ from driver_bench import Listener, wait_for
 import pytest
 
 from servo_twin.bag import read_predictions, read_recording
+from servo_twin_msgs.msg import Prediction
 
 WHY = "ROS's launch is not installed here (its wheels do not exist); a full Jazzy has it"
 for _needed in ('launch.launch_service', 'launch_ros.actions', 'launch_yaml'):
@@ -60,6 +61,9 @@ class Launched:
             stdout=self.log, stderr=subprocess.STDOUT, start_new_session=True,
             env=os.environ | {'ROS_LOG_DIR': str(folder / 'log')})
         self.ears, self.watcher, self.pids = Listener(namespace), CanWatcher(self.channel), []
+        self.predictions = []
+        self.ears.node.create_subscription(Prediction, 'twin/prediction', self.predictions.append,
+                                           1000)
 
     def text(self):
         self.log.seek(0)
@@ -82,7 +86,7 @@ def test_what_it_starts_runs_and_ends_with_it(tmp_path, end):
                    'servo:=rv_plain')
     try:
         wait_for(lambda: run.watcher.states[-1:] == [ENABLED], 'the drive is enabled', 90.0)
-        wait_for(lambda: len(run.ears.encoder) > 50, 'samples come', 60.0)
+        wait_for(lambda: len(run.predictions) > 50, 'the twin answers', 60.0)
         run.pids = children(run.process.pid)
         assert len(run.pids) == 5
         run.watcher.states.clear()
