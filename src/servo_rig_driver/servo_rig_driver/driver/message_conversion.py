@@ -103,10 +103,10 @@ def command_of(message: Command) -> tuple[int, int, float, array, array]:
             message.external_torque)
 
 
-def to_diagnostics(node: str, health: RigHealth, facts: dict[str, str], now: int
-                   ) -> DiagnosticArray:
+def to_diagnostics(node: str, health: RigHealth, facts: dict[str, str], now: int,
+                   groups: tuple[str, ...] = GROUPS) -> DiagnosticArray:
     """
-    Return the health of the rig: one status for the whole, then one for each of GROUPS.
+    Return the health of the rig: one status for the whole, then one for each of ``groups``.
 
     ``facts`` go into the first one as key and value, the counters into that of their group, and
     what passed lately into the first one as 'past 1', 'past 2', ...
@@ -121,7 +121,7 @@ def to_diagnostics(node: str, health: RigHealth, facts: dict[str, str], now: int
             f'{trouble.text} (from {_utc(trouble.since)} to {_utc(trouble.until)})')))
     said.status.append(whole)
     counters = health.counters
-    for group in GROUPS:
+    for group in groups:
         status = _status(f'{node}: {group}', [trouble for trouble in lasting
                                               if trouble.key.startswith(f'{group}.')], 'ok', now)
         status.values = [KeyValue(key=key.removeprefix(f'{group}.'), value=str(number))
