@@ -31,6 +31,7 @@ service.include_launch_description(LaunchDescription([IncludeLaunchDescription(
 sys.exit(service.run())
 """
 ROOT = Path(__file__).resolve().parents[2]
+STACK = ROOT / 'tests' / 'support' / 'ros2_control_stack.py'
 
 
 def children(pid):
@@ -133,3 +134,35 @@ def test_beside_a_real_drive_nothing_is_switched_on_by_itself(tmp_path):
             run.process.wait(20.0)
         finally:
             run.close()
+
+
+def test_a_list_of_joints_gives_an_adapter_a_twin_and_a_bag_for_each(tmp_path):
+    ears = {joint: Listener(f'robot/{joint}') for joint in ('hip', 'knee')}
+    log = (tmp_path / 'launch.log').open('w+')
+    stack = subprocess.Popen([sys.executable, STACK, '60', 'gravity=3.0'])
+    process = subprocess.Popen(
+        [sys.executable, '-c', LAUNCHER, str(ROOT / 'src/servo_twin/launch/joints.launch.py'),
+         'joints:=[hip, knee]', 'namespace:=robot', f'record:={tmp_path / "bags"}'], stdout=log,
+        stderr=subprocess.STDOUT, start_new_session=True, env=os.environ | {
+            'ROS_LOG_DIR': str(tmp_path / 'log')})
+    try:
+        heard = {joint: [] for joint in ears}
+        for joint, one in ears.items():
+            one.node.create_subscription(Prediction, 'twin/prediction', heard[joint].append, 100)
+        wait_for(lambda: all(len(some) > 50 for some in heard.values()), 'both twins answer', 90.0)
+        pids = children(process.pid)
+        assert len(pids) == 6
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait(20.0)
+        wait_for(lambda: not any(map(alive, pids)), 'all that it started has ended', 10.0)
+        log.seek(0)
+        said = log.read()
+        assert said.count('process has finished cleanly') == 6 and 'Traceback' not in said, said
+    finally:
+        process.kill()
+        stack.terminate()
+        for one in ears.values():
+            one.close()
+        log.close()
+    for joint in ears:
+        assert len(read_predictions(tmp_path / 'bags' / joint)) > 100
