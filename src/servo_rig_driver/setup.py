@@ -52,6 +52,8 @@ setup(
     ],
     python_requires='>=3.11',
     install_requires=REQUIRES,
+    # `colcon test` looks here for pytest, and in setup.cfg for the tests
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     entry_points={
         'console_scripts': [
