@@ -86,8 +86,8 @@ class JointStates:
         velocity = [float('nan')] * 2
         if self._before:
             elapsed = (instant - self._before[0]) / SECOND
-            velocity = [(now - then) / elapsed for now, then in zip(here, self._before[1:],
-                                                                     strict=True)]
+            velocity = [(now - then) / elapsed
+                        for now, then in zip(here, self._before[1:], strict=True)]
         self._before = (instant, *here)
         state = JointState(name=self.names, position=array('d', here), velocity=velocity,
                            effort=[self.torque_constant * block.columns['current'][last],

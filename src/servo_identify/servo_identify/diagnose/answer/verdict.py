@@ -266,5 +266,3 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
             'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
             'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}}
     return known
-
-

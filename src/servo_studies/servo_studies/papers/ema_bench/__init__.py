@@ -48,8 +48,8 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
     write(servo, work / 'ema_bench.yaml')
     grid = plan.grid()
     first = plan.recorded(grid, folder / 'grid', part(0.3, 0.5))
-    others = [plan.recorded(plan.grid(replicate=k), folder / 'grid', part(0.4 + 0.1 * k,
-                                                                         0.5 + 0.1 * k))
+    others = [plan.recorded(plan.grid(replicate=k), folder / 'grid',
+                            part(0.4 + 0.1 * k, 0.5 + 0.1 * k))
               for k in range(1, REPLICATES + 1)]
     found = []
     for k, (case, recording) in enumerate(zip(grid, first, strict=True)):
