@@ -9,6 +9,7 @@ from bench_recording import bench_recording, SERVO
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
+from std_msgs.msg import String
 from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 
 from servo_twin.bag import read_changes
@@ -16,13 +17,15 @@ from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.whole_recording import answer, differences, seen_by
+from servo_twin.nodes.topic_qos import EVENTS
+from servo_twin_msgs.msg import Event
 
 pytestmark = pytest.mark.ros
 
 
 def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         graph, servo_files, tmp_path, capsys):  # noqa: F811
-    bag = tmp_path / 'bag'
+    bag, heard = tmp_path / 'bag', []
     recorder = subprocess.Popen(
         [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args', '-r',
          '__ns:=/rig', '-p', f'output:={bag}', '-p', f'servo_file:={servo_files}/bench.yaml'],
@@ -36,6 +39,11 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 30)
         assert rig.set('drive.gain', 0.2).successful
+        notes = rig.node.create_publisher(String, '/rig/note', 10)
+        rig.wait(lambda: notes.get_subscription_count())
+        notes.publish(String(data='oil changed'))
+        rig.node.create_subscription(Event, '/rig/events', heard.append, EVENTS)
+        rig.wait(lambda: any(e.kind == 'note' for e in heard))
         for k in range(300, 600, 10):
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 60)
@@ -49,9 +57,10 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
     main(['replay', str(bag), '--compare', '--page', str(tmp_path / 'page.html')])
     told = capsys.readouterr().out
     assert 'identical to the last bit' in told
-    assert 'drive.gain = 0.2' in told
+    assert 'drive.gain = 0.2' in told and 'oil changed' in told
     page = (tmp_path / 'page.html').read_text()
     assert '<td>/rig/twin</td><td>parameter</td><td>drive.gain = 0.2</td>' in page
+    assert '<td>/rig/recorder</td><td>note</td><td>oil changed</td>' in page
 
 
 def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen():

@@ -27,11 +27,11 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.spinning import spin, started
-from servo_twin.nodes.topic_qos import OVERRIDABLE, sample_qos
+from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.sample_joining import Joiner
-from servo_twin_msgs.msg import Estimate, Residual
+from servo_twin_msgs.msg import Estimate, Event, Residual
 
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
@@ -77,6 +77,7 @@ class IdentifyNode(Node):
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._events = self.create_publisher(Event, 'events', EVENTS)
         self.create_service(Trigger, 'identify/relearn', self._relearn)
         self.create_timer(REPORT_EVERY, self._report)
         self.create_timer(value(self, 'online.period'), self._tell)
@@ -142,8 +143,18 @@ class IdentifyNode(Node):
                 rows, message.period, self._servo.values['mechanism.ratio']))
         for alarm in found:
             self.get_logger().warning(f'balance {alarm.balance} changed')
+            self._happened(alarm, message)
         if found:
             self._report()
+
+    def _happened(self, alarm: Alarm, seen: Residual) -> None:
+        """Tell a change as an event, which the recorder keeps; ``seen`` is the last residual."""
+        event = Event(
+            source=self.get_fully_qualified_name(), kind='change', content=alarm.balance,
+            text=f'balance {alarm.balance} changed: {alarm.feature} by {alarm.deviations:.1f} '
+                 f'deviations since sample {alarm.since}')
+        event.header.stamp = seen.header.stamp
+        self._events.publish(event)
 
     def _relearn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._detector is not None:

@@ -1,6 +1,10 @@
 """
 Recorder node: writes the topics of a rig and its twin to a bag until it is told to stop.
 
+What somebody publishes on `note` becomes an event of the recording, at its instant:
+
+    ros2 topic pub --once /rig/note std_msgs/msg/String "data: oil changed"
+
 Messages are taken as the bytes that travelled and written unseen. What is on disk survives a
 killed process up to the last whole chunk, half a second by default.
 """
@@ -24,9 +28,10 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from std_msgs.msg import String
 import yaml
 
-from servo_twin_msgs.msg import RecordingInfo
+from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
 from .growing_bag import RecordingFile
@@ -85,6 +90,8 @@ class Recorder(Node):
         self._info_publisher = self.create_publisher(RecordingInfo, INFO, latched)
         self._info_publisher.publish(info)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._events = self.create_publisher(Event, 'events', _qos(EVENT, 100))
+        self.create_subscription(String, 'note', self._note, _qos('', 100))
         for topic, kind in topics.items():
             self.create_subscription(_message_class(kind), topic, self._taker(topic),
                                      _qos(kind, depth), raw=True,
@@ -154,6 +161,12 @@ class Recorder(Node):
                 watch.take(*block_of(data))
 
         return take
+
+    def _note(self, message: String) -> None:
+        """Make an event of what a user says, which is recorded as the others are."""
+        event = Event(source=self.get_fully_qualified_name(), kind='note', text=message.data)
+        event.header.stamp = self.get_clock().now().to_msg()
+        self._events.publish(event)
 
     def _flush(self) -> None:
         if not self.failure:

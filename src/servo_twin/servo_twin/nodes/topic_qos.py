@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 """Lets parameters such as ``qos_overrides./rig/encoder.subscription.depth`` override a profile."""
+
+
+EVENTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of the topic `events`: who comes late still gets what happened."""
 
 
 def sample_qos() -> QoSProfile:

@@ -19,7 +19,6 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from servo_twin_msgs.msg import Event, Prediction, Residual
 
@@ -34,11 +33,10 @@ from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .servo_loading import ServoLoading
 from .spinning import interruptible, spin, started
-from .topic_qos import OVERRIDABLE, sample_qos
+from .topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from .twin_health import ERROR, OK, TwinHealth
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
-EVENTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REPORT_EVERY = 1.0  # s
 
 
