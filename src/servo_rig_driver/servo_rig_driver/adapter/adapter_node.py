@@ -63,6 +63,7 @@ class Adapter(Node):
         self._kinds: dict[str, str] = {}
         self._since: dict[str, float] = {}
         self._told = {'lost': 0, 'restarts': 0}
+        self._counted = 0.0
         self._diagnoser = Diagnoser(self, self.health, self._facts, GROUPS)
         self.create_timer(LOOK_EVERY, self._look)
 
@@ -136,11 +137,16 @@ class Adapter(Node):
                 self.health.trouble(f'topics.{topic}', f'no message of {topic} has come', now)
             elif topic == self.mapped.leading:  # others may come when they change only
                 self.health.trouble(f'topics.{topic}', f'{topic} is silent: no sample', now)
+        if monotonic() - self._counted >= self.settings.diagnostics_period:
+            self._counted = monotonic()
+            self._tell_counts(now)
+        self._diagnoser.look(now, self.settings.diagnostics_period)
+
+    def _tell_counts(self, now: int) -> None:
         self._tell_new('lost', self.stream.lost, 'samples.lost', 'samples left out: '
                        f'messages of {self.mapped.leading} are missing', now)
         self._tell_new('restarts', self.stream.restarts, 'clock.restart', 'times that the '
                        f'samples began again: the time of {self.mapped.leading} jumped', now)
-        self._diagnoser.look(now, self.settings.diagnostics_period)
 
     def _tell_new(self, what: str, count: int, key: str, text: str, now: int) -> None:
         if count > self._told[what]:

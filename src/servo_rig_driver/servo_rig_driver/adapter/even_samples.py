@@ -9,7 +9,7 @@ from math import nan
 
 from ..driver.sample_blocks import COLUMNS
 
-HOLE = 2.5
+HOLE = 3.0
 """Periods between two messages of a topic beyond which nothing is interpolated."""
 
 
