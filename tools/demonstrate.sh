@@ -9,7 +9,7 @@ left_out=gravity amount=4
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 record() {  # family seed: one recording of the rig, and the bag that is made of it
-  python -m servo_rig_driver.emulated.make "$1" --rig "$rig" --set "withheld.$left_out=$amount" \
+  python -m servo_rig_driver.emulated.make_recording "$1" --rig "$rig" --set "withheld.$left_out=$amount" \
     --seed "$2" --replicate "$2" --list --duration 10 -o "$out/$1_$2.csv" >/dev/null
   servo-identify import "$out/$1_$2.csv" --servo "$servo" -o "$out/bags/$1_$2" >/dev/null
 }

@@ -20,9 +20,9 @@ import time
 
 import numpy as np
 
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import load_frames, sync_counter, sync_frame
-from servo_rig_driver.emulated.make import make_recording
+from servo_rig_driver.emulated.make_recording import make_recording
 
 RIG = Path(__file__).parents[2] / 'config' / 'rigs' / 'rv_bench.yaml'
 FRAMES = 30_000

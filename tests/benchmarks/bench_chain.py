@@ -33,7 +33,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.task import Future
 from rosbags.highlevel import AnyReader
 
-from servo_twin.bag.definitions import own_types
+from servo_twin.bag.message_definitions import own_types
 from servo_twin.balances.residual_filters import WINDOW
 from servo_twin_msgs.msg import Command
 

@@ -9,7 +9,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'tests' / 'support'))
 
-from synthetic import sampled  # noqa: E402
+from synthetic_recordings import sampled  # noqa: E402
 
 from servo_identify.fit import fit  # noqa: E402
 from servo_twin.description import servo_file  # noqa: E402

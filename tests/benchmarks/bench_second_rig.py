@@ -29,7 +29,7 @@ from second_rig_machines import CLASSES, Lack, LACKS, ONLY, servo_of
 from second_rig_motions import motion
 
 if TYPE_CHECKING:
-    from servo_studies.blind_check.outcome import Outcome
+    from servo_studies.blind_check.case_outcome import Outcome
 
 REPLICATES = 3
 
@@ -60,7 +60,7 @@ class Case:
         return 'pair' if len(self.lacks) > 1 else 'single'
 
     @property
-    def traits(self) -> tuple[Lack, ...]:
+    def faults(self) -> tuple[Lack, ...]:
         """What it lacks; which shaft a torque brakes, its sensor alone tells."""
         several = tuple(LACKS[name] for name in self.lacks)
         return tuple(replace(one, site='') for one in several) if 'torque' in self.silent else (
@@ -154,7 +154,7 @@ def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
 
     from servo_identify.diagnose.checks import CannotDiagnose
     from servo_identify.diagnose.diagnose import diagnose
-    from servo_studies.blind_check.outcome import judged
+    from servo_studies.blind_check.case_outcome import judged
     from servo_twin.description import servo_file
     from servo_twin.recording.recording import Recording
 

@@ -71,7 +71,7 @@ class Lack:
 
     @property
     def accepted(self) -> frozenset[str]:
-        """All names that count as right, as a trait of the blind check has them."""
+        """All names that count as right, as a fault of the blind check has them."""
         return frozenset(self.names)
 
 

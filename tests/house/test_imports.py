@@ -48,7 +48,7 @@ def _plant(src: Path, module: str, text: str) -> None:
     ('servo_twin.physics.effects.law', 'from ...bag import reading'),
     ('servo_twin.physics.law', 'from .. import servo_file'),
     ('servo_twin.physics.law', 'def late():\n    from servo_twin.lockstep.twin import Twin'),
-    ('servo_rig_driver.emulated.bench', 'from servo_twin.physics import effect'),
+    ('servo_rig_driver.emulated.emulated_bench', 'from servo_twin.physics import effect'),
     ('servo_rig_driver.driver.driver_node', 'if True:\n    import servo_identify.fit'),
     ('servo_twin.lockstep.twin', 'import servo_rig_driver'),
     ('servo_twin.cli', 'import importlib\nimportlib.import_module("servo_identify.cli")'),
@@ -69,7 +69,7 @@ def test_it_catches_a_planted_violation(tmp_path, module, text):
     ('servo_identify.training', 'def fit():\n    import torch'),
     ('servo_identify.fit', 'from servo_twin.physics import effect'),
     ('servo_twin.nodes.twin_node', 'import rclpy\nfrom servo_twin_msgs.msg import Residual'),
-    ('servo_twin.bag.writing', 'from servo_twin_msgs.msg import Encoder'),
+    ('servo_twin.bag.bag_writing', 'from servo_twin_msgs.msg import Encoder'),
     ('servo_twin.nodes.message_conversion', 'from servo_twin_msgs import msg'),
 ])
 def test_it_lets_pass_what_is_allowed(tmp_path, module, text):

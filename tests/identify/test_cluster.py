@@ -8,12 +8,12 @@ import socket
 from cluster_tasks import listening, told
 import numpy as np
 import pytest
-from synthetic import sampled
+from synthetic_recordings import sampled
 
 from servo_identify.cli import main
 from servo_identify.jobs.cluster import scattered
 from servo_identify.jobs.fit_jobs import read_jobs
-from servo_studies.blind_check import running
+from servo_studies.blind_check import case_runs
 from servo_studies.blind_check.cases import of_plan
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
@@ -85,8 +85,8 @@ def test_the_blind_check_goes_on_without_a_case_that_is_lost(tmp_path, monkeypat
             raise RuntimeError('out of memory')
 
     cases, ended = of_plan('reduced')[:3], []
-    monkeypatch.setattr(running, 'run_case', fails_once)
-    lost = running.run_all(cases, tmp_path, workers=1, done=lambda one, _: ended.append(one))
+    monkeypatch.setattr(case_runs, 'run_case', fails_once)
+    lost = case_runs.run_all(cases, tmp_path, workers=1, done=lambda one, _: ended.append(one))
     assert lost == {cases[0].name: 'RuntimeError: out of memory'}
     assert ended == cases
 

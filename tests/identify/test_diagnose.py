@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
-from synthetic import PERIOD, sampled
+from synthetic_recordings import PERIOD, sampled
 
 from servo_identify.diagnose.answer.patch import patched
 from servo_identify.diagnose.checks import CannotDiagnose, unsaturated

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic import PERIOD, sampled
+from synthetic_recordings import PERIOD, sampled
 
 from servo_identify.cli import main
 from servo_twin.bag import write_recording

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.experiment import waves
-from servo_identify.experiment.bench import emulated_bench
-from servo_identify.experiment.limits import Guard, LimitError, Limits, REACTION
+from servo_identify.experiment import setpoint_profiles
+from servo_identify.experiment.live_bench import emulated_bench
 from servo_identify.experiment.procedures import Choices, PROCEDURES
+from servo_identify.experiment.run_limits import Guard, LimitError, Limits, REACTION
 from servo_twin.bag import read_recording
 from servo_twin.bringup.processes import Processes, wait_until
 
@@ -44,11 +44,11 @@ def test_it_has_all_runs_of_table_4():
 
 @given(strategies.floats(0.02, 1.0), strategies.floats(0.1, 2.0 * pi))
 def test_it_holds_the_speed_over_the_whole_angle_and_comes_back(speed, angle):
-    wave = waves.there_and_back(speed, angle, 2e-3)
+    wave = setpoint_profiles.there_and_back(speed, angle, 2e-3)
     held = np.sum(np.isclose(wave, speed)) * 2e-3 * speed
     assert held == pytest.approx(angle, abs=2.1 * speed * 2e-3)
     assert abs(np.cumsum(wave)[-1] * 2e-3) < 1e-9
-    assert abs(np.diff(wave)).max() <= waves.ACCELERATION * 2e-3 + 1e-12
+    assert abs(np.diff(wave)).max() <= setpoint_profiles.ACCELERATION * 2e-3 + 1e-12
 
 
 @pytest.mark.parametrize(('name', 'choices', 'limits', 'said'), [

@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.learn.friction.comparison import compared, markdown
-from servo_identify.learn.friction.dataset import dataset_of, SEQUENCE
+from servo_identify.learn.friction.error_scores import goodness_of_fit, scores_of
+from servo_identify.learn.friction.friction_dataset import dataset_of, SEQUENCE
+from servo_identify.learn.friction.friction_network import trained
 from servo_identify.learn.friction.friction_samples import differences, friction_of
-from servo_identify.learn.friction.learned import (
+from servo_identify.learn.friction.learner_comparison import compared, markdown
+from servo_identify.learn.friction.learners import learner, names
+from servo_identify.learn.friction.resampling import equal_angles
+from servo_identify.learn.friction.servo_friction import (
     learned_friction,
     with_friction,
     with_motor_friction,
 )
-from servo_identify.learn.friction.learners import learner, names
-from servo_identify.learn.friction.network import trained
-from servo_identify.learn.friction.resampling import equal_angles
-from servo_identify.learn.friction.scores import goodness_of_fit, scores_of
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find

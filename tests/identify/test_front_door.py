@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 import pytest
-from synthetic import PERIOD, sampled
+from synthetic_recordings import PERIOD, sampled
 
 import servo_identify as si
 from servo_twin.bag import write_recording

@@ -7,10 +7,19 @@ import pytest
 
 from servo_identify.jobs.live.compare_job import judge
 from servo_identify.learn.learned_effects import learn
-from servo_identify.learn.transmission.backlash import learned_backlash, with_backlash
-from servo_identify.learn.transmission.passes import angles
-from servo_identify.learn.transmission.spectrum import amplitudes, dominant, invariance, rebuilt
-from servo_identify.learn.transmission.transmission_error import ARCMIN, learned_error, with_error
+from servo_identify.learn.transmission.backlash_map import learned_backlash, with_backlash
+from servo_identify.learn.transmission.order_spectrum import (
+    amplitudes,
+    dominant,
+    invariance,
+    rebuilt,
+)
+from servo_identify.learn.transmission.transmission_harmonics import (
+    ARCMIN,
+    learned_error,
+    with_error,
+)
+from servo_identify.learn.transmission.turn_passes import angles
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed, Servo

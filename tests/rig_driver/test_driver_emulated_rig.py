@@ -10,7 +10,7 @@ from driver_bench import DriverProcess, instant, Listener, wait_for
 import numpy as np
 import pytest
 
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 
 pytestmark = pytest.mark.ros
 

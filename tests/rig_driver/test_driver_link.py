@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scripted_rig import ENABLED, ScriptedRig
 
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.canopen_rig import RigFrames
 from servo_rig_driver.devices.cia402 import DriveMaster
 from servo_rig_driver.devices.pdo_table import load_frames

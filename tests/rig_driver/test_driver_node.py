@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scripted_rig import ENABLED, ScriptedRig
 
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.can_bus.can_hub import CanHub
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 
 pytestmark = pytest.mark.ros
 

@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 import yaml
 
-from servo_rig_driver.emulated.bench import Bench, run
-from servo_rig_driver.emulated.excitation import family
-from servo_rig_driver.emulated.feed_drive import electric, screw
-from servo_rig_driver.emulated.feed_drive.properties import PROPERTIES
-from servo_rig_driver.emulated.feed_drive.state import fresh_state
-from servo_rig_driver.emulated.settings import load_rig, rig_settings, RigFileError
+from servo_rig_driver.emulated.emulated_bench import Bench, run
+from servo_rig_driver.emulated.excitation_families import family
+from servo_rig_driver.emulated.feed_drive import screw, stator_frame
+from servo_rig_driver.emulated.feed_drive.feed_properties import PROPERTIES
+from servo_rig_driver.emulated.feed_drive.feed_state import fresh_state
+from servo_rig_driver.emulated.rig_file import load_rig, rig_settings, RigFileError
 
 RIG = Path(__file__).parents[2] / 'config' / 'rigs' / 'feed_drive.yaml'
 PERIOD = 1e-3
@@ -64,7 +64,7 @@ def test_nonsense_in_its_rig_file_is_named(content, words):
 def test_the_back_emf_makes_the_torque_constant_of_a_q_current():
     P, S = parts('drive.imperfection=0')
     for angle in (0.1, 1.0, -2.3):
-        e = np.array(electric.flux_shape(P, angle))
+        e = np.array(stator_frame.flux_shape(P, angle))
         q = np.array([-np.sin(4.0 * angle), np.cos(4.0 * angle)])
         assert 1.5 * e @ (3.0 * q) == pytest.approx(3.0 * 1.0182)
         assert e @ np.array([q[1], -q[0]]) == pytest.approx(0.0, abs=1e-12)
@@ -76,13 +76,13 @@ def test_the_winding_is_that_of_scipy():
     S['motor_speed'] = 20.0
 
     def slope(t, i):
-        e = np.array(electric.flux_shape(P, 20.0 * t))
+        e = np.array(stator_frame.flux_shape(P, 20.0 * t))
         return (np.array([40.0, 20.0 / np.sqrt(3.0)]) - P['drive_resistance'] * i - 20.0 * e
                 ) / P['drive_inductance']
 
     h, steps = 6.25e-6, 800
     for _ in range(steps):
-        electric.advance_current(P, S, h)
+        stator_frame.advance_current(P, S, h)
         S['motor_angle'] += h * 20.0
     exact = solve_ivp(slope, (0.0, steps * h), [0.0, 0.0], rtol=1e-9, atol=1e-9).y[:, -1]
     assert (S['current_alpha'], S['current_beta']) == pytest.approx(tuple(exact), rel=1e-4)
@@ -167,7 +167,7 @@ SCALES = [item.path for item in PROPERTIES if item.unit == '' and item.default =
 
 @pytest.mark.parametrize('path', [*SCALES, 'screw.expansion', 'drive.latency', 'nut.loss',
                                   'drive.velocity_filter', 'load.lag'])
-def test_a_trait_that_is_off_makes_another_recording(path):
+def test_a_fault_that_is_off_makes_another_recording(path):
     external = np.where(np.arange(250) > 100, 300.0, 0.0)
     plain, without = (record(sine(0.25), *turned, external_torque=external)
                       for turned in ((), (f'{path}=0',)))

@@ -11,8 +11,8 @@ import canopen
 import numpy as np
 import pytest
 
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.can_bus.can_hub import CanHub
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices import pdo_table as wire_frames
 from servo_rig_driver.devices.object_dictionary import load_dictionaries
 from servo_rig_driver.devices.pdo_table import load_frames, sync_counter, sync_frame

@@ -1,4 +1,4 @@
-"""The emulated rig's physics against what is known by other means, and each trait off is off."""
+"""The emulated rig's physics against what is known by other means, and each fault off is off."""
 
 from math import pi, sqrt
 from pathlib import Path
@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from servo_rig_driver.emulated import sampling
-from servo_rig_driver.emulated.bench import Bench, run
-from servo_rig_driver.emulated.friction import over_the_turn
-from servo_rig_driver.emulated.properties import BY_PATH, PROPERTIES
-from servo_rig_driver.emulated.settings import load_rig, rig_settings
+from servo_rig_driver.emulated import rig_sampling
+from servo_rig_driver.emulated.emulated_bench import Bench, run
+from servo_rig_driver.emulated.maxwell_slip import over_the_turn
+from servo_rig_driver.emulated.rig_file import load_rig, rig_settings
+from servo_rig_driver.emulated.rig_properties import BY_PATH, PROPERTIES
 
 RIGS = Path(__file__).parents[2] / 'config' / 'rigs'
 PLAIN = load_rig(RIGS / 'rv_plain.yaml')
@@ -80,10 +80,10 @@ def test_a_linear_rig_answers_a_voltage_as_the_matrix_exponential_says():
         expected.append(state[:4].copy())
         state[4] = volt
         state = step @ state
-    commands = np.column_stack([np.full(1500, sampling.VOLTAGE_MODE), volts, 0.0 * volts])
+    commands = np.column_stack([np.full(1500, rig_sampling.VOLTAGE_MODE), volts, 0.0 * volts])
     answers = Bench(rig).record(commands)
     expected = np.array(expected)
-    for column, at in ((0, sampling.MOTOR), (2, sampling.LOAD)):
+    for column, at in ((0, rig_sampling.MOTOR), (2, rig_sampling.LOAD)):
         error = np.abs(answers[:, at] - expected[:, column]).max()
         assert error < 1e-4 * np.ptp(expected[:, column])
 
@@ -99,12 +99,13 @@ def test_static_wind_up_is_the_sum_of_the_tooth_pairs_that_bear():
                              'mesh.backlash': 1.0, 'mesh.backlash_load': 0.0,
                              'mesh.backlash_position': 0.0})
     external = np.concatenate([np.linspace(0.0, 80.0, 4000), np.full(500, 80.0)])
-    commands = np.column_stack([np.full(4500, sampling.VELOCITY_MODE), np.zeros(4500), external])
+    commands = np.column_stack([np.full(4500, rig_sampling.VELOCITY_MODE), np.zeros(4500),
+                                external])
     answers = Bench(rig).record(commands)[1000::250]
-    wind_up = answers[:, sampling.MOTOR] / N - answers[:, sampling.LOAD]
+    wind_up = answers[:, rig_sampling.MOTOR] / N - answers[:, rig_sampling.LOAD]
     pairs = np.array([0.0, 0.15, 0.35, 0.6, 1.0]) * 8e-5 + 1.3e-4
     torque = K / 5 * np.maximum(wind_up[:, None] - pairs, 0.0).sum(axis=1)
-    assert np.abs(torque - answers[:, sampling.TORQUE]).max() < 0.1  # the corners are rounded
+    assert np.abs(torque - answers[:, rig_sampling.TORQUE]).max() < 0.1  # the corners are rounded
     assert np.abs(torque - external[1000::250]).max() < 1.5
 
 
@@ -190,12 +191,13 @@ def outcome(values):
     rig = FULL.with_values({**values, **({'thermal.start': 25.0} | values)})
     bench = Bench(rig, seed=3)
     reference = wave()
-    commands = np.column_stack([np.full(500, sampling.VOLTAGE_MODE), reference, 8.0 * reference])
+    commands = np.column_stack([np.full(500, rig_sampling.VOLTAGE_MODE), reference,
+                                8.0 * reference])
     return bench.record(commands)[:, :6]
 
 
 @pytest.mark.parametrize('scale, quantity', GOVERNS)
-def test_a_trait_that_is_off_no_longer_depends_on_its_size(scale, quantity):
+def test_a_fault_that_is_off_no_longer_depends_on_its_size(scale, quantity):
     known = BY_PATH[quantity]
     # friction that grows with the load is rounded off by the level, so it must not be there
     base = {'friction.load': 0.0} if quantity == 'friction.load_coulomb' else {}
@@ -225,7 +227,7 @@ SHAPES = {'gravity_angle', 'payload_frequency', 'friction_drift_time', 'local_sp
           'local_spot_width'}
 
 
-def test_every_withheld_trait_is_off_by_default_and_known_to_these_tests():
+def test_every_withheld_fault_is_off_by_default_and_known_to_these_tests():
     names = {item.path.partition('.')[2] for item in PROPERTIES
              if item.path.startswith('withheld.')}
     assert names == set(WITHHELD) | set(IN_A_LOOP) | SHAPES
@@ -233,13 +235,13 @@ def test_every_withheld_trait_is_off_by_default_and_known_to_these_tests():
 
 
 @pytest.mark.parametrize('name', WITHHELD)
-def test_a_withheld_trait_shows_where_it_should(name):
+def test_a_withheld_fault_shows_where_it_should(name):
     base = {**SILENT, 'thermal.heating': 0.0}
     plain, changed = (outcome({**base, **more}) for more in
                       ({}, {f'withheld.{name}': WITHHELD[name], 'withheld.local_spot_angle': 0.0}))
-    moved = {column for column, at in (('motor', sampling.MOTOR), ('load', sampling.LOAD),
-                                       ('torque', sampling.TORQUE),
-                                       ('current', sampling.CURRENT))
+    moved = {column for column, at in (('motor', rig_sampling.MOTOR), ('load', rig_sampling.LOAD),
+                                       ('torque', rig_sampling.TORQUE),
+                                       ('current', rig_sampling.CURRENT))
              if not np.array_equal(plain[:, at], changed[:, at])}
     reading = {'load_sensor_delay': 'load', 'load_eccentricity': 'load',
                'motor_eccentricity': 'motor', 'torque_sensor_gain': 'torque',

@@ -161,7 +161,7 @@ def test_it_keeps_what_is_on_disk_when_the_disk_is_full(tmp_path):
 
 
 def test_it_reads_the_sequence_off_the_bytes():
-    from servo_twin.bag.definitions import own_types
+    from servo_twin.bag.message_definitions import own_types
     types = own_types()
     for frame in ('', 'rig', 'a_longer_frame'):
         header = types.types['std_msgs/msg/Header'](
@@ -184,7 +184,7 @@ def test_its_bags_tell_the_unit_of_each_field_and_number_the_messages(tmp_path):
     from mcap.reader import make_reader
 
     from servo_rig_driver.record.growing_bag import RecordingFile
-    from servo_twin.bag.definitions import own_types
+    from servo_twin.bag.message_definitions import own_types
     types = own_types()
     header = types.types['std_msgs/msg/Header'](
         types.types['builtin_interfaces/msg/Time'](3, 4), '')

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import yaml
 
-from servo_rig_driver.emulated import excitation, make
-from servo_rig_driver.emulated.bench import COLUMNS, run
-from servo_rig_driver.emulated.excitation import ExcitationError, FAMILIES
-from servo_rig_driver.emulated.properties import BY_PATH, PROPERTIES
-from servo_rig_driver.emulated.settings import load_rig, rig_settings, RigFileError
+from servo_rig_driver.emulated import excitation_families, make_recording
+from servo_rig_driver.emulated.emulated_bench import COLUMNS, run
+from servo_rig_driver.emulated.excitation_families import ExcitationError, FAMILIES
+from servo_rig_driver.emulated.rig_file import load_rig, rig_settings, RigFileError
+from servo_rig_driver.emulated.rig_properties import BY_PATH, PROPERTIES
 
 RIGS = Path(__file__).parents[2] / 'config' / 'rigs'
 RIG = RIGS / 'rv_bench.yaml'
@@ -77,10 +77,10 @@ def test_a_rig_without_sensors_leaves_their_columns_empty():
 
 @pytest.mark.parametrize('name', FAMILIES)
 def test_every_family_drives_the_bench_and_makes_a_table(name, tmp_path):
-    columns = make.make_recording(name, RIG, duration=2.0, seed=1)
+    columns = make_recording.make_recording(name, RIG, duration=2.0, seed=1)
     assert set(columns) == set(COLUMNS)
     assert all(len(values) == 2000 for values in columns.values())
-    make.write_table(tmp_path / 'table.csv', columns)
+    make_recording.write_table(tmp_path / 'table.csv', columns)
     head = (tmp_path / 'table.csv').read_text().splitlines()
     assert head[0] == ','.join(COLUMNS) and len(head) == 2001
     read = np.genfromtxt(tmp_path / 'table.csv', delimiter=',', names=True)
@@ -90,7 +90,7 @@ def test_every_family_drives_the_bench_and_makes_a_table(name, tmp_path):
 
 def test_the_command_makes_a_listed_recording(tmp_path, capsys):
     table = tmp_path / 'sine.npz'
-    assert make.main(['sine', '--rig', str(RIG), '--duration', '0.2', '--set',
+    assert make_recording.main(['sine', '--rig', str(RIG), '--duration', '0.2', '--set',
                       'friction.level=1.5', '--setting', 'amplitude=2', '--list',
                       '--replicate', '3', '-o', str(table)]) == 0
     assert len(np.load(table)['t']) == 200
@@ -105,13 +105,13 @@ def test_the_command_makes_a_listed_recording(tmp_path, capsys):
     (['sine', '--duration', '-1'], 'duration = -1 s is outside'),
 ])
 def test_the_command_names_what_is_wrong(arguments, words, tmp_path, capsys):
-    assert make.main([*arguments, '--rig', str(RIG), '-o', str(tmp_path / 'a.csv')]) == 1
+    assert make_recording.main([*arguments, '--rig', str(RIG), '-o', str(tmp_path / 'a.csv')]) == 1
     assert words in capsys.readouterr().err
 
 
 def test_settings_that_make_no_sense_are_refused():
     with pytest.raises(ExcitationError):
-        excitation.family('chirp').waves(np.arange(10) * 1e-3, {'first': 0.0})
+        excitation_families.family('chirp').waves(np.arange(10) * 1e-3, {'first': 0.0})
 
 
 def test_every_property_says_what_it_means():

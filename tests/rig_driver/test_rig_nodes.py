@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from servo_rig_driver.devices.pdo_table import load_frames, sync_counter, sync_frame
-from servo_rig_driver.emulated.bench import Bench, run
-from servo_rig_driver.emulated.nodes import RigNodes
-from servo_rig_driver.emulated.settings import load_rig
+from servo_rig_driver.emulated.canopen_nodes import RigNodes
+from servo_rig_driver.emulated.emulated_bench import Bench, run
+from servo_rig_driver.emulated.rig_file import load_rig
 
 RIG = Path(__file__).parents[2] / 'config' / 'rigs' / 'rv_bench.yaml'
 TABLE = load_frames()

@@ -13,14 +13,20 @@ from hypothesis import strategies as st
 import pytest
 
 from servo_rig_driver.can_bus import unix_frames as can_frames
+from servo_rig_driver.can_bus.bus_opening import (
+    bus_settings,
+    BusError,
+    BusSettings,
+    open_bus,
+    Wire,
+)
 from servo_rig_driver.can_bus.can_hub import CanHub
-from servo_rig_driver.can_bus.opening import bus_settings, BusError, BusSettings, open_bus, Wire
 from servo_rig_driver.can_bus.unix_bus import UnixBus
 
 PACKAGE = Path(can_frames.__file__).parents[2]
 ECHO = """
 import sys
-from servo_rig_driver.can_bus.opening import BusSettings, Wire, open_bus
+from servo_rig_driver.can_bus.bus_opening import BusSettings, Wire, open_bus
 wire = Wire(open_bus(BusSettings('unix_bus', sys.argv[1])))
 wire.send([(0x701, bytes(1))])
 while True:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from servo_rig_driver.emulated.make import make_recording
-from servo_rig_driver.emulated.settings import load_rig
+from servo_rig_driver.emulated.make_recording import make_recording
+from servo_rig_driver.emulated.rig_file import load_rig
 from servo_studies.blind_check import severity
 from servo_studies.blind_check.cases import case, KINDS, of_plan
-from servo_studies.blind_check.definitions import machines, plans, severities, traits
+from servo_studies.blind_check.fault_tables import faults, machines, plans, severities
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import names
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
@@ -97,18 +97,18 @@ def means(values, over=10):
 
 
 def test_it_only_expects_names_that_a_diagnosis_may_say():
-    for trait in traits().values():
-        for name in (*trait.names, *trait.also):
+    for fault in faults().values():
+        for name in (*fault.names, *fault.also):
             known = name in names() or name in EFFECTS_OF_THE_TABLE
-            assert known or name.startswith('parameter:'), f'{trait.name}: {name}'
-        assert all(trait.also.values()), f'{trait.name}: an alias needs its reason'
+            assert known or name.startswith('parameter:'), f'{fault.name}: {name}'
+        assert all(fault.also.values()), f'{fault.name}: an alias needs its reason'
 
 
-def test_it_joins_only_traits_that_can_be_told_by_name():
+def test_it_joins_only_faults_that_can_be_told_by_name():
     for one in of_plan('scored'):
         if one.kind in ('pair', 'triple'):
             assert len(one.truths) == {'pair': 2, 'triple': 3}[one.kind]
-            accepted = [name for trait in one.traits for name in trait.accepted]
+            accepted = [name for fault in one.faults for name in fault.accepted]
             assert len(accepted) == len(set(accepted))
 
 
@@ -116,12 +116,12 @@ def test_it_removes_the_cause_itself():
     for one in of_plan('scored'):
         assert bool(one.without) == (one.kind == 'removed')
         if one.kind == 'removed':
-            assert set(one.traits[0].names) <= set(one.without)
+            assert set(one.faults[0].names) <= set(one.without)
 
 
-def test_it_knows_a_severity_for_most_traits():
+def test_it_knows_a_severity_for_most_faults():
     for machine in machines().values():
-        asked = {t.name for t in traits().values() if machine.name in t.start}
+        asked = {t.name for t in faults().values() if machine.name in t.start}
         assert len(asked - set(severities()[machine.name])) <= 2
 
 
@@ -140,7 +140,7 @@ def test_it_names_near_cases_when_there_is_none():
 @pytest.mark.parametrize('name', machines())
 def test_no_severity_lies_within_what_is_taken_for_granted(name):
     machine = machines()[name]
-    for trait, value in severities()[name].items():
-        assert value >= 0.995 * severity.beyond(machine, traits()[trait]), trait
-    assert severity.beyond(machine, traits()['sensor_delay']) == pytest.approx(1.05e-3)
-    assert severity.beyond(machine, traits()['gravity']) == 0.0
+    for fault, value in severities()[name].items():
+        assert value >= 0.995 * severity.beyond(machine, faults()[fault]), fault
+    assert severity.beyond(machine, faults()['sensor_delay']) == pytest.approx(1.05e-3)
+    assert severity.beyond(machine, faults()['gravity']) == 0.0

@@ -8,13 +8,18 @@ from math import isnan
 import numpy as np
 import pytest
 
-from servo_rig_driver.emulated.excitation import family
-from servo_studies.blind_check import resolution, running
+from servo_rig_driver.emulated.excitation_families import family
+from servo_studies.blind_check import case_runs, resolution
+from servo_studies.blind_check.blind_check_page import (
+    KINDS_OF_MISS,
+    miss_of,
+    outcomes_in,
+    write_page,
+)
+from servo_studies.blind_check.case_outcome import judged
+from servo_studies.blind_check.case_runs import run_case, Wanted
 from servo_studies.blind_check.cases import Case, of_plan, Truth
-from servo_studies.blind_check.definitions import machines
-from servo_studies.blind_check.outcome import judged
-from servo_studies.blind_check.page import KINDS_OF_MISS, miss_of, outcomes_in, write_page
-from servo_studies.blind_check.running import run_case, Wanted
+from servo_studies.blind_check.fault_tables import machines
 from servo_studies.blind_check.scoring import confusion, figures, of_baseline, risk_coverage
 from servo_studies.commands import blind_check as command
 
@@ -256,7 +261,8 @@ def test_a_case_that_is_answered_has_no_recordings_made_again(tmp_path, monkeypa
     place = tmp_path / single.name / 'diagnosis'
     place.mkdir(parents=True)
     (place / 'report.json').write_text(json.dumps(a_report(cause('gravity', 'load'))))
-    monkeypatch.setattr(running, 'make_bags', lambda *orders: pytest.fail('recordings were made'))
+    monkeypatch.setattr(case_runs, 'make_bags',
+                        lambda *orders: pytest.fail('recordings were made'))
     run_case(single, tmp_path, Wanted(baselines=False, resolution=True))
 
 

@@ -9,7 +9,7 @@ from involute_bench import drawn_play, PLAIN, RIG
 import numpy as np
 import pytest
 
-from servo_rig_driver.emulated.bench import Bench, run
+from servo_rig_driver.emulated.emulated_bench import Bench, run
 from servo_twin.description import servo_file
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS

@@ -5,13 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_rig_driver.emulated.bench import run
-from servo_rig_driver.emulated.settings import load_rig
+from servo_rig_driver.emulated.emulated_bench import run
+from servo_rig_driver.emulated.rig_file import load_rig
 from servo_studies.papers.ema_bench import comparison_rows, page
-from servo_studies.papers.ema_bench.judged import Apart, judged
-from servo_studies.papers.ema_bench.model import Conditions, identified
-from servo_studies.papers.ema_bench.plan import BRAKES, Case, CURVE, curve, grid, learned, SETTINGS
-from servo_studies.papers.systems import SYSTEMS
+from servo_studies.papers.ema_bench.ema_errors import Apart, judged
+from servo_studies.papers.ema_bench.ema_model import Conditions, identified
+from servo_studies.papers.ema_bench.ema_recordings import (
+    BRAKES,
+    Case,
+    CURVE,
+    curve,
+    grid,
+    learned,
+    SETTINGS,
+)
+from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.description import servo_file
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS

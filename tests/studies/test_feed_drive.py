@@ -13,9 +13,16 @@ from servo_identify.learn.networks.deviation_network import (
     with_deviation,
     without_deviation,
 )
-from servo_studies.papers.feed_drive import comparison_rows, making, page, text
-from servo_studies.papers.feed_drive.making import Circle, circle, Judged, judged, PERIOD, plan
-from servo_studies.papers.recordings import Part, recorded
+from servo_studies.papers.bench_recordings import Part, recorded
+from servo_studies.papers.feed_drive import comparison_rows, feed_page, feed_results, page
+from servo_studies.papers.feed_drive.feed_results import (
+    Circle,
+    circle,
+    Judged,
+    judged,
+    PERIOD,
+    plan,
+)
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording
 
@@ -24,29 +31,30 @@ FEED = servo_file.load(CONFIG / 'servos' / 'feed_drive.yaml')
 
 
 def test_training_and_judged_recordings_have_no_noise_and_no_middle_speed_in_common():
-    for axis in making.AXES:
+    for axis in feed_results.AXES:
         parts = {part.name: part for part in plan(axis)}
         assert [run.name for run in parts['training'].runs] == ['F1000', 'F6000']
         assert [run.name for run in parts['sines'].runs] == [
-            f'F{rate}' for rate in making.RATES]
+            f'F{rate}' for rate in feed_results.RATES]
         seeds = [part.seed + k for part in parts.values() for k in range(len(part.runs))]
         assert len(set(seeds)) == len(seeds)
 
 
 @pytest.mark.parametrize('rate', [1000, 6000])
 def test_a_sine_never_exceeds_its_feed_and_reaches_it(rate):
-    speed = np.diff(making.sine(rate)) / PERIOD * 60e3
+    speed = np.diff(feed_results.sine(rate)) / PERIOD * 60e3
     assert np.abs(speed).max() == pytest.approx(rate, rel=1e-3)
     assert abs(speed[0]) < 1e-3 * rate
-    assert making.sine(rate).max() == pytest.approx(0.1, rel=1e-6)
+    assert feed_results.sine(rate).max() == pytest.approx(0.1, rel=1e-6)
 
 
 def test_the_circle_begins_where_the_axes_stand_and_is_one():
     places = circle(120)
     assert places['x'][0] == places['y'][0] == 0.0
-    np.testing.assert_allclose(np.hypot(places['x'] + making.RADIUS, places['y']), making.RADIUS)
+    np.testing.assert_allclose(np.hypot(places['x'] + feed_results.RADIUS, places['y']),
+                               feed_results.RADIUS)
     speed = np.hypot(*(np.diff(places[axis]) for axis in 'xy')) / PERIOD
-    assert speed[-1] == pytest.approx(2.0 * making.RADIUS, rel=1e-3)
+    assert speed[-1] == pytest.approx(2.0 * feed_results.RADIUS, rel=1e-3)
 
 
 def test_contour_errors_are_distances_from_the_circle():
@@ -54,14 +62,14 @@ def test_contour_errors_are_distances_from_the_circle():
     size = len(wanted['x'])
     judged_axes = []
     for axis, factor in (('x', np.cos), ('y', np.sin)):
-        angle = np.arctan2(wanted['y'], wanted['x'] + making.RADIUS)
+        angle = np.arctan2(wanted['y'], wanted['x'] + feed_results.RADIUS)
         out = wanted[axis] + 3e-6 * factor(angle)
         recording = Recording('c', PERIOD, {'reference_position': wanted[axis],
                                             'load_position': out})
         judged_axes.append(Judged(recording, {'analytical': wanted[axis],
                                               'hybrid': out + 1e-6 * factor(angle)}))
     figures = Circle(*judged_axes).figures()
-    assert size > making.SETTLED / PERIOD
+    assert size > feed_results.SETTLED / PERIOD
     assert figures['measured']['largest'] == pytest.approx(3.0, rel=1e-6)
     assert figures['analytical']['rmse'] == pytest.approx(3.0, rel=1e-6)
     assert figures['hybrid']['largest'] == pytest.approx(1.0, rel=1e-6)
@@ -73,8 +81,8 @@ def axis(tmp_path_factory):
     time = np.arange(4000) * PERIOD
 
     def short(speed: float):
-        return making.run_of(f'v{1e3 * speed:g}', 0.02 * np.sin(
-            speed / 0.02 * making.waves.set_off(time, making.EASE)))
+        return feed_results.run_of(f'v{1e3 * speed:g}', 0.02 * np.sin(
+            speed / 0.02 * feed_results.waves.set_off(time, feed_results.EASE)))
 
     parts = (Part('training', True, (short(0.03), short(0.1)), 1),
              Part('test', False, (short(0.07),), 5))
@@ -116,7 +124,7 @@ def test_the_page_says_whether_the_bar_is_met_and_every_system_has_a_row():
     def errors(ratio):
         return {f'F{rate}': {'analytical': {'largest': 8.0, 'rmse': 4.0, 'relative': 1.0},
                              'hybrid': {'largest': 4.0, 'rmse': 4.0 * ratio, 'relative': 0.5}}
-                for rate in making.RATES}
+                for rate in feed_results.RATES}
 
     training = {'rmse': 0.3, 'r2': 0.98, 'iterations': 40, 'weights': 41}
     one = {'analytical': {'largest': 8.0, 'rmse': 3.0}, 'hybrid': {'largest': 4.0, 'rmse': 1.0},
@@ -124,12 +132,12 @@ def test_the_page_says_whether_the_bar_is_met_and_every_system_has_a_row():
     found = {'trained': [1000, 6000], 'axes': {
         'x': {'errors': errors(0.3), 'training': training},
         'y': {'errors': errors(0.6), 'training': training}},
-        'circle': {str(t): one for t in making.TURNS},
+        'circle': {str(t): one for t in feed_results.TURNS},
         'warm': {'warmer': 4.0, 'errors': errors(0.9)['F4000']},
         'inverter': {'apart': 0.1, 'ripple': 0.2, 'step_averaged': 30.0, 'step_switching': 200.0}}
     said = page(found)
     assert 'is met: 0.30 at worst' in said and 'is **missed**: 0.60 at worst' in said
     rows = comparison_rows(found)
-    assert len(rows) == sum(s.part == 'feed_drive' for s in text.SYSTEMS)
+    assert len(rows) == sum(s.part == 'feed_drive' for s in feed_page.SYSTEMS)
     assert 'RMSE 1.20, 1.20, 1.20, 1.20 um' in next(
         r for r in rows if 'hybrid model' in r['system'])['ours']

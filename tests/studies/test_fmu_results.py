@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_studies.papers.feed_drive.making import sine
+from servo_studies.papers.feed_drive.feed_results import sine
 from servo_studies.papers.fmu import beside, brought, comparison_rows, PUSHED, two_inertias
-from servo_studies.papers.systems import SYSTEMS
+from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
-from servo_twin.fmu import example
-from servo_twin.fmu.opened import FmuError
+from servo_twin.fmu import example_fmu
+from servo_twin.fmu.fmu_file import FmuError
 from servo_twin.physics.simulate import initial_state
 from servo_twin.physics.state import ZERO
 
@@ -45,10 +45,10 @@ def test_a_softer_fmu_is_further_from_the_built_in_one(tmp_path):
 
 
 def test_without_a_c_compiler_it_says_so(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(example, 'COMPILER', 'no-such-compiler')
-    example.compiled.cache_clear()
+    monkeypatch.setattr(example_fmu, 'COMPILER', 'no-such-compiler')
+    example_fmu.compiled.cache_clear()
     with pytest.raises(FmuError, match="there is no C compiler 'no-such-compiler'"):
-        example.made(tmp_path)
+        example_fmu.made(tmp_path)
     assert main(['results', '--work', str(tmp_path / 'work'), '-o', str(tmp_path / 'results.md'),
                  '--parts', 'fmu']) == 2
     assert 'apt install gcc' in capsys.readouterr().err
@@ -58,10 +58,10 @@ def test_a_compiler_that_refuses_is_quoted(tmp_path, monkeypatch):
     made(tmp_path)  # skips without a compiler
     source = tmp_path / 'broken.c'
     source.write_text('int broken(void) { return nothing; }')
-    monkeypatch.setattr(example, 'SOURCE', source)
-    example.compiled.cache_clear()
+    monkeypatch.setattr(example_fmu, 'SOURCE', source)
+    example_fmu.compiled.cache_clear()
     with pytest.raises(FmuError, match='broken.c: cc made no library of it'):
-        example.made(tmp_path)
+        example_fmu.made(tmp_path)
 
 
 @pytest.mark.slow

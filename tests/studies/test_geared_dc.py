@@ -8,14 +8,15 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.experiment.procedures import Choices, PROCEDURES
 from servo_identify.learn.free_run import free_runs
-from servo_identify.learn.friction.comparison import best_of, compared, markdown
-from servo_identify.learn.friction.dataset import dataset_of, SEQUENCE
+from servo_identify.learn.friction.friction_dataset import dataset_of, SEQUENCE
 from servo_identify.learn.friction.friction_samples import friction_of
-from servo_rig_driver.emulated.bench import run
-from servo_rig_driver.emulated.excitation import family
-from servo_rig_driver.emulated.settings import load_rig
+from servo_identify.learn.friction.learner_comparison import best_of, compared, markdown
+from servo_rig_driver.emulated.emulated_bench import run
+from servo_rig_driver.emulated.excitation_families import family
+from servo_rig_driver.emulated.rig_file import load_rig
+from servo_studies.papers.bench_recordings import Part, recorded
 from servo_studies.papers.geared_dc import comparison_rows, page
-from servo_studies.papers.geared_dc.making import (
+from servo_studies.papers.geared_dc.geared_dc_results import (
     balance_figures,
     FREE,
     friction_data,
@@ -23,8 +24,7 @@ from servo_studies.papers.geared_dc.making import (
     plan,
     twin_figures,
 )
-from servo_studies.papers.recordings import Part, recorded
-from servo_studies.papers.systems import SYSTEMS
+from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.commands import run as bring_up
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording

@@ -15,12 +15,12 @@ from servo_studies.papers.linear_forms import (
     transfer_function,
     turns,
 )
-from servo_studies.papers.stepping import driven
-from servo_studies.papers.systems import SYSTEMS
+from servo_studies.papers.paper_systems import SYSTEMS
+from servo_studies.papers.step_time import driven
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
-from servo_twin.linear.forms import linearise
-from servo_twin.linear.operating import usual_point
+from servo_twin.linear.operating_point import usual_point
+from servo_twin.linear.state_space import linearise
 from servo_twin.physics.harmonic_drives import with_harmonic_drive
 from servo_twin.physics.simulate import initial_state, simulate
 from servo_twin.recording.recording import Recording

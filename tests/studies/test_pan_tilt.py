@@ -8,17 +8,17 @@ from scipy.optimize import brentq
 
 from servo_identify.commands.harmonic_drives import coupled_angle, freed, LINEAR, ranked
 from servo_identify.learn.free_run import free_runs
-from servo_rig_driver.emulated import coupling, flexspline, pair
-from servo_rig_driver.emulated.bench import Bench, run
-from servo_rig_driver.emulated.pair import run_pair
-from servo_rig_driver.emulated.settings import load_rig
-from servo_studies.papers.comparison import KEYS
+from servo_rig_driver.emulated import coupled_axes, coupled_mass, flexspline
+from servo_rig_driver.emulated.coupled_axes import run_pair
+from servo_rig_driver.emulated.emulated_bench import Bench, run
+from servo_rig_driver.emulated.rig_file import load_rig
 from servo_studies.papers.pan_tilt import comparison_rows, page
-from servo_studies.papers.systems import SYSTEMS
+from servo_studies.papers.paper_comparison import KEYS
+from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.description import servo_file
+from servo_twin.physics.fixed_inertia import with_fixed_inertia
 from servo_twin.physics.harmonic_drives import with_harmonic_drive
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.physics.standing import standing
 from servo_twin.recording.recording import Recording
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -84,24 +84,24 @@ def test_the_inertia_of_a_pan_is_that_of_a_mass_on_an_arm():
     for angle in np.linspace(-1.5, 1.5, 7):
         S['other_angle'] = angle
         arm = 0.20 * np.cos(angle) - 0.03 * np.sin(angle)
-        assert coupling.load_inertia(P, S) == pytest.approx(0.45 + 18.0 * arm**2, rel=1e-12)
+        assert coupled_mass.load_inertia(P, S) == pytest.approx(0.45 + 18.0 * arm**2, rel=1e-12)
         slopes = []
         for way in (1e-6, -1e-6):
             S['other_angle'] = angle + way
-            slopes.append(coupling.load_inertia(P, S))
+            slopes.append(coupled_mass.load_inertia(P, S))
         S['other_angle'] = angle
-        assert coupling.inertia_slope(P, S) == pytest.approx(
+        assert coupled_mass.inertia_slope(P, S) == pytest.approx(
             (slopes[0] - slopes[1]) / 2e-6, abs=1e-6)
 
 
 def test_a_moving_tilt_leaves_the_pan_its_angular_momentum():
     P, S = PAN.parameters()[0], Bench(PAN).state[0]
     S['load_speed'], S['other_speed'] = 1.3, 0.9
-    momentum = coupling.load_inertia(P, S) * 1.3
+    momentum = coupled_mass.load_inertia(P, S) * 1.3
     for _ in range(1000):
-        coupling.turn_other(P, S, 1e-3)
+        coupled_mass.turn_other(P, S, 1e-3)
     assert S['other_angle'] == pytest.approx(0.9)
-    assert coupling.load_inertia(P, S) * S['load_speed'] == pytest.approx(momentum, rel=1e-9)
+    assert coupled_mass.load_inertia(P, S) * S['load_speed'] == pytest.approx(momentum, rel=1e-9)
 
 
 @pytest.fixture(scope='module')
@@ -118,7 +118,7 @@ def test_a_twin_that_sees_the_tilt_is_closer_to_the_pan_than_one_that_does_not(n
     columns = {name: column for name, column in pan.items() if name != 't'}
     recording = Recording('nodding', 1e-3, columns)
     seeing, blind = (free_runs(servo, [recording])[0].speed_fit
-                     for servo in (AZIMUTH, standing(AZIMUTH, 0.0)))
+                     for servo in (AZIMUTH, with_fixed_inertia(AZIMUTH, 0.0)))
     assert seeing > 0.9 and blind < seeing - 0.1
 
 
@@ -128,11 +128,11 @@ def test_both_axes_are_recorded_by_command(tmp_path, capsys):
     words = ['--pan', str(CONFIG / 'rigs' / 'pan_tilt_azimuth.yaml'),
              '--tilt', str(CONFIG / 'rigs' / 'pan_tilt_elevation.yaml'),
              '--waves', str(tmp_path / 'waves.npz'), '--pan-mode', 'voltage']
-    assert pair.main([*words, '-o', *map(str, tables)]) == 0
+    assert coupled_axes.main([*words, '-o', *map(str, tables)]) == 0
     read = [np.genfromtxt(table, delimiter=',', names=True) for table in tables]
     assert np.allclose(read[0]['coupled_position'], read[1]['load_position'])
     np.savez(tmp_path / 'waves.npz', pan=np.full(200, 4.0), tilt=np.full(100, 0.3))
-    assert pair.main([*words, '-o', *map(str, tables)]) == 1
+    assert coupled_axes.main([*words, '-o', *map(str, tables)]) == 1
     assert '200 set-points for the pan, 100 for the tilt' in capsys.readouterr().err
 
 
@@ -146,7 +146,7 @@ def test_a_servo_whose_other_axis_stands_still_has_the_inertia_of_that_angle():
                    **{name: np.full(200, np.nan) for name in (
                        'current', 'reference_velocity', 'reference_position', 'external_torque',
                        'temperature', 'motor_position', 'load_position')}})
-    still = standing(AZIMUTH, 0.8)
+    still = with_fixed_inertia(AZIMUTH, 0.8)
     assert not any(p.effect.port == 'inertia' for p in still.effects)
     low, high = still.tolerance['mechanism.load_inertia']
     assert low < still.values['mechanism.load_inertia'] < high
@@ -159,7 +159,7 @@ def test_a_servo_whose_other_axis_stands_still_has_the_inertia_of_that_angle():
 
 def made_by(model: str, volts: float, seed: int) -> Recording:
     """Return what a twin with one of the models would have been recorded as."""
-    servo = with_harmonic_drive(standing(AZIMUTH, 0.0), model)
+    servo = with_harmonic_drive(with_fixed_inertia(AZIMUTH, 0.0), model)
     t = np.arange(3000) * 1e-3
     voltage = volts * np.sin(2.0 * np.pi * 0.5 * t) + 2.0 * np.sin(2.0 * np.pi * (3.0 + seed) * t)
     torque = 4.0 * np.sin(2.0 * np.pi * 0.7 * t)

@@ -13,6 +13,7 @@ from servo_studies.third_rig import case_folder, fault_cases
 from servo_studies.third_rig.bench_run import Fault, record
 from servo_studies.third_rig.excitations import Excitation, excite
 from servo_studies.third_rig.fault_cases import cases, KINDS, LISTED, UNLISTED
+from servo_studies.third_rig.fault_terms import laws_of, MECHANISMS, memory_of, Table, Term
 from servo_studies.third_rig.integrator import held, look, Plant, PORTS, run, stretch
 from servo_studies.third_rig.rig_machines import (
     MACHINES,
@@ -21,7 +22,6 @@ from servo_studies.third_rig.rig_machines import (
     told,
     within_tolerance,
 )
-from servo_studies.third_rig.terms import laws_of, MECHANISMS, memory_of, Table, Term
 from servo_studies.third_rig.visibility import Bench, SMALL, unit_amount
 
 PACKAGE = Path(fault_cases.__file__).parent

@@ -7,7 +7,7 @@ from threading import Event, Thread
 from can import CanError
 from driver_bench import wait_for
 
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import load_frames, NMT_ID
 
 ENABLED, QUICK_STOP, DISABLED, FAULT = 0x27, 0x07, 0x40, 0x08

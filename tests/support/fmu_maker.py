@@ -6,7 +6,7 @@ from shutil import which
 import pytest
 
 from servo_twin.description import servo_file
-from servo_twin.fmu import example
+from servo_twin.fmu import example_fmu
 
 SERVO = """
 servo: screw
@@ -38,10 +38,10 @@ PARAMETERS = '{ratio: ratio, rotor_inertia: J_m, load_inertia: J_l, stiffness: c
 
 
 def made(folder: Path, version: int = 2, **said) -> Path:
-    """Return a new FMU, see servo_twin.fmu.example."""
-    if not which(example.COMPILER):
+    """Return a new FMU, see servo_twin.fmu.example_fmu."""
+    if not which(example_fmu.COMPILER):
         pytest.skip('there is no C compiler')
-    return example.made(folder, version, **said)
+    return example_fmu.made(folder, version, **said)
 
 
 def mapped(fmu, inputs=INPUT, outputs=OUTPUTS, start=START, parameters=PARAMETERS, more=''):

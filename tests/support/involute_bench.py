@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from servo_rig_driver.emulated.settings import load_rig
+from servo_rig_driver.emulated.rig_file import load_rig
 
 RIG = load_rig(Path(__file__).parents[2] / 'config' / 'rigs' / 'ema_bench.yaml')
 PLAIN = {'mesh.backlash_load': 0.0, 'mesh.backlash_position': 0.0, 'mesh.softening': 0.0,

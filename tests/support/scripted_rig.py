@@ -13,7 +13,7 @@ from time import monotonic
 
 from can import CanError
 
-from servo_rig_driver.can_bus.opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import HEARTBEAT_ID, load_frames, NMT_ID, SYNC_ID
 
 DISABLED, READY, ON, ENABLED, FAULT, QUICK_STOP = 0x0250, 0x0231, 0x0233, 0x0237, 0x0218, 0x0217

@@ -10,8 +10,8 @@ from servo_twin.description import servo_file
 from servo_twin.lockstep.twin import Twin
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.state import OUTPUTS
+from servo_twin.recording.joined_samples import CHANNELS, samples_of
 from servo_twin.recording.recording import BALANCES, COLUMNS
-from servo_twin.recording.samples import CHANNELS, samples_of
 
 PERIOD = 1e-3
 SIZE = 2000

@@ -12,17 +12,17 @@ from servo_identify.fit import fit
 from servo_twin.bag import write_recording
 from servo_twin.cli import main
 from servo_twin.description import servo_file
-from servo_twin.fmu.opened import FmuError, FmuFailure
-from servo_twin.linear.forms import linearise
-from servo_twin.linear.operating import usual_point
+from servo_twin.fmu.fmu_file import FmuError, FmuFailure
+from servo_twin.linear.operating_point import usual_point
+from servo_twin.linear.state_space import linearise
 from servo_twin.lockstep.lockstep import Lockstep, Settings, warm_up
 from servo_twin.lockstep.twin import Twin
 from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate, simulate_many
 from servo_twin.physics.state import INPUTS, LOAD_ANGLE, MOTOR_SPEED
+from servo_twin.recording.joined_samples import samples_of
 from servo_twin.recording.recording import Recording
-from servo_twin.recording.samples import samples_of
 
 PERIOD = 1e-3
 BUILT_IN = '  type: two_inertia\n  damping: 2.0\n  stiffness: 4.0e+3'

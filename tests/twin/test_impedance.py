@@ -10,17 +10,17 @@ import pytest
 from servo_twin.bag import read_recording, write_recording
 from servo_twin.balances.residual_filters import Balances
 from servo_twin.description.servo_file import dumps, loads
-from servo_twin.linear.forms import linearise
-from servo_twin.linear.loop import closed_loop, margins
-from servo_twin.linear.operating import usual_point
+from servo_twin.linear.operating_point import usual_point
+from servo_twin.linear.sampled_loop import closed_loop, margins
+from servo_twin.linear.state_space import linearise
 from servo_twin.lockstep.lockstep import Settings
 from servo_twin.lockstep.whole_recording import answer
 from servo_twin.nodes.message_conversion import to_samples
 from servo_twin.physics.controllers import Impedance
 from servo_twin.physics.simulate import initial_state, simulate
 from servo_twin.physics.state import OUTPUTS
+from servo_twin.recording.joined_samples import CHANNELS, Inputs, reference_of
 from servo_twin.recording.recording import BALANCES, COLUMNS, Recording
-from servo_twin.recording.samples import CHANNELS, Inputs, reference_of
 
 PERIOD = 1e-3
 KP, KD, KF, INERTIA, DRAG = 40.0, 1.5, 0.8, 0.06, 0.2

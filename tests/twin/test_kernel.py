@@ -17,8 +17,8 @@ from servo_twin.physics.catalogue import find
 from servo_twin.physics.controllers import Open
 from servo_twin.physics.drives import CurrentDrive
 from servo_twin.physics.kernel import kernel_of
+from servo_twin.physics.mechanisms.friction_step import slide
 from servo_twin.physics.mechanisms.rigid import Rigid
-from servo_twin.physics.mechanisms.slide import slide
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, simulate, simulate_many
 

@@ -15,7 +15,7 @@ from servo_twin.description.servo_file import load
 from servo_twin.lockstep.lockstep import Lockstep, Settings
 from servo_twin.lockstep.whole_recording import answer, differences, part_of
 from servo_twin.physics.servo import ServoError
-from servo_twin.recording.samples import samples_of
+from servo_twin.recording.joined_samples import samples_of
 
 
 @pytest.fixture(scope='module')

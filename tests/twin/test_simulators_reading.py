@@ -15,8 +15,8 @@ from servo_twin.physics.drives import CurrentDrive, VoltageDrive  # noqa: E402
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate  # noqa: E402
 from servo_twin.physics.state import INPUTS  # noqa: E402
 from servo_twin.simulators.from_model.as_servo import servo_of, text_of  # noqa: E402
-from servo_twin.simulators.from_model.given import Given  # noqa: E402
 from servo_twin.simulators.from_model.mujoco_joint import joint_of  # noqa: E402
+from servo_twin.simulators.from_model.required_values import Given  # noqa: E402
 from servo_twin.simulators.from_model.urdf_model import joint_of_urdf  # noqa: E402
 from servo_twin.simulators.joint import ModelError  # noqa: E402
 from servo_twin.simulators.mujoco_model import compiled, compiled_text  # noqa: E402

@@ -18,20 +18,20 @@ mujoco = pytest.importorskip('mujoco')
 from servo_twin.description.servo_file import load, loads  # noqa: E402
 from servo_twin.physics.servo import Servo  # noqa: E402
 from servo_twin.simulators.from_model.as_servo import servo_of  # noqa: E402
-from servo_twin.simulators.from_model.given import Given  # noqa: E402
 from servo_twin.simulators.from_model.mujoco_joint import joint_of  # noqa: E402
+from servo_twin.simulators.from_model.required_values import Given  # noqa: E402
 from servo_twin.simulators.joint import Joint, ModelError, UNITS  # noqa: E402
 from servo_twin.simulators.mujoco_model import compiled_text  # noqa: E402
-from servo_twin.simulators.runs.equation import equation_run  # noqa: E402
-from servo_twin.simulators.runs.excitation import Excitation, excitation_for  # noqa: E402
+from servo_twin.simulators.runs.joint_equation import equation_run  # noqa: E402
+from servo_twin.simulators.runs.joint_excitation import Excitation, excitation_for  # noqa: E402
 from servo_twin.simulators.runs.mujoco_run import mujoco_run  # noqa: E402
 from servo_twin.simulators.runs.twin_run import twin_run  # noqa: E402
 from servo_twin.simulators.to_model.as_joint import joint_of_servo  # noqa: E402
 from servo_twin.simulators.to_model.isaac import isaac_text  # noqa: E402
-from servo_twin.simulators.to_model.link import GRAVITY, link_of  # noqa: E402
 from servo_twin.simulators.to_model.mjcf import mjcf_text  # noqa: E402
 from servo_twin.simulators.to_model.nearest_friction import nearest_friction  # noqa: E402
 from servo_twin.simulators.to_model.nearest_joint import compared, nearest_joint, report  # noqa: E402
+from servo_twin.simulators.to_model.rigid_link import GRAVITY, link_of  # noqa: E402
 from servo_twin.simulators.to_model.urdf import urdf_text  # noqa: E402
 
 SERVOS = Path(__file__).resolve().parents[2] / 'config' / 'servos'

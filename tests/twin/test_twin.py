@@ -11,9 +11,9 @@ from servo_twin.lockstep.twin import LIVE_MODES, Twin
 from servo_twin.physics.servo import ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import OUTPUTS
+from servo_twin.recording.joined_samples import CHANNELS, samples_of
 from servo_twin.recording.recording import BALANCES, COLUMNS, COMPARED
 from servo_twin.recording.sample_joining import Joiner
-from servo_twin.recording.samples import CHANNELS, samples_of
 
 PERIOD = 1e-3
 BENCH = servo_file.loads("""

@@ -25,8 +25,8 @@ from servo_twin.lockstep.twin import Twin
 from servo_twin.nodes.message_conversion import to_time, TOPICS
 from servo_twin.nodes.servo_loading import ServoLoading
 from servo_twin.nodes.twin_health import TwinHealth
+from servo_twin.recording.joined_samples import CHANNELS, samples_of
 from servo_twin.recording.recording import BALANCES
-from servo_twin.recording.samples import CHANNELS, samples_of
 from servo_twin_msgs.msg import Current, Encoder, Prediction, Residual, Torque
 from servo_twin_msgs.srv import LoadServo
 

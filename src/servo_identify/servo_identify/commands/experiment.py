@@ -28,10 +28,10 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at, shipped
 from servo_twin.physics.servo import Servo
 
-from ..experiment.bench import emulated_bench, python, ros, START
-from ..experiment.headless import make
-from ..experiment.limits import Limits
+from ..experiment.live_bench import emulated_bench, python, ros, START
+from ..experiment.offline_bench import make
 from ..experiment.procedures import Choices, PROCEDURES, Run
+from ..experiment.run_limits import Limits
 
 _LIMITS = Limits()
 _WAIT = 30.0  # s for the rig and for the recorder

@@ -18,9 +18,9 @@ from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 
-from ..learn.friction.comparison import best_of, compared, markdown, plain
-from ..learn.friction.dataset import dataset_of, FEATURES
+from ..learn.friction.friction_dataset import dataset_of, FEATURES
 from ..learn.friction.friction_samples import friction_of
+from ..learn.friction.learner_comparison import best_of, compared, markdown, plain
 from ..learn.friction.learners import names
 
 
@@ -65,7 +65,7 @@ def main(arguments: argparse.Namespace) -> int:
                                 seconds=arguments.seconds, told=told)
     (arguments.output / 'table.md').write_text(markdown(rows))
     (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
-    from ..learn.friction.pictures import friction_speed
+    from ..learn.friction.friction_plots import friction_speed
     friction_speed(data, models, arguments.output / 'friction_speed.png')
     print(markdown(rows), end='')
     print(f'smallest error: {best_of(rows).name}')
@@ -74,8 +74,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
-    from ..learn.friction.learned import learned_friction, with_friction
-    from ..learn.friction.pictures import friction_angle
+    from ..learn.friction.friction_plots import friction_angle
+    from ..learn.friction.servo_friction import learned_friction, with_friction
     from .fit import write
 
     try:

@@ -22,9 +22,9 @@ import numpy as np
 from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
+from servo_twin.physics.fixed_inertia import with_fixed_inertia
 from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harmonic_drive
 from servo_twin.physics.servo import Servo
-from servo_twin.physics.standing import standing
 from servo_twin.recording.recording import Recording
 
 from ..diagnose.handover.output_error import (
@@ -112,7 +112,7 @@ def ranked(servo: Servo, training: Sequence[Recording], held_out: Sequence[Recor
     unknown = [name for name in names if name not in models()]
     if unknown:
         raise ValueError(f'there is no model {unknown[0]!r}; there are {list(models())}')
-    servo = standing(servo, coupled_angle([*training, *held_out]))
+    servo = with_fixed_inertia(servo, coupled_angle([*training, *held_out]))
     fitted: dict[str, tuple[Servo, int, float]] = {}
     with ProcessPoolExecutor(WORKERS, get_context('spawn')) as pool:
         jobs = {name: pool.submit(_fitted, with_harmonic_drive(

@@ -20,8 +20,8 @@ from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.physics.servo import Servo
+from servo_twin.recording.joined_samples import samples_of
 from servo_twin.recording.recording import Recording
-from servo_twin.recording.samples import samples_of
 
 from ..watch.estimator.online_estimator import OnlineEstimator, Snapshot
 

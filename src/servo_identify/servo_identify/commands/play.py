@@ -15,7 +15,7 @@ from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
 from servo_twin.description import servo_file
 
-from ..learn.transmission.play import measured_play, with_curve
+from ..learn.transmission.two_way_backlash import measured_play, with_curve
 from .fit import write
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from servo_twin.bag import read_recording
 from servo_twin.recording.recording import COLUMNS, Recording
 
-from ..learn.sinusoid.recovery import recovered, Sinusoid, SinusoidError
+from ..learn.sinusoid.sinusoid_recovery import recovered, Sinusoid, SinusoidError
 
 USUAL = ('reference_position', 'reference_velocity', 'voltage', 'motor_position', 'load_position')
 POOR = 0.9  # share of the variance below which a record is hardly a sinusoid

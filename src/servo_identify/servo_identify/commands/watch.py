@@ -24,12 +24,12 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at, shipped
 from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import Servo
+from servo_twin.recording.joined_samples import samples_of
 from servo_twin.recording.recording import BALANCES, Recording
-from servo_twin.recording.samples import samples_of
 
-from ..experiment.headless import make
+from ..experiment.offline_bench import make
 from ..experiment.procedures import Run
-from ..watch.changes.detector import Alarm, ChangeDetector, Settings
+from ..watch.changes.change_detector import Alarm, ChangeDetector, Settings
 from ..watch.changes.excitation_level import driving, half_window
 
 EFFECTS = {

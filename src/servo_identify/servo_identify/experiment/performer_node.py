@@ -20,9 +20,9 @@ from rclpy.task import Future
 from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
-from .limits import Guard, LimitError, Limits
 from .procedures import Run
-from .waves import ACCELERATION, eased
+from .run_limits import Guard, LimitError, Limits
+from .setpoint_profiles import ACCELERATION, eased
 
 BLOCK = 0.1  # s of set-points in one message
 AHEAD = 0.2  # s that a block leaves before its first instant

@@ -15,7 +15,7 @@ from math import pi, radians
 
 import numpy as np
 
-from . import waves
+from . import setpoint_profiles as profiles
 
 MODES = ('voltage', 'current', 'velocity', 'position')
 TURN = 2.0 * pi
@@ -80,7 +80,7 @@ class Procedure:
         _check(choices)
         found = []
         for name, mode, reference, torque in self.law(choices):
-            external = (waves.loaded(torque, len(reference), choices.period)
+            external = (profiles.loaded(torque, len(reference), choices.period)
                         if np.ndim(torque) == 0 else torque)
             if not (np.isfinite(reference).all() and np.isfinite(external).all()):
                 raise ValueError(f'{name}: these choices give no finite set-points: {choices}')
@@ -109,20 +109,20 @@ def _time(seconds: float, c: Choices) -> np.ndarray:
 
 def _friction(c: Choices) -> list:
     speeds = c.speeds or (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
-    return [(f'friction_{v:g}', 'velocity', waves.there_and_back(v, c.angle or TURN, c.period),
+    return [(f'friction_{v:g}', 'velocity', profiles.there_and_back(v, c.angle or TURN, c.period),
              0.0) for v in speeds]
 
 
 def _backlash(c: Choices) -> list:
     speed = (c.speeds or (radians(10.0),))[0]
     return [(f'backlash_{t:g}', 'velocity',
-             waves.there_and_back(speed, c.angle or TURN, c.period), t)
+             profiles.there_and_back(speed, c.angle or TURN, c.period), t)
             for t in c.torques or (-60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0)]
 
 
 def _transmission_error(c: Choices) -> list:
     return [(f'transmission_error_{v:g}', 'velocity',
-             waves.there_and_back(v, c.angle or TURN, c.period), 0.0)
+             profiles.there_and_back(v, c.angle or TURN, c.period), 0.0)
             for v in c.speeds or (0.05, 0.1, 0.2, 0.4)]
 
 
@@ -136,7 +136,7 @@ def _open_loop(shape: str) -> Callable[[Choices], list]:
                 if shape == 'square':
                     wave = np.where((time * f + 1e-9) % 1.0 < 0.5, 1.0, -1.0)
                 made.append((f'{shape}_{u:g}V_{f:g}Hz', 'voltage',
-                             waves.framed(u * wave, c.period), 0.0))
+                             profiles.framed(u * wave, c.period), 0.0))
         return made
     return law
 
@@ -145,17 +145,18 @@ def _velocity_loop(c: Choices) -> list:
     f = (c.frequencies or (1.0,))[0]
     speed = (c.speeds or (radians(10.0),))[0]
     wave = speed * np.sin(2.0 * pi * f * _time(10.0, c))
-    return [('velocity_loop', 'velocity', waves.framed(wave, c.period), 0.0)]
+    return [('velocity_loop', 'velocity', profiles.framed(wave, c.period), 0.0)]
 
 
 def _reversal(c: Choices) -> list:
     speed = (c.speeds or (radians(3.0),))[0]
-    return [('reversal', 'velocity', waves.there_and_back(speed, c.angle or TURN, c.period), 0.0)]
+    return [('reversal', 'velocity',
+             profiles.there_and_back(speed, c.angle or TURN, c.period), 0.0)]
 
 
 def _position_ramp(c: Choices) -> list:
     slope, angle = (c.speeds or (0.05,))[0], c.angle or 0.2
-    way = np.cumsum(waves.there_and_back(slope, angle, c.period)) * c.period
+    way = np.cumsum(profiles.there_and_back(slope, angle, c.period)) * c.period
     return [(f'position_ramp_{t:g}', 'position', way, t) for t in c.torques or (0.0, 30.0, 60.0)]
 
 
@@ -163,8 +164,8 @@ def _speed_ladder(c: Choices) -> list:
     rung = round((c.duration or 24.0) / c.period / 16)
     speeds = c.speeds or tuple(np.geomspace(0.01, 1.0, 8))
     steps = np.concatenate([np.full(rung, way * v) for v in speeds for way in (1.0, -1.0)])
-    return [('speed_ladder', 'velocity', waves.eased(waves.framed(steps, c.period), c.period),
-             0.0)]
+    return [('speed_ladder', 'velocity',
+             profiles.eased(profiles.framed(steps, c.period), c.period), 0.0)]
 
 
 def _load_steps(c: Choices) -> list:
@@ -172,8 +173,8 @@ def _load_steps(c: Choices) -> list:
     levels = top * np.array([0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5])
     held = round((c.duration or 16.0) / c.period / 16)
     way = np.repeat([speed, -speed], 8 * held)
-    torque = waves.framed(np.tile(np.repeat(levels, held), 2), c.period)
-    return [('load_steps', 'velocity', waves.eased(waves.framed(way, c.period), c.period),
+    torque = profiles.framed(np.tile(np.repeat(levels, held), 2), c.period)
+    return [('load_steps', 'velocity', profiles.eased(profiles.framed(way, c.period), c.period),
              torque)]
 
 
@@ -181,22 +182,22 @@ def _swept(shape: str) -> Callable[[Choices], list]:
     def law(c: Choices) -> list:
         time, size = _time(20.0, c), (c.amplitudes or (2.0,))[0]
         low, high = (c.frequencies + (0.5, 30.0)[len(c.frequencies):])[:2]
-        wave = (waves.chirp(time, low, high) if shape == 'chirp'
-                else waves.multisine(time, low, high, 24, 1))
+        wave = (profiles.chirp(time, low, high) if shape == 'chirp'
+                else profiles.multisine(time, low, high, 24, 1))
         fade = np.clip(np.minimum(time, time[-1] - time) / 0.5, 0.0, 1.0)
-        return [(shape, 'voltage', waves.framed(size * fade * wave, c.period), 0.0)]
+        return [(shape, 'voltage', profiles.framed(size * fade * wave, c.period), 0.0)]
     return law
 
 
 def _slow_reversals(c: Choices) -> list:
     time = _time(16.0, c)
-    wave = (c.speeds or (0.05,))[0] * waves.triangle(time / 4.0)
-    return [('slow_reversals', 'velocity', waves.framed(wave, c.period), 0.0)]
+    wave = (c.speeds or (0.05,))[0] * profiles.triangle(time / 4.0)
+    return [('slow_reversals', 'velocity', profiles.framed(wave, c.period), 0.0)]
 
 
 def _hold(c: Choices) -> list:
     time = _time(12.0, c)
-    torque = (c.torques or (60.0,))[0] * waves.triangle(time / 6.0)
+    torque = (c.torques or (60.0,))[0] * profiles.triangle(time / 6.0)
     return [('hold', 'velocity', np.zeros(len(time)), torque)]
 
 
@@ -204,20 +205,20 @@ def _coast_down(c: Choices) -> list:
     time, push = _time(16.0, c), (c.amplitudes or (2.2,))[0]
     place = time // 4.0
     wave = np.where(time % 4.0 < 1.5, push, 0.0) * np.where(place % 2, -1.0, 1.0)
-    return [('coast_down', 'voltage', waves.framed(wave, c.period), 0.0)]
+    return [('coast_down', 'voltage', profiles.framed(wave, c.period), 0.0)]
 
 
 def _multilevel_steps(c: Choices) -> list:
     """Steps of an order of their own for each amplitude; speeds near zero come with the small."""
-    return [(f'multilevel_steps_{u:g}V', 'voltage', waves.framed(
-        u * waves.staircase(_time(18.0, c), 9, 0.5, round(1e3 * u)), c.period), 0.0)
+    return [(f'multilevel_steps_{u:g}V', 'voltage', profiles.framed(
+        u * profiles.staircase(_time(18.0, c), 9, 0.5, round(1e3 * u)), c.period), 0.0)
         for u in c.amplitudes or (1.0, 1.6)]
 
 
 def _sinusoids(c: Choices) -> list:
     low, high = (c.frequencies + (0.2, 2.0)[len(c.frequencies):])[:2]
-    return [(f'sinusoids_{u:g}V_{low:g}-{high:g}Hz', 'voltage', waves.framed(
-        u * waves.sinusoids(_time(25.0, c), low, high, 5), c.period), 0.0)
+    return [(f'sinusoids_{u:g}V_{low:g}-{high:g}Hz', 'voltage', profiles.framed(
+        u * profiles.sinusoids(_time(25.0, c), low, high, 5), c.period), 0.0)
         for u in c.amplitudes or (1.0, 1.6)]
 
 

@@ -20,13 +20,13 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from .estimate import bag_name, Estimate, servo_with
-from .freedom import Freedom, freedom_of
-from .information import cautious, foreseen, spread, UNSURE
-from .problem import COARSE, FINE, FINEST, Problem
+from .fit_problem import COARSE, FINE, FINEST, Problem
+from .free_values import Freedom, freedom_of
+from .levenberg_marquardt import SHARES, solved
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
-from .solve import SHARES, solved
-from .starts import best_starts, searched
+from .standard_errors import cautious, foreseen, spread, UNSURE
+from .start_search import best_starts, searched
 
 RELATIVE_MARGIN = 1e-3
 WEIGHTS = ('noise', 'residual', 'whitened')

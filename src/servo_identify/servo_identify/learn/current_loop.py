@@ -128,7 +128,8 @@ class _Track:
         x[state.CURRENT] = np.nan_to_num(self.current[0])
         made = np.empty(len(self.current))
         substeps, step = substeps_of(servo, self.period)
-        kernel.conduct(theta, servo.switches, x, self.voltage, self.speed, made, substeps, step)
+        kernel.drive_current(theta, servo.switches, x, self.voltage, self.speed, made, substeps,
+                             step)
         left = np.nan_to_num(made - self.current)
         left[:50] = 0.0  # memories that begin at rest
         return left

@@ -23,9 +23,9 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import Recording
 
-from ..fit.freedom import freedom_of
+from ..fit.free_values import freedom_of
 from ..fit.segments import smoothed
-from .friction.scores import goodness_of_fit
+from .friction.error_scores import goodness_of_fit
 
 CUTOFF = 30.0  # Hz, zero phase, of speeds: an encoder's counts differ by more than they tell
 EDGE = 20  # samples at either end that the differences of a filtered angle do not know

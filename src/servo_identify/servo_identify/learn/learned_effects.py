@@ -26,8 +26,8 @@ def learn(what: str, servo: Servo, recordings: list[Recording], told: Told | Non
 
 
 def _friction(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Servo, list[str]]:
-    from .friction.learned import learned_friction, with_friction, with_motor_friction
-    from .friction.network import ITERATIONS
+    from .friction.friction_network import ITERATIONS
+    from .friction.servo_friction import learned_friction, with_friction, with_motor_friction
 
     networks = -1
 
@@ -52,7 +52,7 @@ def _friction(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Se
 
 
 def _backlash(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Servo, list[str]]:
-    from .transmission.backlash import ITERATIONS, learned_backlash, with_backlash
+    from .transmission.backlash_map import ITERATIONS, learned_backlash, with_backlash
 
     learned = learned_backlash(servo, recordings, told=lambda iteration, _, kept: told(
         iteration / ITERATIONS, kept))
@@ -64,7 +64,7 @@ def _backlash(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Se
 
 def _transmission_error(servo: Servo, recordings: list[Recording], told: Told
                         ) -> tuple[Servo, list[str]]:
-    from .transmission.transmission_error import learned_error, with_error
+    from .transmission.transmission_harmonics import learned_error, with_error
 
     learned = learned_error(servo, recordings)
     told(1.0, max(s.mse for s in learned.scores))
@@ -100,7 +100,7 @@ def _presliding(servo: Servo, recordings: list[Recording], told: Told) -> tuple[
 
 
 def _residual(servo: Servo, recordings: list[Recording], told: Told) -> tuple[Servo, list[str]]:
-    from .friction.network import ITERATIONS
+    from .friction.friction_network import ITERATIONS
     from .networks.residual_network import learned_residual, with_residual
 
     learned = learned_residual(servo, recordings, told=lambda iteration, _, kept: told(

@@ -35,7 +35,7 @@ from servo_twin_msgs.msg import Estimate, Event, Residual
 
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
-from ..watch.changes.detector import Alarm, ChangeDetector, Settings
+from ..watch.changes.change_detector import Alarm, ChangeDetector, Settings
 from ..watch.changes.excitation_level import driving, half_window
 from ..watch.estimator.online_estimator import OnlineEstimator
 from . import identify_parameters

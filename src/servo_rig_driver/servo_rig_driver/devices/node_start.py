@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum
 
-from ..can_bus.port import BusPort
+from ..can_bus.bus_port import BusPort
 from ..driver.rig_health import Heartbeats
 from ..driver.rig_watch import RigWatch
 from .canopen_rig import RigFrames

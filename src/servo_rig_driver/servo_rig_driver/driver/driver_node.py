@@ -30,7 +30,7 @@ from sensor_msgs.msg import JointState
 
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
-from ..can_bus.opening import BusError, BusSettings, open_bus, Wire
+from ..can_bus.bus_opening import BusError, BusSettings, open_bus, Wire
 from ..devices.canopen_rig import RigFrames
 from ..devices.cia402 import DriveMaster
 from ..devices.object_dictionary import DictionaryError, NODE_IDS

@@ -14,7 +14,7 @@ from rcl_interfaces.msg import (
 from rclpy.lifecycle import LifecycleNode
 from rclpy.parameter import Parameter
 
-from ..can_bus.opening import BusSettings, INTERFACES
+from ..can_bus.bus_opening import BusSettings, INTERFACES
 from ..devices.object_dictionary import NODE_IDS
 from .setpoints import Limits
 

@@ -23,8 +23,8 @@ from time import monotonic_ns, sleep
 
 import can
 
-from ..can_bus.opening import Wire
-from ..can_bus.port import BusPort, Frames
+from ..can_bus.bus_opening import Wire
+from ..can_bus.bus_port import BusPort, Frames
 from ..devices.cia402 import Controlword
 from ..devices.node_start import NodeStart, Outcome
 from ..devices.pdo_table import HEARTBEAT_ID

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from ..can_bus.port import Frames
+from ..can_bus.bus_port import Frames
 from ..devices.canopen_rig import RigFrames
 from ..devices.cia402 import DriveMaster, DriveState
 from ..devices.pdo_table import FrameError

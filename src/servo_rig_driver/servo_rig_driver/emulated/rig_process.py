@@ -19,13 +19,13 @@ import time
 
 import can
 
-from ..can_bus.opening import BusSettings, INTERFACES, open_bus, Wire
+from ..can_bus.bus_opening import BusSettings, INTERFACES, open_bus, Wire
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import HEARTBEAT_ID, load_frames
 from ..ending import Ending
-from .bench import Bench
-from .nodes import RigNodes
-from .settings import load_rig, RigFileError
+from .canopen_nodes import RigNodes
+from .emulated_bench import Bench
+from .rig_file import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
 RETRY = 0.2  # s

@@ -25,7 +25,7 @@ from servo_twin_msgs.msg import Command, Encoder
 
 from ..driver import message_conversion as conversion
 from ..driver.setpoints import Mode, SECOND
-from ..emulated.excitation import ExcitationError, FAMILIES, family
+from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
 
 BLOCK = 0.2  # s of set-points in one message

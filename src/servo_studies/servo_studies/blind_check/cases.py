@@ -13,7 +13,7 @@ import zlib
 
 import numpy as np
 
-from .definitions import Machine, machines, plans, severities, SPLITS, Trait, traits
+from .fault_tables import Fault, faults, Machine, machines, plans, severities, SPLITS
 
 KINDS = ('null', 'single', 'removed', 'foreign', 'pair', 'triple')
 MULTIPLES = (0.5, 1.0, 2.0, 4.0)
@@ -25,9 +25,9 @@ COMBINED = (2.0, 4.0)  # multiples in pairs and triples, and where a cause is re
 
 @dataclass(frozen=True)
 class Truth:
-    """One trait that the rig has: ``severity`` of its property, ``multiple`` of the smallest."""
+    """One fault that the rig has: ``severity`` of its property, ``multiple`` of the smallest."""
 
-    trait: str
+    fault: str
     multiple: float
     severity: float
 
@@ -50,9 +50,9 @@ class Case:
     recordings: Mapping[str, tuple[Mapping[str, Any], ...]]
 
     @property
-    def traits(self) -> tuple[Trait, ...]:
-        """The traits that the rig has."""
-        return tuple(traits()[truth.trait] for truth in self.truths)
+    def faults(self) -> tuple[Fault, ...]:
+        """The faults that the rig has."""
+        return tuple(faults()[truth.fault] for truth in self.truths)
 
     @property
     def multiple(self) -> float:
@@ -101,8 +101,8 @@ def _mixed(groups: list[list[Case]]) -> list[Case]:
 
 def _drawn(kind: str, machine: Machine, told: Mapping[str, Any]) -> Iterator[Case]:
     """Yield the cases of a kind that a plan asks for."""
-    smallest = {trait: value for trait, value in severities()[machine.name].items()
-                if trait in told.get('traits', (trait,))}
+    smallest = {fault: value for fault, value in severities()[machine.name].items()
+                if fault in told.get('faults', (fault,))}
     count, seed = told['counts'].get(kind, 0), told['seed']
     for label, truths, without in _truths(kind, machine, count, seed, smallest):
         name = f'{machine.name}-{kind}-{label}'
@@ -113,44 +113,44 @@ def _drawn(kind: str, machine: Machine, told: Mapping[str, Any]) -> Iterator[Cas
 def _truths(kind: str, machine: Machine, count: int, seed: int, smallest: Mapping[str, float]
             ) -> Iterator[tuple[str, tuple[Truth, ...], tuple[str, ...]]]:
     rng = np.random.default_rng([seed, zlib.crc32(f'{machine.name} {kind}'.encode())])
-    known = [t for t in smallest if traits()[t].known]
-    foreign = [t for t in smallest if not traits()[t].known]
+    known = [t for t in smallest if faults()[t].known]
+    foreign = [t for t in smallest if not faults()[t].known]
 
-    def truth(trait: str, multiple: float) -> Truth:
-        return Truth(trait, multiple, multiple * smallest[trait])
+    def truth(fault: str, multiple: float) -> Truth:
+        return Truth(fault, multiple, multiple * smallest[fault])
 
     if kind == 'null':
         for number in range(count):
             yield f'{number + 1:02d}', (), ()
     elif kind == 'single':
-        order = [str(trait) for trait in rng.permutation(known)]
+        order = [str(fault) for fault in rng.permutation(known)]
         for number in range(count):
             turn, at = divmod(number, len(order))
             multiple = MULTIPLES[(at + turn) % len(MULTIPLES)]
             yield f'{order[at]}-{multiple:g}x', (truth(order[at], multiple),), ()
     elif kind in ('removed', 'foreign'):
-        pool = foreign if kind == 'foreign' else [t for t in known if traits()[t].removable]
-        order = [str(trait) for trait in rng.permutation(pool)]
+        pool = foreign if kind == 'foreign' else [t for t in known if faults()[t].removable]
+        order = [str(fault) for fault in rng.permutation(pool)]
         for number in range(count if order else 0):
             turn, at = divmod(number, len(order))
-            without = traits()[order[at]].remove if kind == 'removed' else ()
+            without = faults()[order[at]].remove if kind == 'removed' else ()
             multiple = COMBINED[(turn + at) % len(COMBINED)]
             yield f'{order[at]}-{turn + 1}', (truth(order[at], multiple),), without
     else:
         many = {'pair': 2, 'triple': 3}[kind]
         for number in range(count):
             chosen = _together(rng, known, many)
-            truths = tuple(truth(trait, float(rng.choice(COMBINED))) for trait in chosen)
+            truths = tuple(truth(fault, float(rng.choice(COMBINED))) for fault in chosen)
             yield f'{number + 1:02d}-{"+".join(chosen)}', truths, ()
 
 
 def _together(rng: np.random.Generator, known: list[str], many: int) -> list[str]:
-    """Draw traits whose names and properties do not meet."""
+    """Draw faults whose names and properties do not meet."""
     chosen: list[str] = []
     for name in rng.permutation(known):
-        one = traits()[name]
-        if all(not one.accepted & traits()[other].accepted
-               and not {one.property, *one.set} & {traits()[other].property, *traits()[other].set}
+        one = faults()[name]
+        if all(not one.accepted & faults()[other].accepted
+               and not {one.property, *one.set} & {faults()[other].property, *faults()[other].set}
                for other in chosen):
             chosen.append(str(name))
         if len(chosen) == many:
@@ -166,9 +166,9 @@ def _case(name: str, kind: str, machine: Machine, truths: tuple[Truth, ...],
         off = reach * machine.share(path) * rng.uniform(-1.0, 1.0)
         values[path] = machine.base(path) * (1.0 + off)
     for truth in truths:
-        trait = traits()[truth.trait]
-        values |= trait.settings(machine, truth.severity)
-        values |= {path: rng.uniform(*span) for path, span in trait.vary.items()}
+        fault = faults()[truth.fault]
+        values |= fault.settings(machine, truth.severity)
+        values |= {path: rng.uniform(*span) for path, span in fault.vary.items()}
     values = {path: float(f'{value:.9g}') for path, value in values.items()}
     recordings = {split: tuple(
         order for order in _orders(machine, split, values, rng,

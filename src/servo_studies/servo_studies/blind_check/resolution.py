@@ -17,10 +17,10 @@ import zlib
 
 import numpy as np
 
+from .case_outcome import judged
 from .cases import Case
-from .definitions import Machine, machines
-from .outcome import judged
-from .rig import make_bags
+from .fault_tables import Machine, machines
+from .rig_recordings import make_bags
 
 REPLICATES = 2
 _RENAMED = {'chirp': {'from': 'first', 'to': 'last'},
@@ -84,11 +84,11 @@ def _told_by_value(case: Case, proposed: Mapping[str, Any] | None) -> bool:
         return False
     path, values = of_rig[proposed['parameter']], proposed['values']
     actual = case.set[path]
-    for truth, trait in zip(case.truths, case.traits, strict=True):
-        if trait.share and trait.tolerance_of == path != trait.property:  # withheld beside it
+    for truth, fault in zip(case.truths, case.faults, strict=True):
+        if fault.share and fault.tolerance_of == path != fault.property:  # withheld beside it
             actual *= 1.0 + truth.severity
     nearest = min(values, key=lambda name: abs(values[name] - actual))
-    return any(nearest in trait.accepted for trait in case.traits)
+    return any(nearest in fault.accepted for fault in case.faults)
 
 
 def as_order(machine: Machine, family: str, settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -111,16 +111,16 @@ def as_order(machine: Machine, family: str, settings: Mapping[str, Any]) -> dict
 
 
 def _about_a_truth(case: Case, pair: Sequence[str]) -> bool:
-    return any(set(pair) & trait.accepted and not set(pair) <= trait.accepted
-               for trait in case.traits)
+    return any(set(pair) & fault.accepted and not set(pair) <= fault.accepted
+               for fault in case.faults)
 
 
 def _resolved(case: Case, report: Mapping[str, Any], pair: Sequence[str]) -> bool:
     """Whether a truth of the pair is named and no longer taken for the other one."""
     outcome = judged(case, report)
-    for trait in case.traits:
-        other = set(pair) - trait.accepted
+    for fault in case.faults:
+        other = set(pair) - fault.accepted
         for one in outcome.named:
-            if one.is_(trait) and one.effect in pair and not other & set(one.alike):
+            if one.is_(fault) and one.effect in pair and not other & set(one.alike):
                 return True
     return False

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from .case_outcome import Named, Outcome
 from .cases import Case
-from .outcome import Named, Outcome
 
 NOTHING, UNKNOWN, FAILED = '(nothing)', '(unknown)', '(failed)'
 
@@ -133,7 +133,7 @@ def confusion(outcomes: Iterable[Outcome]) -> tuple[list[str], list[str], np.nda
     for one in outcomes:
         if len(one.case.truths) > 1 or 0.0 < one.case.multiple < 1.0:
             continue
-        truth = one.case.traits[0] if one.case.truths else None
+        truth = one.case.faults[0] if one.case.truths else None
         row = truth.name if truth else NOTHING
         if one.case.kind == 'removed':
             row += ' (removed)'

@@ -1,7 +1,7 @@
 r"""
-The smallest severity at which a trait shows, found on the rig alone: no twin, no diagnosis.
+The smallest severity at which a fault shows, found on the rig alone: no twin, no diagnosis.
 
-The rig is run twice with the same commands and without noise, with and without the trait. Of each
+The rig is run twice with the same commands and without noise, with and without the fault. Of each
 recording family five signals are compared, as means over 10 ms: command, current, torque, torsion
 and motor speed. From the difference that is taken which the tolerances of the servo file could
 make up for: the rig's own differences for each tolerated value, bounded by its tolerance (and a
@@ -12,7 +12,7 @@ counts in units of
 
 and the smallest severity is the one at which the largest of them, as rms over a family, is 1. The
 noise floor is the rms of the same signal's difference between the rig with and without its noise.
-Where a trait is an error of a tolerated value, the smallest severity is at least one and a half
+Where a fault is an error of a tolerated value, the smallest severity is at least one and a half
 times the tolerance: below it nothing need be missing. The same of what any recording leaves open:
 a row has one time for all its channels, and does not say when in the sample each was read.
 """
@@ -30,8 +30,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 import yaml
 
-from .definitions import Machine, machines, Trait, traits
-from .rig import Rig
+from .fault_tables import Fault, faults, Machine, machines
+from .rig_recordings import Rig
 
 FLOORS = 3.0  # noise floors that count as one
 SHARE = 0.05  # of a signal's rms that counts as one
@@ -160,52 +160,52 @@ def smallest(shows: Callable[[float], tuple[float, str]], start: float
 
 
 def search(machine: Machine, names: list[str], told: Callable[[str], None]) -> dict[str, Any]:
-    """Find the smallest detectable severities of traits on a machine: rows of severities.yaml."""
+    """Find the smallest detectable severities of faults on a machine: rows of severities.yaml."""
     found = {}
     with TemporaryDirectory() as folder, Rig() as rig:
         bench = Workbench(machine, rig, Path(folder))
         for name in names:
-            trait = traits()[name]
+            fault = faults()[name]
             value, where, tries = smallest(
-                lambda s, trait=trait: bench.shows(_settings(trait, machine, s)),
-                trait.start[machine.name])
-            value = value and max(value, beyond(machine, trait))
+                lambda s, fault=fault: bench.shows(_settings(fault, machine, s)),
+                fault.start[machine.name])
+            value = value and max(value, beyond(machine, fault))
             found[name] = {'severity': value and float(f'{value:.3g}'), 'shows_in': where,
                            'tries': tries}
             told(f'{machine.name} {name}: {found[name]}')
     return found
 
 
-def beyond(machine: Machine, trait: Trait) -> float:
-    """Return the severity below which what a trait does is within what is taken for granted."""
-    if trait.granted:
-        return BEYOND * trait.granted
-    if trait.tolerance_of not in machine.tolerated:
+def beyond(machine: Machine, fault: Fault) -> float:
+    """Return the severity below which what a fault does is within what is taken for granted."""
+    if fault.granted:
+        return BEYOND * fault.granted
+    if fault.tolerance_of not in machine.tolerated:
         return 0.0
-    share = BEYOND * machine.share(trait.tolerance_of)
-    return share if trait.share else share * machine.base(trait.tolerance_of)
+    share = BEYOND * machine.share(fault.tolerance_of)
+    return share if fault.share else share * machine.base(fault.tolerance_of)
 
 
 def write(path: Path, told: Callable[[str], None], only: list[str] | None = None) -> None:
-    """Find all severities, or those of some traits, and write them beside what is known."""
+    """Find all severities, or those of some faults, and write them beside what is known."""
     known = (yaml.safe_load(path.read_text()) if path.is_file() else None) or {}
     for machine in machines().values():
         rows = known.setdefault(machine.name, {})
-        names = [t.name for t in traits().values() if machine.name in t.start
+        names = [t.name for t in faults().values() if machine.name in t.start
                  and (t.name in only if only else t.name not in rows)]
         rows |= search(machine, names, told)
         path.write_text(_HEADER + yaml.safe_dump(known, sort_keys=True))
 
 
 _HEADER = """\
-# Smallest detectable severity of each trait on each machine, as severity.py defines it; null:
+# Smallest detectable severity of each fault on each machine, as severity.py defines it; null:
 # none was found. Written by `servo-identify blind-check --severities`.
 """
 
 
-def _settings(trait: Trait, machine: Machine, severity: float) -> dict[str, float]:
-    middle = {path: 0.5 * (low + high) for path, (low, high) in trait.vary.items()}
-    return {**middle, **trait.settings(machine, severity)}
+def _settings(fault: Fault, machine: Machine, severity: float) -> dict[str, float]:
+    middle = {path: 0.5 * (low + high) for path, (low, high) in fault.vary.items()}
+    return {**middle, **fault.settings(machine, severity)}
 
 
 def _rms(values: np.ndarray) -> np.ndarray:

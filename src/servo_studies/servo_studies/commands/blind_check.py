@@ -12,10 +12,10 @@ import argparse
 from pathlib import Path
 import sys
 
-from ..blind_check import cases, definitions, severity
-from ..blind_check.outcome import Outcome, outcome_of
-from ..blind_check.page import outcomes_in, write_page
-from ..blind_check.running import forget, run_all, Wanted
+from ..blind_check import cases, fault_tables, severity
+from ..blind_check.blind_check_page import outcomes_in, write_page
+from ..blind_check.case_outcome import Outcome, outcome_of
+from ..blind_check.case_runs import forget, run_all, Wanted
 from ..blind_check.scoring import figures
 
 _STYLE = {'right': 'green', 'partly': 'yellow', 'unknown': 'yellow', 'unseen': 'yellow',
@@ -71,7 +71,7 @@ def main(arguments: argparse.Namespace) -> int:
         print(f'{name} has no answer: {problem}; the same command asks it again', file=sys.stderr)
     _show_figures(outcomes)
     if arguments.scored or arguments.page:
-        page = arguments.page or definitions.config_folder().parent / 'docs' / 'blind_check.md'
+        page = arguments.page or fault_tables.config_folder().parent / 'docs' / 'blind_check.md'
         command = ' '.join(['servo-identify blind-check', *_said(arguments)])
         write_page(page, outcomes, folder, plan, command, len(cases.of_plan(plan)))
         print(page)
@@ -93,7 +93,7 @@ def _chosen(arguments: argparse.Namespace, plan: str) -> list[cases.Case]:
     chosen = chosen[:arguments.first]
     if not chosen:
         raise ValueError(f'plan {plan} has no such case; --list names them; machines are '
-                         f'{list(definitions.machines())}')
+                         f'{list(fault_tables.machines())}')
     return chosen
 
 
@@ -128,7 +128,7 @@ def _show(outcomes: list[Outcome]) -> None:
         table.add_column(heading, overflow='fold')
     for one in outcomes:
         table.add_row(one.case.name, ' + '.join(
-            f'{t.trait} {t.severity:.3g} ({t.multiple:g}x)' for t in one.case.truths) or 'nothing',
+            f'{t.fault} {t.severity:.3g} ({t.multiple:g}x)' for t in one.case.truths) or 'nothing',
             f'[{_STYLE[one.verdict]}]{one.verdict}[/]', one.status,
             ('' if one.located or not one.case.truths else '[red]') + one.balance,
             _names(one) or one.sentence, f'{one.seconds or 0.0:.0f}')

@@ -16,9 +16,9 @@ import json
 from pathlib import Path
 import time
 
-from ..papers.comparison import comparison, keep, kept
-from ..papers.page import page
-from ..papers.systems import BENCH, machines, WRITTEN
+from ..papers.paper_comparison import comparison, keep, kept
+from ..papers.paper_systems import BENCH, machines, WRITTEN
+from ..papers.results_page import page
 
 REAL = ('emps', 'xl330', 'two_mass')
 RESULTS = (*BENCH, *REAL)
@@ -99,10 +99,10 @@ def pages_of(results: str) -> dict[str, str]:
 def _made(part: str, arguments: argparse.Namespace, pictured: Path,
           told: Callable[[str, float], None]) -> dict:
     if part == 'bench':
-        from ..papers.bench import bench
+        from ..papers.bench_results import bench
         return bench(arguments.work, pictured, told)
     if part == 'learners':
-        from ..papers.learners import learners
+        from ..papers.learner_results import learners
         return learners(arguments.work, pictured, arguments.seconds, told)
     if part in machines():
         return import_module(f'..papers.{part}', __package__).make(arguments.work, pictured, told)

@@ -17,17 +17,17 @@ import numpy as np
 
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
-from servo_twin.fmu.example import made
-from servo_twin.fmu.mapping import mechanism_of
+from servo_twin.fmu.example_fmu import made
+from servo_twin.fmu.fmu_variables import mechanism_of
 from servo_twin.physics.mechanisms.fmu import INSIDE
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state
 from servo_twin.physics.state import ZERO
 
-from .feed_drive.making import AXES, PERIOD, sine
-from .stepping import driven, stepped
-from .systems import SYSTEMS
+from .feed_drive.feed_results import AXES, PERIOD, sine
+from .paper_systems import SYSTEMS
+from .step_time import driven, stepped
 
 VERSIONS = (2, 3)  # of FMI
 RATE = 6000  # mm/min, the largest speed of the sine of place

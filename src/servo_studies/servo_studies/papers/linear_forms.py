@@ -18,18 +18,18 @@ import numpy as np
 from servo_identify.experiment.procedures import Run
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
-from servo_twin.linear.figures import bode
-from servo_twin.linear.forms import LinearForm, linearise
-from servo_twin.linear.measured import estimate, extremes, Measured
-from servo_twin.linear.operating import usual_point
+from servo_twin.linear.bode_plots import bode
+from servo_twin.linear.frequency_response import estimate, extremes, Measured
+from servo_twin.linear.operating_point import usual_point
+from servo_twin.linear.state_space import LinearForm, linearise
+from servo_twin.physics.fixed_inertia import with_fixed_inertia
 from servo_twin.physics.harmonic_drives import with_harmonic_drive
 from servo_twin.physics.servo import Servo
-from servo_twin.physics.standing import standing
 from servo_twin.recording.recording import Recording
 
-from .pan_tilt.recordings import AZIMUTH, PERIOD
-from .recordings import Part, recorded
-from .systems import SYSTEMS
+from .bench_recordings import Part, recorded
+from .pan_tilt.pan_tilt_recordings import AZIMUTH, PERIOD
+from .paper_systems import SYSTEMS
 
 OUTPUT = 'load_speed'
 BIAS, PEAK = 2.0, 2.0  # V: the azimuth always turns one way, as the linear form asks
@@ -169,7 +169,7 @@ def comparison_rows(found: Mapping) -> list[dict[str, str]]:
 
 def _values(servo: Servo) -> dict[str, float]:
     """Return what stands in the equations, by the names of a servo whose other axis is level."""
-    values = standing(servo, 0.0).values
+    values = with_fixed_inertia(servo, 0.0).values
     named = {path.partition('.')[2]: value for path, value in values.items()
              if path.startswith(('drive.', 'mechanism.'))}
     return named | {f'{site}_slope': values[f'effects.{site}_viscous.slope']

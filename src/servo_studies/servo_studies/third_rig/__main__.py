@@ -9,7 +9,7 @@ import time
 
 from .case_folder import write_case
 from .fault_cases import cases, KINDS
-from .terms import MECHANISMS
+from .fault_terms import MECHANISMS
 
 
 def main(arguments: list[str] | None = None) -> int:

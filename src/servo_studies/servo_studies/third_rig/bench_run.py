@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .excitations import Excitation
+from .fault_terms import Change, laws_of, MECHANISMS, memory_of
 from .integrator import run
 from .rig_machines import known_effects, Machine
-from .terms import Change, laws_of, MECHANISMS, memory_of
 
 SETTLING = 0.05   # of a recording, before it begins
 

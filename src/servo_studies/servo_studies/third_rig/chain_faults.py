@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .fault_terms import Change, Elements, Inapplicable, mechanism
 from .integrator import (
     CONSTANT,
     DAHL,
@@ -22,7 +23,6 @@ from .integrator import (
     SLIP_ELEMENTS,
     SPEED_PI,
 )
-from .terms import Change, Elements, Inapplicable, mechanism
 
 FAST = 0.01  # s, what an amount of one of a lag or delay is
 

@@ -17,8 +17,8 @@ import numpy as np
 from . import chain_faults, friction_faults, torque_faults, unlisted_faults  # noqa: F401
 from .bench_run import Diverged, Fault, record
 from .excitations import excite
+from .fault_terms import Inapplicable, Mechanism, MECHANISMS
 from .rig_machines import Machine, MACHINES, servo_file, STYLES, told, within_tolerance
-from .terms import Inapplicable, Mechanism, MECHANISMS
 from .visibility import Bench, MOST, SEVERITIES, unit_amount
 
 LISTED = tuple(name for name, one in MECHANISMS.items() if not one.balance)

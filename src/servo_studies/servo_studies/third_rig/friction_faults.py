@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .fault_terms import Change, Elements, Inapplicable, mechanism
 from .integrator import DAHL, ELASTOPLASTIC, SLIP_ELEMENTS
-from .terms import Change, Elements, Inapplicable, mechanism
 
 
 @mechanism('load motor')

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import yaml
 
+from .fault_terms import Change, Scale
 from .integrator import CASCADE, Plant, POSITION_LOOP, SPEED_PI
-from .terms import Change, Scale
 
 STYLES = ('textbook', 'plain', 'rich')
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .fault_terms import Change, mechanism
 from .integrator import DRY, HARDENING, LINEAR, SWINGING
-from .terms import Change, mechanism
 
 
 @mechanism('motor')

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .terms import Change, mechanism, Term
+from .fault_terms import Change, mechanism, Term
 
 
 @mechanism('load', balance='load', variables='load_speed temperature', needs='temperature')

@@ -5,9 +5,9 @@ A bag is a rosbag2 directory with MCAP storage. Messages of constant size are re
 columns, thousands at a time; what rosbag2 tools do with such a bag is the same as ever.
 """
 
-from .events import read_changes, read_happenings
-from .reading import namespaces, read_predictions, read_recording
-from .writing import BagError, BagWriter, Samples, write_predictions, write_recording
+from .bag_reading import namespaces, read_predictions, read_recording
+from .bag_writing import BagError, BagWriter, Samples, write_predictions, write_recording
+from .event_reading import read_changes, read_happenings
 
 __all__ = [
            'BagError',

@@ -13,7 +13,7 @@ import numpy as np
 from ..physics.kernel import cache_folder, kernel_of
 from ..physics.servo import Servo
 from ..physics.state import CONTROLLER_SIZE
-from ..recording.samples import CHANNELS, control_values, reference_of
+from ..recording.joined_samples import CHANNELS, control_values, reference_of
 
 FOLLOW = 1.0  # s, within which the law's integral follows the rig's, whose beginning is unknown
 

@@ -34,8 +34,8 @@ import numpy as np
 from ..physics.drives import winding
 from ..physics.servo import Servo
 from ..physics.state import OUTPUTS
+from ..recording.joined_samples import reference_of
 from ..recording.recording import BALANCES
-from ..recording.samples import reference_of
 from .controller_law import impulse_responses
 
 MOTOR, LOAD, TORQUE, CURRENT, VOLTAGE = range(len(OUTPUTS))

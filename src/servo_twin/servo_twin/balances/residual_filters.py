@@ -9,8 +9,8 @@ import numpy as np
 
 from ..physics.servo import Servo
 from ..physics.state import OUTPUTS
+from ..recording.joined_samples import CHANNELS, reference_of
 from ..recording.recording import BALANCES, COMPARED
-from ..recording.samples import CHANNELS, reference_of
 from .controller_law import ControllerLaw
 from .equations import balance_noise, balance_taps, CONTROL
 

@@ -22,11 +22,11 @@ from rich.table import Table as RichTable
 from ..bag import read_recording
 from ..description.servo_file import load
 from ..description.shipped import servo_at
-from ..linear.forms import INPUT_UNITS, LinearForm, linearise
+from ..linear.frequency_response import estimate, Measured
 from ..linear.jacobian import OUTPUT_UNITS
-from ..linear.loop import closed_loop, margins, REFERENCES
-from ..linear.measured import estimate, Measured
-from ..linear.operating import FRICTIONS, usual_point
+from ..linear.operating_point import FRICTIONS, usual_point
+from ..linear.sampled_loop import closed_loop, margins, REFERENCES
+from ..linear.state_space import INPUT_UNITS, LinearForm, linearise
 from ..physics import catalogue
 from ..physics.servo import Servo, ServoError
 from .parameters import terminal
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the tables, and write the page and what belongs to it."""
-    from ..linear import figures, page
+    from ..linear import bode_plots, linear_page
 
     if arguments.effects:
         catalogue.register(arguments.effects)
@@ -85,17 +85,17 @@ def main(arguments: argparse.Namespace) -> int:
         measured = {name: estimate(recording, form.input, name, arguments.segment)
                     for name in form.outputs}
 
-    tables = [page.root_table(form, name) for name in form.outputs]
+    tables = [linear_page.root_table(form, name) for name in form.outputs]
     if measured:
-        tables.append(page.agreement_table(form, measured))
+        tables.append(linear_page.agreement_table(form, measured))
     if form.loop is not None:
-        tables.append(page.margin_table(margins(form)))
-    tables.append(page.point_table(form))
+        tables.append(linear_page.margin_table(margins(form)))
+    tables.append(linear_page.point_table(form))
     pictures = {}
     for name in form.outputs:
         band = band_of(form, name, measured.get(name), arguments.band)
-        pictures[f'bode_{name}'] = figures.bode(form, name, band, measured.get(name))
-        pictures[f'step_{name}'] = figures.step(form, name, arguments.duration)
+        pictures[f'bode_{name}'] = bode_plots.bode(form, name, band, measured.get(name))
+        pictures[f'step_{name}'] = bode_plots.step(form, name, arguments.duration)
 
     console = terminal()
     for table in tables:
@@ -105,9 +105,9 @@ def main(arguments: argparse.Namespace) -> int:
     for name, png in pictures.items():
         (folder / f'{name}.png').write_bytes(png)
     (folder / 'linear.json').write_text(json.dumps(as_data(form), indent=1) + '\n')
-    title = f'{form.servo}: linear form from {figures.spoken(form.input)}'
+    title = f'{form.servo}: linear form from {bode_plots.spoken(form.input)}'
     systems = [f'{form.transfer(name)}' for name in form.outputs] + [f'{form.system}']
-    (folder / 'linear.html').write_text(page.page(title, tables, pictures, systems))
+    (folder / 'linear.html').write_text(linear_page.page(title, tables, pictures, systems))
     print(f'page: {folder / "linear.html"}')
     return 0
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..physics.controllers import Open
 from ..simulators.from_model.as_servo import NO_SENSORS, servo_of, text_of
-from ..simulators.from_model.given import Given
+from ..simulators.from_model.required_values import Given
 from ..simulators.joint import Joint, ModelError
 
 

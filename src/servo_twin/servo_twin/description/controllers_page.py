@@ -10,8 +10,8 @@ import inspect
 from pathlib import Path
 import sys
 
-from ..physics.part import Controller
 from ..physics.servo import CONTROLLERS
+from ..physics.servo_parts import Controller
 from .effects_page import as_markdown, parameter_rows
 
 _HEAD = """# Controllers

@@ -107,7 +107,7 @@ def _of_fmu(part: type) -> list[str]:
     """Return the lines that say which FMU a mechanism is and what of it is what."""
     if not issubclass(part, Fmu):
         return []
-    from ..fmu.mapping import described
+    from ..fmu.fmu_variables import described
     return [f'  {key}: {_inline(said)}' for key, said in described(part).items()]
 
 
@@ -184,7 +184,7 @@ def _servo(tree: dict, folder: Path, code: bool) -> Servo:  # noqa: C901  (one s
             if not code:
                 raise ServoError('mechanism.type = fmu: the code of an FMU is run only where a '
                                  'servo file is named; give it by --servo')
-            from ..fmu.mapping import mechanism_of
+            from ..fmu.fmu_variables import mechanism_of
             chosen[section] = mechanism_of(body, folder)
         take(section, body, chosen[section].parameters)
     take('observer', _mapping(tree.get('observer'), 'observer'), ('bandwidth',))

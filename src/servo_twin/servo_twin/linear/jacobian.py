@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..physics import state
-from .operating import Still
+from .operating_point import Still
 
 OUTPUT_UNITS = {'motor_speed': 'rad/s', 'load_speed': 'rad/s', 'motor_position': 'rad',
                 'load_position': 'rad', 'torque': 'N m', 'current': 'A'}

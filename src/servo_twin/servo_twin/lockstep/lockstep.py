@@ -10,8 +10,8 @@ import numpy as np
 
 from ..balances.residual_filters import Balances, channel_residuals, WINDOW
 from ..physics.servo import Servo, Value
+from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES
-from ..recording.samples import CHANNELS
 from .twin import Twin
 
 

@@ -13,7 +13,7 @@ from ..physics.kernel import kernel_of, starts
 from ..physics.servo import MechanismFailure, Servo, ServoError, Value
 from ..physics.simulate import initial_state, substeps_of
 from ..physics.state import INPUTS, OUTPUTS
-from ..recording.samples import (
+from ..recording.joined_samples import (
     CHANNELS,
     Inputs,
     LOAD_POSITION,

@@ -13,8 +13,8 @@ from ..balances.residual_filters import half_of, WINDOW
 from ..description import servo_file
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Change, SERVO_FILE
+from ..recording.joined_samples import samples_of
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
-from ..recording.samples import samples_of
 from .lockstep import Answer, Lockstep, Settings
 
 _AS_DECLARED = Settings()

@@ -12,8 +12,8 @@ import numpy as np
 from servo_twin_msgs.msg import Current, Encoder, Prediction, Residual, Torque
 
 from ..lockstep.lockstep import Answer
+from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COMPARED, MAY_BE_EMPTY, PREDICTED
-from ..recording.samples import CHANNELS
 
 SECOND = 1_000_000_000
 TOPICS = {'encoder': Encoder, 'torque': Torque, 'current': Current}

@@ -11,7 +11,7 @@ from math import exp
 from numba.extending import register_jitable
 
 from .effect import Parameter
-from .part import Controller
+from .servo_parts import Controller
 
 
 @register_jitable(error_model='numpy')

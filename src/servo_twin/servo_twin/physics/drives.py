@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from .effect import Parameter
-from .part import MotorDrive
+from .servo_parts import MotorDrive
 
 
 class CurrentDrive(MotorDrive):

@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from .elementary import cos_sin
+from .elementary_functions import cos_sin
 
 
 @njit(error_model='numpy')

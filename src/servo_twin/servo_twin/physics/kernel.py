@@ -26,22 +26,22 @@ from typing import Any
 import numba
 import numpy as np
 
-from . import following, ports, rollout, state
+from . import motion_evaluation, ports, rollout, state
 from .effect import Parameter
-from .folds import FOLDS
+from .ideal_ports import IDEAL_PORTS
 from .mechanisms.fmu import Fmu
-from .part import Correction, DigitalDrive
 from .servo import Placed, Servo
+from .servo_parts import Correction, DigitalDrive
 
 _HEADER = '''"""Generated from the structure of a servo; do not edit."""
 from collections import namedtuple
 from math import exp
 from numba import njit
-from servo_twin.physics import catalogue, part, servo
+from servo_twin.physics import catalogue, servo, servo_parts
 from servo_twin.physics.mechanisms.fmu import Fmu
 from servo_twin.physics.ports import Carried, Reading, Shaft, Signal, Teeth, WindUp
 from servo_twin.physics.state import *
-from servo_twin.physics.views import borrowed, own
+from servo_twin.physics.kernel_arrays import borrowed, own
 
 compiled = njit(error_model='numpy', forceinline=True)
 '''
@@ -55,18 +55,19 @@ class Kernel:
     ``run(theta, on, x, u, y, substeps, h, mode)`` advances ``x`` in place over the samples of
     ``u``, shape (samples, len(INPUTS)), and fills ``y``, shape (samples, len(OUTPUTS)); see
     :func:`.rollout.run`. ``align(theta, on, x, torque)`` sets the zero of the torsion.
-    ``follow``, ``lose``, ``conduct``, ``sense`` and ``govern`` evaluate the laws along a measured
-    motion, see :mod:`.following`. Each is compiled when it is first called, releases the GIL and
-    may run on several threads.
+    ``evaluate_models``, ``kinematic_error``, ``drive_current``, ``sensor_readings`` and
+    ``controller_output`` evaluate the laws along a measured motion, see
+    :mod:`.motion_evaluation`. Each is compiled when it is first called, releases the GIL and may
+    run on several threads.
     """
 
     run: Callable[..., Any]
     align: Callable[..., Any]
-    follow: Callable[..., Any]
-    lose: Callable[..., Any]
-    conduct: Callable[..., Any]
-    sense: Callable[..., Any]
-    govern: Callable[..., Any]
+    evaluate_models: Callable[..., Any]
+    kinematic_error: Callable[..., Any]
+    drive_current: Callable[..., Any]
+    sensor_readings: Callable[..., Any]
+    controller_output: Callable[..., Any]
     state_size: int
     module: ModuleType
 
@@ -104,8 +105,9 @@ def _kernel(structure: _Structure) -> Kernel:
     name = f'servo_twin_kernel_{digest.hexdigest()[:24]}'
     module = sys.modules.get(name) or _imported(name, text)
     run = servo.mechanism.running(module.run, servo)
-    return Kernel(run, module.align, module.follow, module.lose, module.conduct,
-                  module.sense, module.govern, size, module)
+    return Kernel(run, module.align, module.evaluate_models, module.kinematic_error,
+                  module.drive_current, module.sensor_readings, module.controller_output, size,
+                  module)
 
 
 def cache_folder() -> Path:
@@ -132,7 +134,7 @@ def _imported(name: str, text: str) -> ModuleType:
 def _source(servo: Servo) -> tuple[str, int]:
     """Return the text of the kernel's module and the size of its state."""
     slots = servo.slots()
-    folds_text, size = _folds(servo, slots)
+    ports_text, size = _ports_text(servo, slots)
     drive, mechanism, _ = starts(servo)
     parts = [_HEADER, f'THETA_SIZE, STATE_SIZE = {len(servo.theta)}, {size}\n'
              f'EFFECTS, MECHANISM = {len(servo.effects)}, {mechanism}\n']
@@ -154,7 +156,7 @@ def _source(servo: Servo) -> tuple[str, int]:
     parts.append('mechanism_pull = compiled(_mechanism.pull)')
     law = _key_of('CONTROLLERS', servo.controller)
     parts.append(f'control_law = compiled(servo.CONTROLLERS[{law!r}].law)\n')
-    parts.append(folds_text)
+    parts.append(ports_text)
     parts.append(_vanishing(servo, slots))
     for name, thing in _borrowed(servo).items():
         take = f'_mechanism.step.__globals__[{name!r}]'
@@ -162,8 +164,9 @@ def _source(servo: Servo) -> tuple[str, int]:
         parts.append(f'{name} = {take}')
     step = _plain(servo.mechanism.step).replace('def step(', 'def advance(', 1)
     parts.append('\n@compiled\n' + step)
-    for function in (rollout.align, rollout.run, following.follow, following.lose,
-                     following.conduct, following.sense, following.govern):
+    along = motion_evaluation
+    for function in (rollout.align, rollout.run, along.evaluate_models, along.kinematic_error,
+                     along.drive_current, along.sensor_readings, along.controller_output):
         parts.append("@njit(error_model='numpy', nogil=True, cache=True)\n" + _plain(function))
     return '\n'.join(parts), size
 
@@ -185,10 +188,10 @@ def _plain(function: Callable[..., Any]) -> str:
 
 
 def _borrowed(servo: Servo) -> dict[str, Any]:
-    """Return what the mechanism's step uses from its own file, besides folds and the header's."""
+    """Return what the mechanism's step uses from its own file, besides ports and the header's."""
     step = servo.mechanism.step
     assert isinstance(step, FunctionType)
-    known = ({f.__name__ for f in FOLDS.values()} | set(vars(state)) | set(vars(ports))
+    known = ({f.__name__ for f in IDEAL_PORTS.values()} | set(vars(state)) | set(vars(ports))
              | {'mechanism_pull'})
     return {n: step.__globals__[n] for n in step.__code__.co_names
             if n in step.__globals__ and n not in known}
@@ -203,10 +206,10 @@ def _values(path: str, parameters: Mapping[str, Parameter], slots: dict[str, sli
     return ', '.join(taken)
 
 
-def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
+def _ports_text(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
     """Write the sum or the chain of effects of each port at each site."""
     texts, memory = [], starts(servo)[2]
-    members: dict[tuple[str, str], list[str]] = {key: [] for key in FOLDS}
+    members: dict[tuple[str, str], list[str]] = {key: [] for key in IDEAL_PORTS}
     for index, placed in enumerate(servo.effects):
         effect = placed.effect
         texts.append(f"Values{index} = namedtuple('Values{index}', {list(effect.parameters)})")
@@ -220,11 +223,11 @@ def _folds(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
             texts.append(f'slope{index} = compiled(catalogue.find({effect.name!r}).motor_slope)')
             members['mesh_error_slope', placed.site].append(
                 _member(index, placed, f'slope{index}(Values{index}({values}), motion)'))
-    for key, fold in FOLDS.items():
+    for key, port in IDEAL_PORTS.items():
         chain = key[0] in ('drive', 'sensor')
         start = 'motion.value' if chain else '0.0'
         lines = ''.join(members[key])
-        texts.append(f'\n@compiled\ndef {fold.__name__}(theta, on, x, motion, h):\n'
+        texts.append(f'\n@compiled\ndef {port.__name__}(theta, on, x, motion, h):\n'
                      f'    total = {start}\n{lines}    return total\n')
     return '\n'.join(texts), memory
 

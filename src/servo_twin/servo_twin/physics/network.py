@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from .elementary import tanh
+from .elementary_functions import tanh
 
 _CHUNK = 32
 

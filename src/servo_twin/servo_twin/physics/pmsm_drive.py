@@ -3,8 +3,8 @@
 from numba import njit
 
 from .effect import Parameter
-from .elementary import cos_sin
-from .part import DigitalDrive
+from .elementary_functions import cos_sin
+from .servo_parts import DigitalDrive
 from .three_phase import averaged, clarke, duties, park, stator, turned_back, winding
 
 # the memory of the drive

@@ -1,7 +1,7 @@
 """The sensors a machine may have, each with its noise floor."""
 
 from .effect import Parameter
-from .part import SensorPart
+from .servo_parts import SensorPart
 
 
 class MotorEncoder(SensorPart):

@@ -14,9 +14,9 @@ from .effect import Declared, Effect, Parameter
 from .mechanisms.ball_screw import BallScrew
 from .mechanisms.rigid import Rigid
 from .mechanisms.two_inertia import TwoInertia
-from .part import Controller, Correction, Mechanism, MotorDrive, Part, SensorPart
 from .pmsm_drive import PmsmDrive
 from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
+from .servo_parts import Controller, Correction, Mechanism, MotorDrive, Part, SensorPart
 from .state import PARTS
 
 DRIVES: dict[str, type[MotorDrive]] = {

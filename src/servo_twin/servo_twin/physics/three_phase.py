@@ -10,7 +10,7 @@ from math import sqrt
 
 from numba import njit
 
-from .elementary import fused
+from .elementary_functions import fused
 
 _ROOT3 = sqrt(3.0)
 

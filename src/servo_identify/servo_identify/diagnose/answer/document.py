@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from servo_twin.balances.terms import EQUATIONS, UNITS
+from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
 from ..diagnose import Diagnosis
 from ..handover.output_error import simulated

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servo_twin.balances.terms import EQUATIONS, UNITS
+from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
 from ..decisions import CALIBRATED, EVEN, SOLVED
 from ..handover.added import Added

@@ -16,13 +16,13 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
-from ...fit.freedom import Freedom
+from ...fit.fit_problem import Problem
+from ...fit.free_values import Freedom
+from ...fit.levenberg_marquardt import SHARES
 from ...fit.output_error import fit
-from ...fit.problem import Problem
 from ...fit.segments import CHANNELS, courses_of
 from ...fit.shooting import Shooting
-from ...fit.solve import SHARES
-from ...fit.starts import best_starts
+from ...fit.start_search import best_starts
 from ..decisions import CALIBRATED
 
 TURNS = 3  # of estimating the starts

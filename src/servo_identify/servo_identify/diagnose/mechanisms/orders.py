@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from servo_twin.balances.terms import EQUATIONS
+from servo_twin.balances.equation_terms import EQUATIONS
 
 from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism

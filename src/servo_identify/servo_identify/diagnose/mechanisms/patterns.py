@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servo_twin.balances.terms import UNITS
+from servo_twin.balances.equation_terms import UNITS
 
 from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism, UNKNOWN

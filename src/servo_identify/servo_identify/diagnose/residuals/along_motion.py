@@ -1,7 +1,7 @@
 """
 A servo's models along what was measured: readings, motions, drive and controller.
 
-The models are those of the twin, evaluated along the measured motion (physics.following).
+The models are those of the twin, evaluated along the measured motion (physics.motion_evaluation).
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servo_twin.physics import state
-from servo_twin.physics.following import FOLLOWED, MOTION
 from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import substeps_of
 
@@ -92,24 +92,24 @@ class AlongMotion:
         theta = theta.copy()
         for slot, change in (settings or {}).items():
             theta[slot] += change
-        self._kernel.govern(theta, self.servo.switches, x, references, motor, load, command,
-                            measured.period)
+        self._kernel.controller_output(theta, self.servo.switches, x, references, motor, load,
+                                       command, measured.period)
         return command
 
     def angles(self) -> tuple[np.ndarray, np.ndarray]:
         """Angles of both shafts, rad; where one is not measured it follows from the other."""
         return self._angles(self._readings)
 
-    def followed(self, theta: np.ndarray, motion: Motion) -> np.ndarray:
-        """Return what the models say along a motion: (inner samples, len(FOLLOWED))."""
+    def evaluated(self, theta: np.ndarray, motion: Motion) -> np.ndarray:
+        """Return what the models say along a motion: (inner samples, len(EVALUATED))."""
         rows = motion.rows
         if 'current' not in self.measured.channels:
             rows = rows.copy()
             inner = slice(motion.test.reach, motion.test.reach + len(rows))
             rows[:, MOTION.index('current')] = self.drive_current(theta)[inner]
-        out = np.empty((len(rows), len(FOLLOWED)))
-        self._kernel.follow(theta, self.servo.switches, fresh_state(self._kernel),
-                            np.ascontiguousarray(rows), out, self.measured.period)
+        out = np.empty((len(rows), len(EVALUATED)))
+        self._kernel.evaluate_models(theta, self.servo.switches, fresh_state(self._kernel),
+                                     np.ascontiguousarray(rows), out, self.measured.period)
         return out
 
     def flank(self, motion: Motion) -> np.ndarray:
@@ -139,7 +139,7 @@ class AlongMotion:
         motion = motion or self.motion
         torque = motion['torque']
         if not np.isfinite(torque).any():
-            torque = self.followed(self.servo.theta, motion)[:, FOLLOWED.index('torque')]
+            torque = self.evaluated(self.servo.theta, motion)[:, EVALUATED.index('torque')]
         return torque + self._inner(self.shift, motion)
 
     def full(self, series: np.ndarray, motion: Motion | None = None) -> np.ndarray:
@@ -179,8 +179,8 @@ class AlongMotion:
         recorded = np.where(known, rows, 0.0)
         truth, readings = recorded.copy(), np.empty_like(recorded)
         for _ in range(SENSOR_ROUNDS):
-            self._kernel.sense(theta, self._sensing, fresh_state(self._kernel), truth, readings,
-                               self.measured.period)
+            self._kernel.sensor_readings(theta, self._sensing, fresh_state(self._kernel), truth,
+                                         readings, self.measured.period)
             truth += recorded - readings
         rows = np.where(known, truth, np.nan)
         return dict(zip(names, (*rows.T, recording['voltage']), strict=True))
@@ -195,5 +195,5 @@ def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: n
         x[state.CURRENT] = np.nan_to_num(recording['current'][0])
     current = np.empty(len(command))
     substeps, h = substeps_of(servo, recording.period)
-    kernel.conduct(theta, servo.switches, x, command, speed, current, substeps, h)
+    kernel.drive_current(theta, servo.switches, x, command, speed, current, substeps, h)
     return current

@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from servo_twin.balances.terms import equation_terms, ROTATING, Term
-from servo_twin.physics.following import FOLLOWED
+from servo_twin.balances.equation_terms import equation_terms, ROTATING, Term
+from servo_twin.physics.motion_evaluation import EVALUATED
 
 from .along_motion import AlongMotion
 from .motion import bridged, Motion
@@ -22,7 +22,7 @@ from .motion import bridged, Motion
 
 @dataclass
 class EquationErrors(AlongMotion):
-    """The residuals of one recording; see :mod:`servo_twin.balances.terms` for the equations."""
+    """The residuals of one recording, of :mod:`servo_twin.balances.equation_terms`."""
 
     @cached_property
     def terms(self) -> dict[str, tuple[Term, ...]]:
@@ -160,8 +160,8 @@ class EquationErrors(AlongMotion):
             return readings[signal]
         motion = motions[equation == 'transmission']
         if id(motion) not in models:
-            models[id(motion)] = self.followed(theta, motion)
-        out = dict(zip(FOLLOWED, models[id(motion)].T, strict=True))
+            models[id(motion)] = self.evaluated(theta, motion)
+        out = dict(zip(EVALUATED, models[id(motion)].T, strict=True))
         if signal == 'motor_torque':
             return self.full(out['motor_push'] + out['motor_resistance'], motion)
         if signal == 'load_torque':
@@ -200,7 +200,7 @@ class EquationErrors(AlongMotion):
         friction is most of the torque, each friction would be a share of itself.
         """
         motion, values = self.motion, self.servo.values
-        out = dict(zip(FOLLOWED, self._followed_nominal.T, strict=True))
+        out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
         own = values['mechanism.load_inertia'] * motion['load_acceleration']
         more = self._found('load_torque') - self._found('load_resistance')
         return own + motion['external'] - out['load_push'] - out['load_resistance'] - more
@@ -209,7 +209,7 @@ class EquationErrors(AlongMotion):
     def predicted_current(self) -> np.ndarray:
         """Current that the motion asks of the motor, A at the inner samples; see above."""
         motion, values = self.motion, self.servo.values
-        out = dict(zip(FOLLOWED, self._followed_nominal.T, strict=True))
+        out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
         lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
         rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
         sensed = 'torque' in self.measured.channels
@@ -247,5 +247,5 @@ class EquationErrors(AlongMotion):
         return np.where(np.isfinite(asked), asked, command)
 
     @cached_property
-    def _followed_nominal(self) -> np.ndarray:
-        return self.followed(self.servo.theta, self.motion)
+    def _evaluated_nominal(self) -> np.ndarray:
+        return self.evaluated(self.servo.theta, self.motion)

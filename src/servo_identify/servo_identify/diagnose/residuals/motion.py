@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import correlate1d
 
-from servo_twin.physics.following import MOTION
+from servo_twin.physics.motion_evaluation import MOTION
 from servo_twin.physics.servo import Servo
 
 from .measured import Measured

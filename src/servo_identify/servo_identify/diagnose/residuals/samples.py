@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from servo_twin.balances.terms import EQUATIONS, Term
+from servo_twin.balances.equation_terms import EQUATIONS, Term
 from servo_twin.physics.servo import Servo
 
 from ..decisions import PRACTICAL

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servo_twin.physics.following import FOLLOWED
+from servo_twin.physics.motion_evaluation import EVALUATED
 
 from ..mechanisms.builder import Builder
 from ..mechanisms.every_hypothesis import hypotheses_of
@@ -104,8 +104,8 @@ def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
         path = answer.hypotheses[index].path
         if path:
             theta[one.slots[path].start] += answer.amplitudes(index)[0]
-    change = (one.followed(theta, one.motion) - one.followed(one.servo.theta, one.motion)).T
-    out = dict(zip(FOLLOWED, change, strict=True))
+    change = (one.evaluated(theta, one.motion) - one.evaluated(one.servo.theta, one.motion)).T
+    out = dict(zip(EVALUATED, change, strict=True))
     moved = theta - one.servo.theta
     inertia, rotor = (moved[one.slots[f'mechanism.{name}_inertia'].start]
                       if f'mechanism.{name}_inertia' in one.slots else 0.0

@@ -1,5 +1,5 @@
 """
-The job that judges a new servo file against the old: `... serving.judging OLD NEW BAG`.
+The job that judges a new servo file against the old: `... live.compare_job OLD NEW BAG`.
 
 Both run over the same recording under its measured input. Each balance counts by its root mean
 square, in noise floors of the old one and at least one; all together by the geometric mean, so

@@ -7,7 +7,7 @@ SPEC is a JSON file: `servo` (path), `bags` (paths), `learn` (names, see :func:`
 (path of the servo file to write). The loss that is reported on the way is the fit's cost, or the
 network's mean square error on what is kept back; `loss_before` and `loss_after` are the fit's
 costs where only parameters are fitted, else what the old and the new servo leave of the balances
-over the bags, in noise floors (see serving.judging).
+over the bags, in noise floors (see compare_job).
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ from threading import Lock
 
 import numpy as np
 
+from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.recording import Recording
-from servo_twin.recording.samples import CHANNELS
 
 RUNNING = 'running'
 """The excitation family of what was taken of a running rig."""

@@ -16,13 +16,13 @@ import numpy as np
 
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed, Provenance, Servo
+from servo_twin.recording.joined_samples import reference_of
 from servo_twin.recording.recording import Recording
-from servo_twin.recording.samples import reference_of
 
 from ...fit.estimate import bag_name
 from ..free_run import rolled
-from ..friction.network import Network, trained
-from ..friction.scores import Scores, scores_of
+from ..friction.error_scores import Scores, scores_of
+from ..friction.friction_network import Network, trained
 
 HIDDEN = 10  # nodes, paper 001 eq. 22
 EVERY = 0.005  # s between the rows that are trained on

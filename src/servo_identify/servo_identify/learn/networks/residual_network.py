@@ -18,16 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.following import FOLLOWED, MOTION
 from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Placed, Provenance, Servo
 from servo_twin.physics.simulate import substeps_of
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
 from ...fit.segments import smoothed
-from ..friction.network import Network, trained
-from ..friction.scores import Scores, scores_of
+from ..friction.error_scores import Scores, scores_of
+from ..friction.friction_network import Network, trained
 
 HIDDEN = 10  # nodes, paper 001 eq. 22
 CUTOFF = 20.0  # Hz, zero phase, of the motion
@@ -95,7 +95,7 @@ def _missing(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:
     motor_rate, load_rate = np.gradient(motor_speed, period), np.gradient(load_speed, period)
     kernel, theta, on = kernel_of(servo), servo.theta, servo.switches
     current = np.empty(len(recording))
-    kernel.conduct(theta, on, fresh_state(kernel), np.nan_to_num(recording['voltage']),
+    kernel.drive_current(theta, on, fresh_state(kernel), np.nan_to_num(recording['voltage']),
                    np.nan_to_num(motor_speed), current, *substeps_of(servo, period))
     current = smoothed(current, period, CUTOFF)
     torque = smoothed(recording['torque'], period, CUTOFF)
@@ -105,9 +105,9 @@ def _missing(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:
         motor, motor_speed, load, load_speed, load_rate, torque, motor / ratio - load,
         motor_speed / ratio - load_speed, current, external, warm), strict=True))
     motion = np.ascontiguousarray(np.column_stack([columns[name] for name in MOTION]))
-    out = np.empty((len(motion), len(FOLLOWED)))
-    kernel.follow(theta, on, fresh_state(kernel), motion, out, period)
-    made = dict(zip(FOLLOWED, out.T, strict=True))
+    out = np.empty((len(motion), len(EVALUATED)))
+    kernel.evaluate_models(theta, on, fresh_state(kernel), motion, out, period)
+    made = dict(zip(EVALUATED, out.T, strict=True))
     missing = (ratio * value['mechanism.rotor_inertia'] * motor_rate
                + value['mechanism.load_inertia'] * load_rate + external
                - ratio * (value['drive.torque_constant'] * current + made['motor_push']

@@ -1,5 +1,5 @@
 """A sinusoid recovered from a record alone: frequency by the spectrum, then least squares."""
 
-from .recovery import recovered, Sinusoid, SinusoidError
+from .sinusoid_recovery import recovered, Sinusoid, SinusoidError
 
 __all__ = ['Sinusoid', 'SinusoidError', 'recovered']

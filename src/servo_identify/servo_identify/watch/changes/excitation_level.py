@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servo_twin.recording.samples import CHANNELS, LOAD_POSITION, MOTOR_POSITION
+from servo_twin.recording.joined_samples import CHANNELS, LOAD_POSITION, MOTOR_POSITION
 
 _WINDOW = 0.02  # s over which speed is measured
 _SLOW = 0.03  # rad/s at the load, in which the direction fades

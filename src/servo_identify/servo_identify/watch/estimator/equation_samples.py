@@ -20,8 +20,8 @@ import numpy as np
 from servo_twin.balances.equations import balance_taps
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.state import OUTPUTS
+from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.recording import BALANCES
-from servo_twin.recording.samples import CHANNELS
 
 _TAKEN = [CHANNELS.index(name) for name in OUTPUTS]
 _EXTERNAL = CHANNELS.index('external_torque')

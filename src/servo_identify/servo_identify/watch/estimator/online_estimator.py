@@ -15,7 +15,7 @@ from math import inf
 import numpy as np
 
 from servo_twin.physics.servo import Servo
-from servo_twin.recording.samples import CHANNELS
+from servo_twin.recording.joined_samples import CHANNELS
 
 from .equation_samples import Filtered, Filters
 from .recursive_least_squares import Tracker

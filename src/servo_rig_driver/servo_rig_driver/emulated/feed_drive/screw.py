@@ -17,7 +17,7 @@ from math import asinh, cos, exp, log1p, pi, sin, sqrt
 
 import numba as nb
 
-from ..friction import slide
+from ..maxwell_slip import slide
 
 _slide = slide
 SHARES = (0.4, 0.35, 0.25)

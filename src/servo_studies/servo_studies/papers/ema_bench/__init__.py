@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 
 from servo_identify.commands.fit import write
-from servo_identify.learn.transmission.play import measured_play, with_curve
+from servo_identify.learn.transmission.two_way_backlash import measured_play, with_curve
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.recording.recording import Recording
 
-from . import pictures, plan
-from .diagnosed import CASES, diagnosed
-from .judged import Judged, judged, SIGNALS
-from .model import identified
-from .text import comparison_rows, page
+from . import ema_plots, ema_recordings
+from .ema_diagnosis import CASES, diagnosed
+from .ema_errors import Judged, judged, SIGNALS
+from .ema_model import identified
+from .ema_page import comparison_rows, page
 
 __all__ = ['comparison_rows', 'make', 'page']
 
@@ -36,20 +36,20 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
     def part(low: float, high: float) -> Callable[[str, float], None]:
         return lambda said, share: told(said, low + (high - low) * share)
 
-    drawing = servo_file.load(servo_at(plan.SERVO))
-    cases = plan.curve()
-    recordings = plan.recorded(cases, folder / 'play', part(0.0, 0.1))
+    drawing = servo_file.load(servo_at(ema_recordings.SERVO))
+    cases = ema_recordings.curve()
+    recordings = ema_recordings.recorded(cases, folder / 'play', part(0.0, 0.1))
     plays = {case.setting: measured_play(drawing, recording)
              for case, recording in zip(cases, recordings, strict=True)}
     curved = with_curve(drawing, plays, recordings)
-    learned = plan.learned()
-    servo, std = identified(curved, learned, plan.recorded(learned, folder / 'learned',
+    learned = ema_recordings.learned()
+    servo, std = identified(curved, learned, ema_recordings.recorded(learned, folder / 'learned',
                                                            part(0.1, 0.15)), part(0.15, 0.3))
     write(servo, work / 'ema_bench.yaml')
-    grid = plan.grid()
-    first = plan.recorded(grid, folder / 'grid', part(0.3, 0.5))
-    others = [plan.recorded(plan.grid(replicate=k), folder / 'grid',
-                            part(0.4 + 0.1 * k, 0.5 + 0.1 * k))
+    grid = ema_recordings.grid()
+    first = ema_recordings.recorded(grid, folder / 'grid', part(0.3, 0.5))
+    others = [ema_recordings.recorded(ema_recordings.grid(replicate=k), folder / 'grid',
+                                      part(0.4 + 0.1 * k, 0.5 + 0.1 * k))
               for k in range(1, REPLICATES + 1)]
     found = []
     for k, (case, recording) in enumerate(zip(grid, first, strict=True)):
@@ -57,9 +57,9 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
         told(f'judging {case.name}', 0.75 + 0.15 * (k + 1) / len(grid))
     said = diagnosed(servo, {at: _replicates(grid, [first, *others], at) for _, at, _ in CASES},
                      part(0.9, 1.0))
-    pictures.play(drawing, plays, pictured / 'ema_bench_play.png')
-    pictures.heat(found, pictured / 'ema_bench_grid.png')
-    pictures.traces(found, SHOWN, max(plan.BRAKES), pictured / 'ema_bench_traces.png')
+    ema_plots.play(drawing, plays, pictured / 'ema_bench_play.png')
+    ema_plots.heat(found, pictured / 'ema_bench_grid.png')
+    ema_plots.traces(found, SHOWN, max(ema_recordings.BRAKES), pictured / 'ema_bench_traces.png')
     return {
         'play': [{'setting': s, 'width': p.width, 'std': p.std, 'varies': p.varies,
                   'wound': p.wound, 'drawn': float(np.interp(
@@ -74,7 +74,7 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
         'step': servo.step}
 
 
-def _replicates(grid: list[plan.Case], replicates: list[list[Recording]],
+def _replicates(grid: list[ema_recordings.Case], replicates: list[list[Recording]],
                 at: tuple[float, float]) -> list[Recording]:
     k = next(k for k, case in enumerate(grid) if (case.setting, case.brake) == at)
     return [several[k] for several in replicates]

@@ -1,7 +1,7 @@
 """A gap that is set by moving one gear away from the other."""
 
 from ..effect import Parameter
-from ..elementary import cos_sin
+from ..elementary_functions import cos_sin
 from ..ports import Clearance
 
 

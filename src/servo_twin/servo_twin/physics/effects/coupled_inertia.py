@@ -1,7 +1,7 @@
 """Inertia that depends on where another axis stands, as that of a pan on its tilt."""
 
 from ..effect import Parameter
-from ..elementary import cos_sin
+from ..elementary_functions import cos_sin
 from ..ports import Inertia
 
 

@@ -1,7 +1,7 @@
 """Friction that builds up with travel after each reversal (Dahl)."""
 
 from ..effect import Parameter
-from ..elementary import exp
+from ..elementary_functions import exp
 from ..ports import Torque
 
 

@@ -1,7 +1,7 @@
 """A disc brake that was asked for a torque."""
 
 from ..effect import Parameter
-from ..elementary import cos_sin, exp
+from ..elementary_functions import cos_sin, exp
 from ..ports import Friction
 
 

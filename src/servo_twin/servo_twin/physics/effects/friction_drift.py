@@ -1,7 +1,7 @@
 """Friction that fades as the machine warms up."""
 
 from ..effect import Parameter
-from ..elementary import exp
+from ..elementary_functions import exp
 from ..ports import Friction
 
 

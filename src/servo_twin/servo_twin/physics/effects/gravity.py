@@ -1,7 +1,7 @@
 """Weight on a lever at the load."""
 
 from ..effect import Parameter
-from ..elementary import cos_sin
+from ..elementary_functions import cos_sin
 from ..ports import Torque
 
 

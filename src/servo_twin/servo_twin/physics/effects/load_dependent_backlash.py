@@ -1,7 +1,7 @@
 """A gap that opens as the teeth and bearings give under load."""
 
 from ..effect import Parameter
-from ..elementary import exp
+from ..elementary_functions import exp
 from ..ports import Clearance
 
 

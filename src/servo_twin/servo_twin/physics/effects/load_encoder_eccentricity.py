@@ -1,7 +1,7 @@
 """A disc of the load encoder that is not centred on its shaft."""
 
 from ..effect import Parameter
-from ..elementary import cos_sin
+from ..elementary_functions import cos_sin
 from ..ports import Sensor
 
 

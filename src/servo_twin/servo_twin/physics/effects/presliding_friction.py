@@ -1,7 +1,7 @@
 """Presliding friction: contacts that deflect before they slip (LuGre)."""
 
 from ..effect import Parameter
-from ..elementary import exp
+from ..elementary_functions import exp
 from ..ports import Torque
 
 

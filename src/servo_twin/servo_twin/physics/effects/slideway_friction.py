@@ -1,7 +1,7 @@
 """Friction of a table on its ways, under its weight and the cutting force that presses it."""
 
 from ..effect import Parameter
-from ..elementary import exp
+from ..elementary_functions import exp
 from ..ports import Friction
 
 

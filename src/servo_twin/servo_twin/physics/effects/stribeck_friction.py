@@ -1,7 +1,7 @@
 """Friction that falls from its static to its sliding level as the shaft starts to move."""
 
 from ..effect import Parameter
-from ..elementary import exp
+from ..elementary_functions import exp
 from ..ports import Friction
 
 

@@ -1,7 +1,7 @@
 """Angle that the shape of the teeth adds and takes as they pass."""
 
 from ..effect import Parameter
-from ..elementary import cos_sin
+from ..elementary_functions import cos_sin
 from ..ports import MeshError
 
 

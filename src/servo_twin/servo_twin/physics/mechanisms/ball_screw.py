@@ -3,8 +3,8 @@
 from numba import njit
 
 from ..effect import Parameter
-from ..elementary import fused
-from ..folds import (
+from ..elementary_functions import fused
+from ..ideal_ports import (
     load_friction,
     load_torque,
     mesh_clearance,
@@ -13,8 +13,8 @@ from ..folds import (
     motor_friction,
     motor_torque,
 )
-from ..part import Mechanism
 from ..ports import Shaft, Teeth, WindUp
+from ..servo_parts import Mechanism
 from ..state import (
     CURRENT,
     LOAD_ANGLE,
@@ -29,7 +29,7 @@ from ..state import (
     TORQUE,
     ZERO,
 )
-from .slide import slide
+from .friction_step import slide
 
 # ruff: noqa: F821  (MECHANISM is where this mechanism's memory begins)
 

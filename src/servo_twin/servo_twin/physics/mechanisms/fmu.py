@@ -3,8 +3,7 @@
 from typing import ClassVar
 
 from ..effect import Parameter
-from ..folds import load_friction, load_torque, motor_friction, motor_torque
-from ..foreign import (
+from ..fmu_calls import (
     exchange,
     INPUT,
     INPUT_FACTOR,
@@ -14,8 +13,9 @@ from ..foreign import (
     STATUS,
     table_at,
 )
-from ..part import Mechanism
+from ..ideal_ports import load_friction, load_torque, motor_friction, motor_torque
 from ..ports import Shaft
+from ..servo_parts import Mechanism
 from ..state import (
     CURRENT,
     LOAD_ANGLE,

@@ -1,9 +1,9 @@
 """Motor and load that move as one."""
 
 from ..effect import Parameter
-from ..folds import load_friction, load_torque, mesh_error, motor_friction, motor_torque
-from ..part import Mechanism
+from ..ideal_ports import load_friction, load_torque, mesh_error, motor_friction, motor_torque
 from ..ports import Shaft, Teeth
+from ..servo_parts import Mechanism
 from ..state import (
     ADDED,
     CURRENT,
@@ -20,7 +20,7 @@ from ..state import (
     TORQUE,
     ZERO,
 )
-from .slide import slide
+from .friction_step import slide
 
 
 class Rigid(Mechanism):

@@ -1,7 +1,7 @@
 """Motor and load joined by an elastic mesh."""
 
 from ..effect import Parameter
-from ..folds import (
+from ..ideal_ports import (
     load_friction,
     load_torque,
     mesh_clearance,
@@ -11,8 +11,8 @@ from ..folds import (
     motor_friction,
     motor_torque,
 )
-from ..part import Mechanism
 from ..ports import Shaft, Teeth, WindUp
+from ..servo_parts import Mechanism
 from ..state import (
     ADDED,
     CURRENT,
@@ -29,7 +29,7 @@ from ..state import (
     TORQUE,
     ZERO,
 )
-from .slide import slide
+from .friction_step import slide
 
 # ruff: noqa: F821  (mechanism_pull is this mechanism's pull, compiled)
 

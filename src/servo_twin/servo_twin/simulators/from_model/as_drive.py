@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import cos, sin
 
 from ...physics.drives import CurrentDrive, VoltageDrive
-from ...physics.part import MotorDrive
+from ...physics.servo_parts import MotorDrive
 from ..joint import Joint, ModelError
-from .found_values import FoundValues
-from .given import Given
+from .required_values import Given
+from .sourced_values import FoundValues
 
 
 def drive_of(joint: Joint, given: Given, ratio: float, found: FoundValues

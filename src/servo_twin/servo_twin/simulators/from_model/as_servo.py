@@ -10,8 +10,8 @@ from ...physics.mechanisms.rigid import Rigid
 from ...physics.servo import Provenance, SENSORS, Servo, ServoError
 from ..joint import Joint, ModelError
 from .as_drive import drive_of
-from .found_values import FoundValues
-from .given import Given, ratio_of, with_given
+from .required_values import Given, ratio_of, with_given
+from .sourced_values import FoundValues
 
 STEP = 1e-4  # s
 NO_SENSORS = ('No sensors: a diagnosis needs the noise of each channel that is recorded, such as '

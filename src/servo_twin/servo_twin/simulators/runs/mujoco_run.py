@@ -9,7 +9,7 @@ import numpy as np
 from ..actuator_names import FED, POSITION, reference_scale, VELOCITY
 from ..joint import Joint, ModelError
 from ..mujoco_model import compiled_text, mujoco_library
-from .excitation import Excitation
+from .joint_excitation import Excitation
 
 
 def mujoco_run(text: str, joint: Joint, excitation: Excitation) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from ...physics.servo import Servo
 from ...physics.simulate import initial_state, inputs_of, simulate
 from ...physics.state import INPUTS
-from .excitation import Excitation
+from .joint_excitation import Excitation
 
 
 def twin_run(servo: Servo, excitation: Excitation, on: np.ndarray | None = None) -> np.ndarray:

@@ -8,11 +8,11 @@ from math import inf
 
 from ...physics.controllers import Cascade, Impedance, PositionLoop, VelocityPi
 from ...physics.drives import CurrentAmplifier, CurrentDrive, VoltageDrive, winding
+from ...physics.fixed_inertia import with_fixed_inertia
 from ...physics.mechanisms.ball_screw import BallScrew
 from ...physics.mechanisms.rigid import Rigid
 from ...physics.mechanisms.two_inertia import TwoInertia
 from ...physics.servo import Placed, Servo
-from ...physics.standing import standing
 from ..joint import Joint, ModelError
 
 _CONSTANT = 0.011  # 1/m: gravity of a smaller order is a constant force on a slide
@@ -69,7 +69,7 @@ def joint_of_servo(servo: Servo, name: str) -> tuple[Joint, list[Lost], list[str
     Friction that a simulator has no law for is lost here; see :mod:`.nearest_friction` for what
     stands for it. Raises ModelError for a servo whose drive or mechanism no joint can be.
     """
-    servo = standing(servo, 0.0)
+    servo = with_fixed_inertia(servo, 0.0)
     making = _Making(servo, 1.0, Joint(name, servo.linear or servo.mechanism.slides), [], [])
     _mechanism(making)
     _drive(making)

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 
 from ..actuator_names import FED, POSITION, scaled, VELOCITY
 from ..joint import Joint
-from .link import GRAVITY, link_of
+from .rigid_link import GRAVITY, link_of
 
 
 def mjcf_text(joint: Joint, timestep: float, about: list[str], read_back: str,

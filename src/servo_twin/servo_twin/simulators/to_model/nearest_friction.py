@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...physics.following import FOLLOWED, MOTION
 from ...physics.kernel import fresh_state, kernel_of
+from ...physics.motion_evaluation import EVALUATED, MOTION
 from ...physics.servo import Servo
 from ...physics.simulate import ROOM_TEMPERATURE
 from ..joint import ModelError
-from ..runs.excitation import Excitation
+from ..runs.joint_excitation import Excitation
 from ..runs.twin_run import twin_run
 
 _STANDING = 1e-3  # share of the largest speed below which a sample is left out
@@ -98,9 +98,9 @@ def _resisting(servo: Servo, names: list[str], motion: np.ndarray, period: float
     for kept in (True, False):
         on = np.array([kept or placed.name not in names for placed in servo.effects],
                       dtype=np.bool_)
-        out = np.zeros((len(motion), len(FOLLOWED)))
-        kernel.follow(servo.theta, on, fresh_state(kernel), motion, out, period)
-        at = {name: out[:, k] for k, name in enumerate(FOLLOWED)}
+        out = np.zeros((len(motion), len(EVALUATED)))
+        kernel.evaluate_models(servo.theta, on, fresh_state(kernel), motion, out, period)
+        at = {name: out[:, k] for k, name in enumerate(EVALUATED)}
         torques.append(lever * (at['motor_push'] + at['motor_resistance'])
                        + at['load_push'] + at['load_resistance'])
     return torques[1] - torques[0]

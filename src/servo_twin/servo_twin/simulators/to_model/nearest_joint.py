@@ -10,8 +10,8 @@ import numpy as np
 from ...physics.servo import Servo
 from ...physics.state import OUTPUTS
 from ..joint import Joint, SPOKEN, UNITS
-from ..runs.equation import equation_run
-from ..runs.excitation import Excitation, excitation_for
+from ..runs.joint_equation import equation_run
+from ..runs.joint_excitation import Excitation, excitation_for
 from ..runs.twin_run import twin_run
 from .as_joint import joint_of_servo, Lost
 from .nearest_friction import friction_at_rest, lossy, nearest_friction

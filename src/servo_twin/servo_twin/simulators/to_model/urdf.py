@@ -6,8 +6,8 @@ from math import inf
 from xml.sax.saxutils import quoteattr
 
 from ..joint import Joint, ModelError
-from .link import link_of
 from .mjcf import comment
+from .rigid_link import link_of
 
 
 def urdf_text(joint: Joint, about: list[str], ratio: float = 1.0,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from .model import Learner
+from .learner import Learner
 
 _WHERE = {
-    'coulomb_viscous': 'classical', 'stribeck': 'classical', 'dahl': 'classical',
-    'lugre': 'classical', 'sindy': 'sparse', 'feedforward': 'network_training',
-    'cnn': 'network_training', 'lstm': 'network_training', 'transformer': 'network_training',
-    'physics_informed': 'physics_informed_training',
+    'coulomb_viscous': 'classical_models', 'stribeck': 'classical_models',
+    'dahl': 'classical_models', 'lugre': 'classical_models', 'sindy': 'sparse_regression',
+    'feedforward': 'network_training', 'cnn': 'network_training', 'lstm': 'network_training',
+    'transformer': 'network_training', 'physics_informed': 'physics_informed_training',
 }
 
 

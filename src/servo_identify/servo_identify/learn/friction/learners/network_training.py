@@ -12,9 +12,9 @@ import time
 
 import numpy as np
 
-from ..dataset import Dataset, SEQUENCE
-from . import compiled
-from .model import Model, Told
+from ..friction_dataset import Dataset, SEQUENCE
+from . import compiled_networks
+from .learner import Model, Told
 
 EPOCHS, PATIENCE, RATE, HIDDEN, HEADS = 150, 12, 1e-3, 64, 2
 BATCH = 256  # paper: 64; four times as many rows a step train to the same loss in a third
@@ -119,20 +119,20 @@ def _exported(kind: str, net) -> Callable[[np.ndarray], float]:
     w = {k: v.detach().numpy().astype(float) for k, v in net.state_dict().items()}
     if kind == 'feedforward':
         arrays = tuple(w[f'{i}.{p}'] for i in (1, 3, 5) for p in ('weight', 'bias'))
-        return lambda x: compiled.dense(x[-1], *arrays)
+        return lambda x: compiled_networks.dense(x[-1], *arrays)
     if kind == 'cnn':
         arrays = tuple(w[f'{n}.{p}'] for n in ('one', 'two', 'out') for p in ('weight', 'bias'))
-        return lambda x: compiled.convolution(x, *arrays)
+        return lambda x: compiled_networks.convolution(x, *arrays)
     if kind == 'lstm':
         arrays = (w['cell.weight_ih_l0'], w['cell.weight_hh_l0'],
                   w['cell.bias_ih_l0'] + w['cell.bias_hh_l0'], w['out.weight'], w['out.bias'])
-        return lambda x: compiled.recurrent(x, *arrays)
+        return lambda x: compiled_networks.recurrent(x, *arrays)
     inner = ('self_attn.in_proj_weight', 'self_attn.in_proj_bias', 'self_attn.out_proj.weight',
              'self_attn.out_proj.bias', 'norm1.weight', 'norm1.bias', 'linear1.weight',
              'linear1.bias', 'linear2.weight', 'linear2.bias', 'norm2.weight', 'norm2.bias')
     arrays = (w['enter.weight'], w['enter.bias'], w['at'], *(w[f'layer.{n}'] for n in inner),
               w['out.weight'], w['out.bias'])
-    return lambda x: compiled.attention(x, *arrays, HEADS)
+    return lambda x: compiled_networks.attention(x, *arrays, HEADS)
 
 
 def _learner(kind: str):

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..dataset import Dataset
-from . import compiled
-from .model import Model, Told
+from ..friction_dataset import Dataset
+from . import compiled_networks
+from .learner import Model, Told
 from .network_training import scaling, train
 
 DRIVES, SAYS = 10.0, 0.02  # weights of the two penalties
@@ -74,7 +74,7 @@ def fitted(data: Dataset, seed: int, seconds: float, told: Told | None) -> Model
     arrays = tuple(w[f'rest.{i}.{n}'] for i in (0, 2, 4) for n in ('weight', 'bias'))
     x = (data.features[data.test[0]] - centre) / span
     return Model('physics_informed', predict, sum(q.numel() for q in net.parameters()),
-                 lambda: compiled.dense(x, *arrays),
+                 lambda: compiled_networks.dense(x, *arrays),
                  f'sgn(w) ({p[0]:.4g} + {p[1]:.4g} exp(-(w/{fade:.3g})^2)) + {p[2] / top:.4g} w '
                  '+ a small network')
 

@@ -1,0 +1,112 @@
+"""What recordings can tell: standard errors that do not assume independence, and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .fit_problem import Normal
+
+UNSURE = 0.5
+"""A parameter whose standard error exceeds this share of its scale is not identified."""
+
+INFLATED = 20.0
+"""A standard error that others' freedom makes this many times larger is not separable."""
+
+
+def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2,
+           settled: bool = True) -> np.ndarray:
+    """
+    Return the covariance (p, p) of the shared numbers, in units of their scales.
+
+    A sandwich over horizons: their scores are summed with Bartlett weights up to ``lag``
+    neighbours of the same recording (Newey, West 1987), so errors may be correlated within
+    horizons and between neighbours. Where the horizons are too few for that, the larger of it and
+    the classical one, widened by the correlation time of the residuals. ``settled`` adds the step
+    that is left to go. Held numbers get NaN.
+    """
+    p = len(held)
+    free = np.flatnonzero(~held)
+    covariance = np.full((p, p), np.nan)
+    if not len(free):
+        return covariance
+    bread = np.linalg.pinv(normal.hessian[np.ix_(free, free)], rcond=1e-13, hermitian=True)
+    scores = normal.scores[:, free]
+    meat = scores.T @ scores
+    for gap in range(1, min(lag, len(scores) - 1) + 1):
+        same = owner[gap:] == owner[:-gap]
+        pair = (scores[gap:] * same[:, None]).T @ scores[:-gap]
+        meat += (1.0 - gap / (lag + 1.0)) * (pair + pair.T)
+    blocks = len(scores)
+    meat *= blocks / max(1.0, blocks - len(free))
+    sandwich = bread @ meat @ bread
+    residual = normal.residual
+    used = np.count_nonzero(residual)
+    level = np.sum(residual**2) / max(1, used - p) * _correlation_time(residual)
+    classical = level * bread
+    grow = np.ones(len(free))
+    if blocks < 10 * len(free):
+        grow = np.sqrt(np.maximum(1.0, np.diag(classical) / np.maximum(np.diag(sandwich), 1e-300)))
+    covariance[np.ix_(free, free)] = sandwich * np.outer(grow, grow)
+    # what the linear model still promises and kinks of friction did not let the fit have
+    if settled:
+        covariance[free, free] += (bread @ normal.gradient[free]) ** 2
+    return covariance
+
+
+def cautious(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
+    """Return the fine covariance, widened where the coarse one is wider."""
+    grow = np.sqrt(np.maximum(1.0, np.diag(coarse) / np.maximum(np.diag(fine), 1e-300)))
+    return fine * np.outer(grow, grow)
+
+
+def _correlation_time(residual: np.ndarray) -> float:
+    """Samples over which residuals stay alike: 1 + 2 sum of the autocorrelation, by energy."""
+    energy = np.sum(residual**2, axis=0)
+    total = 0.0
+    for c in np.flatnonzero(energy):
+        size = 1 << (2 * len(residual) - 1).bit_length()
+        spectrum = np.fft.rfft(residual[:, c], size)
+        auto = np.fft.irfft(spectrum * spectrum.conj(), size)[:len(residual) // 2] / energy[c]
+        below = np.flatnonzero(auto < 0.05)
+        stop = below[0] if len(below) else len(auto)
+        total += energy[c] * (1.0 + 2.0 * auto[1:stop].sum())
+    return max(1.0, total / max(energy.sum(), 1e-300))
+
+
+def foreseen(normal: Normal, names: Sequence[str]) -> tuple[list[str], np.ndarray]:
+    """
+    Say what will not be identified, from the Fisher information at a point.
+
+    ``names`` of the first rows of the normal equations. Returns sentences and the mask (p,) of
+    numbers that these recordings do not move at all, which a fit should hold.
+    """
+    count = len(names)
+    size = np.sqrt(np.maximum(np.diag(normal.hessian), 0.0))
+    dead = size * UNSURE < 1.0
+    dead[count:] = size[count:] < 1e-12  # delays and zeros
+    sentences = [f'{names[i]} is not excited: these recordings do not show a change of it'
+                 for i in np.flatnonzero(dead[:count])]
+    live = np.flatnonzero(~dead)
+    if len(live) < 2:
+        return sentences, dead
+    scaled = normal.hessian[np.ix_(live, live)] / np.outer(size[live], size[live])
+    values, vectors = np.linalg.eigh(scaled)
+    told = set()
+    for value, vector in zip(values, vectors.T, strict=True):
+        if value * INFLATED**2 > 1.0:
+            break
+        # how far this direction may run before the data object, in scales of each member
+        reach = np.abs(vector) / size[live] / np.sqrt(max(value, 1e-14))
+        members = [live[i] for i in np.argsort(-np.abs(vector))
+                   if abs(vector[i]) > 0.2 and live[i] < count]
+        worst = max((reach[np.flatnonzero(live == m)[0]] for m in members), default=0.0)
+        if len(members) < 2 or (worst < 0.1 * UNSURE and value > 1e-7):
+            continue
+        pair = tuple(names[m] for m in members[:4])
+        if pair not in told:
+            told.add(pair)
+            sentences.append(f'{pair[0]} is not separable from {", ".join(pair[1:])}: these '
+                             f'recordings answer only to a combination of them')
+    return sentences, dead

@@ -1,0 +1,294 @@
+"""Bags written from columns: rosbag2 directories that any rosbag2 tool reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import yaml
+
+from ..recording.recording import MAY_BE_EMPTY, Predictions, Recording
+from .cdr_layout import HEADER, lay_out, Layout
+from .mcap_writing import ChannelEntry, McapFile, MESSAGE_HEAD
+from .message_definitions import commented, own_types, PACKAGE
+
+CHUNK_BYTES = 1 << 22
+"""Uncompressed size that a chunk aims at."""
+
+SAMPLE_TOPICS = {
+    'encoder': ('Encoder', ('motor_position', 'load_position')),
+    'torque': ('Torque', ('torque', 'external_torque')),
+    'current': ('Current', ('current', 'voltage', 'current_reference', 'reference_velocity',
+                            'reference_position', 'temperature', 'added_command')),
+}
+"""Topic of a rig: its message and the columns of a recording that it carries."""
+
+COUPLED_TOPIC = 'coupled/encoder'
+COUPLED_COLUMN, COUPLED_FIELD = 'coupled_position', 'load_position'
+"""
+What another axis read that this one carries: the topic of a rig that has one, an Encoder message
+with this rig's sequence numbers; the column of a recording; the field that it comes from.
+"""
+
+TWIN_TOPICS = {'prediction': ('twin/prediction', 'Prediction'),
+               'residual': ('twin/residual', 'Residual')}
+"""Part of the twin's answer: its topic and its message."""
+
+_QOS = {
+    'history': 'keep_last', 'depth': 1000, 'reliability': 'reliable', 'durability': 'volatile',
+    'deadline': {'sec': 9223372036, 'nsec': 854775807},
+    'lifespan': {'sec': 9223372036, 'nsec': 854775807}, 'liveliness': 'automatic',
+    'liveliness_lease_duration': {'sec': 9223372036, 'nsec': 854775807},
+    'avoid_ros_namespace_conventions': False,
+}
+
+
+class BagError(ValueError):
+    """A bag that cannot be read or written as asked."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """
+    What one topic carries over a run of samples.
+
+    ``columns`` maps field names of ``message`` to arrays of shape (samples,); ``constants`` gives
+    the fields that are the same in every message. What is named in neither is NaN (lists, as long
+    as the columns; empty those of MAY_BE_EMPTY) or 0.
+    """
+
+    message: str
+    columns: Mapping[str, np.ndarray]
+    constants: Mapping[str, Any] = field(default_factory=dict)
+
+
+class BagWriter:
+    """
+    Writes a rosbag2 directory with MCAP storage, zstd chunks and embedded definitions.
+
+    A context manager: on a clean exit it writes the summary and metadata.yaml; after an exception
+    the bag stays as if its writer had been killed, and can be recovered; one without any message
+    is removed. Raises BagError when ``path`` exists already.
+    """
+
+    def __init__(self, path: Path | str, namespace: str = '') -> None:
+        self.path = Path(path)
+        self.prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
+        if self.path.exists():
+            raise BagError(f'{self.path} exists already; choose another name or remove it')
+        self.path.mkdir(parents=True)
+        self._file = McapFile(self.path / f'{self.path.name}_0.mcap')
+        self._types = own_types()
+        self._channels: dict[str, ChannelEntry] = {}
+        self._topics: list[dict[str, Any]] = []
+
+    def write_info(self, start: int, **fields: Any) -> None:
+        """Write RecordingInfo at ``start`` (ns); ``fields`` are those of the message."""
+        self._check_time(start)
+        types = self._types
+        message = types.types[f'{PACKAGE}/msg/RecordingInfo'](
+            header=types.types['std_msgs/msg/Header'](stamp=self._stamp(start), frame_id=''),
+            **{'servo': '', 'servo_file': '', 'family': '', 'replicate': 0, 'note': ''} | fields)
+        payload = bytes(types.serialize_cdr(message, f'{PACKAGE}/msg/RecordingInfo'))
+        records = np.zeros(1, np.dtype([('head', MESSAGE_HEAD), ('payload', f'V{len(payload)}')]))
+        records['payload'] = np.void(payload)
+        channel = self._channel('recording', 'RecordingInfo', 'transient_local')
+        self._file.write_chunk([(channel, np.array([start]), records)])
+
+    def write_samples(self, topics: Mapping[str, Samples], *, start: int, period: float,
+                      sequence: int = 0, block_size: int = 100) -> None:
+        """
+        Write a run of samples on several topics.
+
+        ``start``: ns, instant of the first sample; ``period``: s; ``sequence``: running number of
+        the first sample. The last message is shorter when the samples do not fill its block.
+        Raises BagError when the columns differ in length or the time is outside of what a stamp
+        can hold.
+        """
+        sizes = {len(column) for samples in topics.values() for column in samples.columns.values()}
+        if len(sizes) != 1:
+            raise BagError(f'{self.path}: columns of different lengths {sorted(sizes)}')
+        size = sizes.pop()
+        self._check_time(start)
+        self._check_time(start + nanoseconds(size * period))
+        widest = max(len(self._types.fielddefs[f'{PACKAGE}/msg/{s.message}'][1])
+                     for s in topics.values())
+        per_chunk = max(1, CHUNK_BYTES // (100 + 8 * widest * block_size)) * block_size
+        for topic, samples in topics.items():
+            self._channel(topic, samples.message)
+        for first in range(0, size, per_chunk):
+            last = min(size, first + per_chunk)
+            whole = first + (last - first) // block_size * block_size
+            for topic, samples in topics.items():
+                pieces = [
+                    self._records(topic, samples, range(begin, end, length), start, period,
+                                  sequence, length)
+                    for begin, end, length in ((first, whole, block_size),
+                                               (whole, last, last - whole)) if end > begin]
+                self._file.write_chunk(pieces)
+
+    def _records(self, topic: str, samples: Samples, firsts: range, start: int, period: float,
+                 sequence: int, length: int) -> tuple[ChannelEntry, np.ndarray, np.ndarray]:
+        layout = self._layout(samples, length)
+        shift = MESSAGE_HEAD.itemsize
+        records = np.zeros(len(firsts), layout.dtype(shift + layout.size, shift))
+        raw = records.view(np.uint8).reshape(len(firsts), -1)
+        raw[:, shift:shift + 4] = np.frombuffer(HEADER, np.uint8)
+        for offset, (_, count) in layout.lengths.items():
+            word = np.frombuffer(np.uint32(count).tobytes(), np.uint8)
+            raw[:, shift + offset:shift + offset + 4] = word
+        steps = np.arange(firsts.start, firsts.stop, length)
+        times = start + instants(steps, period)
+        records['header.stamp.sec'], records['header.stamp.nanosec'] = np.divmod(times, 10**9)
+        records['sequence'] = sequence + steps
+        records['period'] = period
+        for path, (kind, _) in layout.fields.items():
+            if path in samples.columns:
+                column = samples.columns[path][firsts.start:firsts.stop]
+                records[path] = column.reshape(-1, length)
+            elif path in samples.constants:
+                records[path] = samples.constants[path]
+            elif kind.subdtype and kind.base.kind == 'f':
+                records[path] = np.nan
+        return self._channels[topic], times, records
+
+    def _layout(self, samples: Samples, length: int) -> Layout:
+        name = f'{PACKAGE}/msg/{samples.message}'
+        sizes = {'header.frame_id': 1} | {
+            path: 0 for path in MAY_BE_EMPTY if path not in samples.columns}
+        layout = lay_out(self._types, name, lambda path, _: sizes.get(path, length))
+        unknown = sorted({*samples.columns, *samples.constants} - set(layout.fields))
+        if unknown:
+            raise BagError(f'{name} has no fields {unknown}; it has {list(layout.fields)}')
+        return layout
+
+    def _channel(self, topic: str, message: str, durability: str = 'volatile') -> ChannelEntry:
+        if topic not in self._channels:
+            name = f'{PACKAGE}/msg/{message}'
+            qos = [_QOS | {'durability': durability}]
+            self._channels[topic] = self._file.add_channel(
+                self.prefix + topic, name, commented(name),
+                yaml.safe_dump(qos, sort_keys=False).strip())
+            self._topics.append({
+                'name': self.prefix + topic, 'type': name, 'serialization_format': 'cdr',
+                'offered_qos_profiles': qos,
+                'type_description_hash': self._types.hash_rihs01(name)})
+        return self._channels[topic]
+
+    def _check_time(self, time: int) -> None:
+        if not 0 <= time < 2**31 * 10**9:
+            raise BagError(f'{self.path}: time {time / 1e9:.6g} s is outside of '
+                           '[0, 2147483648) s, which is what a ROS stamp holds')
+
+    def _stamp(self, nanoseconds: int) -> Any:
+        seconds, rest = divmod(nanoseconds, 10**9)
+        return self._types.types['builtin_interfaces/msg/Time'](sec=seconds, nanosec=rest)
+
+    def close(self) -> None:
+        """Write the summary and metadata.yaml."""
+        self._file.flush()
+        start = min(self._file.start, self._file.end)
+        span = {'starting_time': {'nanoseconds_since_epoch': start},
+                'duration': {'nanoseconds': self._file.end - start},
+                'message_count': sum(entry.count for entry in self._file.channels)}
+        name = f'{self.path.name}_0.mcap'
+        counts = [entry.count for entry in self._file.channels]
+        information = {
+            'version': 9, 'storage_identifier': 'mcap', 'relative_file_paths': [name], **span,
+            'topics_with_message_count': [
+                {'topic_metadata': topic, 'message_count': count}
+                for topic, count in zip(self._topics, counts, strict=True)],
+            'compression_format': '', 'compression_mode': '',
+            'files': [{'path': name, **span}], 'custom_data': None, 'ros_distro': 'jazzy'}
+        self._file.close(_dump(information))
+        partial = self.path / 'metadata.yaml.tmp'
+        partial.write_text(_dump({'rosbag2_bagfile_information': information}), 'utf8')
+        partial.replace(self.path / 'metadata.yaml')
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self._file.abort()
+            if not self._file.channels:
+                self._file.path.unlink()
+                self.path.rmdir()
+
+
+class _Plain(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):
+    """YAML without anchors, which some rosbag2 readers do not resolve."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _dump(content: Any) -> str:
+    return yaml.dump(content, Dumper=_Plain, sort_keys=False)
+
+
+def instants(steps: np.ndarray, period: float) -> np.ndarray:
+    """Return ns from the first sample to samples number ``steps``, int64, exact to 1 ns."""
+    whole = round(period * 1e9)
+    return steps * whole + np.rint(steps * (period * 1e9 - whole)).astype(np.int64)
+
+
+def nanoseconds(seconds: float) -> int:
+    """Return seconds as whole nanoseconds, without the rounding of a product of 1e18."""
+    whole = int(seconds // 1.0)
+    return whole * 10**9 + round((seconds - whole) * 1e9)
+
+
+def write_recording(path: Path | str, recording: Recording, block_size: int = 100,
+                    namespace: str = '') -> Path:
+    """
+    Write a recording as a bag and return its path.
+
+    Columns keep every bit; ``recording.start`` is kept to 1 ns. Raises BagError when ``path``
+    exists or the recording is empty.
+    """
+    if not len(recording):
+        raise BagError(f'{recording.name}: a recording without samples makes no bag')
+    with BagWriter(path, namespace) as bag:
+        start = nanoseconds(recording.start)
+        bag.write_info(start, servo=recording.servo, servo_file=recording.servo_file,
+                       family=recording.family, replicate=recording.replicate, note=recording.note)
+        bag.write_samples(sample_topics(recording), start=start, period=recording.period,
+                          sequence=recording.sequence, block_size=block_size)
+    return bag.path
+
+
+def write_predictions(path: Path | str, predictions: Predictions, recording: Recording,
+                      block_size: int = 100, namespace: str = '') -> Path:
+    """Write the twin's answer to ``recording``, with that recording's samples beside it."""
+    answer = {
+        TWIN_TOPICS['prediction'][0]: Samples(
+            'Prediction', predictions.prediction, {'restarts': predictions.restarts}),
+        TWIN_TOPICS['residual'][0]: Samples(
+            'Residual', predictions.residual,
+            {'channel_noise': predictions.channel_noise,
+             'balance_noise': predictions.balance_noise}),
+    }
+    with BagWriter(path, namespace) as bag:
+        start = nanoseconds(recording.start)
+        bag.write_info(start, servo=recording.servo, servo_file=recording.servo_file,
+                       family=recording.family, replicate=recording.replicate, note=recording.note)
+        bag.write_samples(sample_topics(recording) | answer, start=start,
+                          period=recording.period, sequence=recording.sequence,
+                          block_size=block_size)
+    return bag.path
+
+
+def sample_topics(recording: Recording) -> dict[str, Samples]:
+    """Return what the rig's topics carry of a recording."""
+    topics = {topic: Samples(message, {name: recording[name] for name in names
+                                       if name not in MAY_BE_EMPTY or recording.has(name)})
+              for topic, (message, names) in SAMPLE_TOPICS.items()}
+    if recording.has(COUPLED_COLUMN):
+        topics[COUPLED_TOPIC] = Samples('Encoder', {COUPLED_FIELD: recording[COUPLED_COLUMN]})
+    return topics

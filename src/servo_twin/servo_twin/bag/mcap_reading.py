@@ -1,0 +1,253 @@
+"""
+The MCAP container, read: which chunks and topics a file has, also when its end is missing.
+
+The file is walked record by record, jumping over the chunks' contents, so that a file without
+summary, footer or its last half chunk reads the same way as a whole one. Nothing is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+import mmap
+from pathlib import Path
+from struct import error as StructError
+from struct import unpack_from
+from typing import NamedTuple
+import zlib
+
+import numpy as np
+
+from .mcap_writing import (
+    CHANNEL,
+    CHUNK,
+    FOOTER,
+    LENGTH_BEFORE_PAYLOAD,
+    MAGIC,
+    MESSAGE,
+    MESSAGE_HEAD,
+    MESSAGE_INDEX,
+    SCHEMA,
+    zstd,
+)
+
+_KNOWN = range(1, 16)
+
+DAMAGE = (ArithmeticError, LookupError, MemoryError, StructError, TypeError, ValueError)
+"""What taking damaged bytes apart may raise."""
+
+
+class Channel(NamedTuple):
+    """A topic of a file, with the definition of its message as the file has it."""
+
+    number: int
+    topic: str
+    kind: str
+    encoding: str
+    definition: str
+    serialization: str
+
+
+@dataclass
+class Chunk:
+    """
+    A stretch of message records; ``index`` maps a channel to its messages' places.
+
+    ``compression`` is zstd, lz4 or empty. Without an index the records must be walked.
+    """
+
+    offset: int
+    size: int
+    plain_size: int
+    compression: str
+    checksum: int
+    index: dict[int, np.ndarray] | None = None
+
+
+@dataclass
+class Scan:
+    """What a file holds; ``cut`` says how its end is missing, ``damaged`` what makes no sense."""
+
+    path: Path
+    data: mmap.mmap | bytes
+    chunks: list[Chunk] = field(default_factory=list)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    cut: str = ''
+    damaged: list[str] = field(default_factory=list)
+
+    def content(self, chunk: Chunk) -> np.ndarray:
+        """Return the records of a chunk, uint8; raises ValueError when they are damaged."""
+        stored = memoryview(self.data)[chunk.offset:chunk.offset + chunk.size]
+        try:
+            if chunk.compression == 'zstd':
+                plain = zstd.decompress(stored)
+            elif chunk.compression == 'lz4':
+                from lz4.frame import decompress
+                plain = decompress(stored)
+            elif not chunk.compression:
+                plain = bytes(stored)
+            else:
+                raise ValueError(f'compression {chunk.compression!r}; known are zstd and lz4')
+        except (zstd.ZstdError, RuntimeError, MemoryError) as error:
+            raise ValueError(str(error)) from None
+        if len(plain) != chunk.plain_size:
+            raise ValueError(f'{len(plain)} bytes where its head says {chunk.plain_size}')
+        if chunk.checksum and zlib.crc32(plain) != chunk.checksum:
+            raise ValueError('its checksum does not match')
+        return np.frombuffer(plain, np.uint8)
+
+    def offsets(self, chunk: Chunk, content: np.ndarray) -> dict[int, np.ndarray]:
+        """Return the places of the messages of a chunk by channel, in the order of the file."""
+        if chunk.index is not None and chunk.index.keys() <= self.channels.keys():
+            return chunk.index
+        found: dict[int, list[int]] = {}
+        for opcode, begin, _ in _records(content.data, 0, len(content)):
+            if opcode == MESSAGE:
+                found.setdefault(unpack_from('<H', content, begin)[0], []).append(begin - 9)
+        return {number: np.array(places) for number, places in found.items()}
+
+
+def scan(path: Path) -> Scan:
+    """
+    Walk one MCAP file.
+
+    Raises ValueError when the file does not begin as an MCAP file does.
+    """
+    with path.open('rb') as file:
+        head = file.read(len(MAGIC))
+        if head != MAGIC:
+            said = 'is empty' if not head else f'begins with {head!r} and not with {MAGIC!r}'
+            raise ValueError(f'{path} is no MCAP file: it {said}')
+        data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    result = Scan(path, data)
+    schemas: dict[int, tuple[str, str, str]] = {}
+    loose: list[int] = []
+    end = len(MAGIC)
+    finished = False
+    for opcode, begin, after in _records(data, len(MAGIC), len(data)):
+        end = after
+        finished = opcode == FOOTER
+        if finished:
+            break
+        try:
+            _take(result, opcode, begin, after, schemas)
+        except DAMAGE as error:
+            result.damaged.append(f'the record at byte {begin - 9} of {path.name} is damaged and '
+                                  f'left out: {error}')
+        if opcode == MESSAGE:
+            loose.append(begin - 9)
+    if not finished:
+        result.cut = (f'{path.name} ends after byte {len(data)} without a footer; '
+                      f'the last whole record ends at byte {end}')
+        if result.chunks:
+            result.chunks[-1].index = None
+    _announce_inside(result, schemas)
+    if loose:
+        result.chunks.append(Chunk(0, end, end, '', 0))
+        _index_loose(result.chunks[-1], data, loose)
+    return result
+
+
+def _take(result: Scan, opcode: int, begin: int, end: int,
+          schemas: dict[int, tuple[str, str, str]]) -> None:
+    """Take in one record of the file."""
+    data = result.data
+    if opcode == CHUNK:
+        result.chunks.append(_chunk(data, begin, end))
+    elif opcode == MESSAGE_INDEX and result.chunks:
+        chunk = result.chunks[-1]
+        chunk.index = chunk.index if chunk.index is not None else {}
+        number = unpack_from('<H', data, begin)[0]
+        entries = np.frombuffer(data, '<u8', (end - begin - 6) // 16 * 2, begin + 6)
+        chunk.index[number] = entries.reshape(-1, 2)[:, 1].astype(np.int64)
+    elif opcode in (SCHEMA, CHANNEL):
+        _announce(data, opcode, begin, schemas, result.channels)
+
+
+def _records(data: mmap.mmap | memoryview, begin: int,
+             size: int) -> Iterator[tuple[int, int, int]]:
+    """Yield (opcode, begin, end) of the bodies of all whole records."""
+    while begin + 9 <= size:
+        opcode, length = unpack_from('<BQ', data, begin)
+        end = begin + 9 + length
+        if end > size or (opcode not in _KNOWN and opcode < 0x80):
+            return
+        yield opcode, begin + 9, end
+        begin = end
+
+
+def _text(data: mmap.mmap | np.ndarray, offset: int) -> tuple[str, int]:
+    length = unpack_from('<I', data, offset)[0]
+    end = offset + 4 + length
+    return bytes(data[offset + 4:end]).decode('utf8', 'replace'), end
+
+
+def _chunk(data: mmap.mmap, begin: int, end: int) -> Chunk:
+    plain_size, checksum = unpack_from('<QI', data, begin + 16)
+    compression, offset = _text(data, begin + 28)
+    size = unpack_from('<Q', data, offset)[0]
+    return Chunk(offset + 8, min(size, end - offset - 8), plain_size, compression, checksum)
+
+
+def _announce(data: mmap.mmap | np.ndarray, opcode: int, begin: int,
+              schemas: dict[int, tuple[str, str, str]], channels: dict[int, Channel]) -> None:
+    """Take in a schema or channel record; numpy arrays and maps serve alike."""
+    number = unpack_from('<H', data, begin)[0]
+    if opcode == SCHEMA:
+        kind, offset = _text(data, begin + 2)
+        encoding, offset = _text(data, offset)
+        schemas[number] = (kind, encoding, _text(data, offset)[0])
+    elif number not in channels:
+        schema = unpack_from('<H', data, begin + 2)[0]
+        topic, offset = _text(data, begin + 4)
+        serialization = _text(data, offset)[0]
+        channels[number] = Channel(number, topic, *schemas.get(schema, ('', '', '')),
+                                   serialization)
+
+
+def _announce_inside(result: Scan, schemas: dict[int, tuple[str, str, str]]) -> None:
+    """Find the channels that are announced only inside chunks, as in a file without summary."""
+    for chunk in result.chunks:
+        if chunk.index is not None and chunk.index.keys() <= result.channels.keys():
+            continue
+        try:
+            content = result.content(chunk)
+            for opcode, begin, _ in _records(content.data, 0, len(content)):
+                if opcode in (SCHEMA, CHANNEL):
+                    _announce(content, opcode, begin, schemas, result.channels)
+        except DAMAGE:
+            continue  # said when its messages are asked for
+
+
+def _index_loose(chunk: Chunk, data: mmap.mmap, places: list[int]) -> None:
+    """Index messages that stand in no chunk, as some writers leave them."""
+    numbers: dict[int, list[int]] = {}
+    for place in places:
+        numbers.setdefault(unpack_from('<H', data, place + 9)[0], []).append(place)
+    chunk.index = {number: np.array(offsets) for number, offsets in numbers.items()}
+
+
+def rows(content: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
+    """
+    Yield payloads of messages of equal length, shape (n,) and type void.
+
+    Most topics have one length; every further one is yielded apart, in the order of the file.
+    """
+    lengths = _gather(content, places, MESSAGE_HEAD)['length'].astype(np.int64)
+    found = lengths[:1] if (lengths == lengths[0]).all() else np.unique(lengths)
+    for length in found:
+        same = places if len(found) == 1 else places[lengths == length]
+        kind = np.dtype((np.void, int(length) - LENGTH_BEFORE_PAYLOAD))
+        yield _gather(content, same + MESSAGE_HEAD.itemsize, kind)
+
+
+def _gather(content: np.ndarray, places: np.ndarray, kind: np.dtype) -> np.ndarray:
+    """Copy one item of type ``kind`` from each place, which must lie within the content."""
+    last = len(content) - kind.itemsize
+    if last < 0 or places.min() < 0 or places.max() > last:
+        raise ValueError('its index points outside of it')
+    if len(places) > 2:
+        step = int(places[1] - places[0])
+        if step > 0 and (np.diff(places) == step).all():
+            return np.ndarray((len(places),), kind, content, int(places[0]), (step,))
+    return np.ndarray((last + 1,), kind, content, 0, (1,))[places]

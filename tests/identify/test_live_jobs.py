@@ -1,0 +1,117 @@
+"""What the identify node is made of, without ROS: it ..."""
+
+import os
+from pathlib import Path
+from time import monotonic, sleep
+
+from bench_recording import bench_recording, SERVO
+from hypothesis import given, strategies
+import numpy as np
+import pytest
+
+from servo_identify.jobs.live.compare_job import judge
+from servo_identify.jobs.live.job_process import Job
+from servo_identify.jobs.live.retrain_job import wanted
+from servo_identify.jobs.live.sample_ring import Ring
+from servo_identify.jobs.live.servo_versions import Models
+from servo_twin.description import servo_file
+from servo_twin.recording.joined_samples import CHANNELS
+
+
+def rows(first, count):
+    """Return samples that carry their own running number."""
+    return np.repeat(np.arange(first, first + count, dtype=float)[:, None], len(CHANNELS), axis=1)
+
+
+@given(strategies.lists(strategies.integers(1, 700), min_size=1, max_size=12))
+def test_it_keeps_the_last_samples_in_order_however_they_come(sizes):
+    ring, at = Ring(1.0), 0
+    for size in sizes:
+        ring.put(at, at * 1_000_000, 1e-3, rows(at, size))
+        at += size
+    kept = min(at, 1000)
+    assert (len(ring), ring.next) == (kept, at)
+    assert ring.rows(at - kept, kept)[:, 0].tolist() == list(range(at - kept, at))
+    outside = ring.rows(at - kept - 5, 10)[:, 0]
+    assert np.isnan(outside[:5]).all() and outside[5] == at - kept
+    assert ring.since(at - 100) == pytest.approx(min(at, 100) * 1e-3)
+
+
+def test_it_marks_a_few_missing_samples_and_begins_anew_after_many():
+    ring = Ring(10.0)
+    ring.put(0, 0, 1e-3, rows(0, 1500))
+    ring.put(1550, 0, 1e-3, rows(1550, 50))
+    recording = ring.recording(10.0, 'running', 'servo', 'text')
+    assert (len(recording), recording.sequence) == (1600, 0)
+    assert np.isnan(recording['torque'][1500:1550]).all()
+    ring.put(9000, 9_000_000_000, 1e-3, rows(9000, 10))
+    assert len(ring) == 10
+    with pytest.raises(ValueError, match='has been heard for 0.01 s'):
+        ring.recording(10.0, 'running', 'servo', 'text')
+
+
+def finished(job):
+    until = monotonic() + 60.0
+    while job.status is None and monotonic() < until:
+        sleep(0.02)
+    return job.status
+
+
+def test_it_hears_what_a_job_reports_and_why_it_failed(tmp_path):
+    path = tmp_path / 'spec.json'
+    path.write_text('{"servo": "/nowhere.yaml", "learn": [], "bags": [], "output": "x"}')
+    job = Job('servo_identify.jobs.live.retrain_job', str(path))
+    assert finished(job) == 2
+    assert job.reports() == [{'stage': 'reading', 'progress': 0.0}]
+    assert '/nowhere.yaml' in job.last_words()
+
+
+def test_it_kills_a_job_with_all_that_it_started(tmp_path, monkeypatch):
+    (tmp_path / 'sleeper.py').write_text(
+        'import subprocess, sys\n'
+        'child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])\n'
+        'print(child.pid, flush=True)\nchild.wait()\n')
+    monkeypatch.setenv('PYTHONPATH', f'{tmp_path}:{os.environ.get("PYTHONPATH", "")}')
+    job = Job('sleeper')
+    until = monotonic() + 30.0
+    while not job.last_words().isdigit() and monotonic() < until:
+        sleep(0.02)
+    child = Path('/proc') / job.last_words()
+    assert child.exists()
+    job.kill()
+    while child.exists() and 'Z' not in (child / 'stat').read_text() and monotonic() < until:
+        sleep(0.02)
+    assert not child.exists() or ' Z ' in (child / 'stat').read_text()
+    assert finished(job) != 0
+
+
+def test_it_knows_what_names_of_things_to_learn_mean():
+    servo = servo_file.load(SERVO)
+    assert wanted(servo, []) == ([], list(servo.tolerance))
+    assert wanted(servo, ['friction', 'coulomb', 'drive.gain']) == (
+        ['friction'], ['effects.coulomb.level', 'drive.gain'])
+    with pytest.raises(ValueError, match="'luck' is not to be learned"):
+        wanted(servo, ['luck'])
+
+
+def test_it_judges_a_worse_servo_worse_and_says_where():
+    servo = servo_file.load(SERVO)
+    worse = servo.with_values({'effects.coulomb.level': 45.0})
+    judgement = judge(servo, worse, bench_recording(2.0))
+    assert judgement.new > 1.1 * judgement.old
+    assert judgement.balances['load'][1] > judgement.balances['load'][0]
+    same = judge(servo, servo, bench_recording(2.0))
+    assert same.old == same.new
+
+
+def test_it_goes_back_only_from_a_servo_file_that_is_worse():
+    models = Models('first', 0.02)
+    models.loaded('second', 'first', 1000)
+    assert (models.running, models.previous, models.trial.since) == ('second', 'first', 1000)
+    assert not models.judged(10.0, 10.1, {'load': (10.0, 10.1)}, 60.0)
+    assert models.trial is None and 'stays' in models.sentence
+    models.loaded('third', 'second', 2000)
+    assert models.judged(10.0, 12.0, {'motor': (9.0, 9.0), 'load': (11.0, 14.0)}, 60.0)
+    assert models.sentence.endswith('worst is load')
+    models.returned('it is worse')
+    assert (models.running, models.previous, models.returns) == ('second', 'third', 1)
