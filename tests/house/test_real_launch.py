@@ -84,7 +84,7 @@ class Launched:
 def test_what_it_starts_runs_and_ends_with_it(tmp_path, end):
     bag = tmp_path / 'bag'
     run = Launched('servo_twin', 'twin.launch.yaml', tmp_path, 'launched', f'record:={bag}',
-                   'servo:=rv_plain')
+                   'servo:=rv_plain', 'rig:=rv_plain')
     try:
         wait_for(lambda: run.watcher.states[-1:] == [ENABLED], 'the drive is enabled', 90.0)
         wait_for(lambda: len(run.predictions) > 50, 'the twin answers', 60.0)

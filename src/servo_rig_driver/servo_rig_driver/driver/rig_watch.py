@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ..devices.canopen_rig import RigFrames
 from ..devices.cia402 import DriveMaster, DriveState
+from ..devices.emergency_codes import words
 from ..devices.pdo_table import HEARTBEAT_ID
 from ..devices.sdo import RESPONSE_ID, write_response
 from .rig_health import Heartbeats, Level, RigHealth
@@ -87,8 +88,8 @@ class RigWatch:
             self.health.over(key, now)
             return
         self.health.count(f'{key}_frames')
-        self.health.trouble(key, f'{self.name(node)} reports emergency 0x{code:04X}, error '
-                            f'register 0x{data[2]:02X}', now)
+        self.health.trouble(key, f'{self.name(node)} reports emergency 0x{code:04X} '
+                            f'({words(code)}), error register 0x{data[2]:02X}', now)
 
     def silent(self, now: int) -> bool:
         """Whether a node has gone silent; says which, and that the others are heard."""

@@ -45,7 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='the way the twin runs (default %(default)s)')
     rig = parser.add_argument_group('the rig')
     rig.add_argument('--rig', type=Path, metavar='R.yaml',
-                     help='rig file of the emulated rig (default: the shipped rv_bench)')
+                     help='rig file of the emulated rig, or the name of a shipped one (default '
+                          'rv_bench)')
     rig.add_argument('--set', action='append', default=[], metavar='PATH=VALUE',
                      help='turn a property of the emulated rig, such as friction.level=1.5')
     rig.add_argument('--no-emulator', action='store_true',
@@ -131,13 +132,19 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
-    rig = None if arguments.no_emulator else arguments.rig or shipped('rigs/rv_bench.yaml')
+    rig = None if arguments.no_emulator else _rig_at(arguments.rig or Path('rv_bench'))
     return Bench(
         folder=folder, servo=servo_at(arguments.servo or 'rv_bench'),
         driver=arguments.driver or _driver_of(rig), rig=rig,
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
         settings=tuple(settings), duration=arguments.duration)
+
+
+def _rig_at(given: Path) -> Path:
+    """Return a path as it is, and for a bare name that of the shipped rig file."""
+    named = not given.suffix and len(given.parts) == 1 and not given.is_file()
+    return shipped(f'rigs/{given}.yaml') if named else given
 
 
 def _driver_of(rig: Path | None) -> Path:
