@@ -34,7 +34,8 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         rig = graph('rig', 'catch:=0.1')
         rig.wait(lambda: all(t.get_subscription_count() == 2 for t in rig.topics.values())
                  and rig.told)
-        rig.wait(lambda: rig.node.count_subscribers('/rig/twin/prediction') == 2)
+        rig.wait(lambda: 'recorder' in [info.node_name for info in (
+            rig.node.get_subscriptions_info_by_topic('/rig/twin/prediction'))])
         for k in range(0, 300, 10):
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 30)
