@@ -30,14 +30,19 @@ ROOT = Path(__file__).resolve().parent.parent
 TAIL = 30  # lines of the log shown on failure
 
 
-def wanted_stamp(root: Path, sourced: bool) -> dict[str, str]:
-    """Return the hash that each stage has once it is done for the files as they are now."""
+def wanted_stamp(root: Path, sourced: bool, training: bool) -> dict[str, str]:
+    """
+    Return the hash that each wanted stage has once it is done for the files as they are now.
+
+    The stage ``training`` is wanted only where it is asked for.
+    """
     base = str(Path(getattr(sys, '_base_executable', sys.executable)).resolve())
     ros = os.environ['AMENT_PREFIX_PATH'].split(os.pathsep)[-1] if sourced else ''
     environment = environment_print(root, base, platform.python_version(), ros)
     packages = packages_print(root, environment)
-    return {'environment': environment, 'packages': packages, 'training': packages,
-            'build': build_print(root, packages)}
+    wanted = {'environment': environment, 'packages': packages,
+              'build': build_print(root, packages)}
+    return wanted | {'training': packages} if training else wanted
 
 
 def _tail(log_path: Path) -> str:
@@ -50,13 +55,14 @@ def _say(text: str, end: str = '\n') -> None:
 
 
 def bring_up(root: Path, workspace: Workspace, wanted: dict[str, str]) -> None:
-    """Run every stage that is not done, in order, and note each one as it finishes."""
+    """Run every wanted stage that is not done, in order, and note each one as it finishes."""
     stages: list[tuple[str, str, Callable[[], bool | None]]] = [
         ('environment', 'virtual environment in .venv', workspace.make_environment),
         ('packages', 'packages (about a minute)', workspace.install_packages),
-        ('training', 'torch, for training only', workspace.install_training),
         ('build', 'messages and nodes (about half a minute)', workspace.build),
+        ('training', 'torch, for training only', workspace.install_training),
     ]
+    stages = [stage for stage in stages if stage[0] in wanted]
     done = read_stamp(root)
     for number, (name, title, stage) in enumerate(stages, 1):
         if done.get(name) == wanted[name]:
@@ -74,16 +80,18 @@ def bring_up(root: Path, workspace: Workspace, wanted: dict[str, str]) -> None:
         write_stamp(root, done)
 
 
-def set_up(root: Path) -> bool:
+def set_up(root: Path, training: bool = False) -> bool:
     """
     Bring the workspace at root up to date; return whether anything had to be done.
+
+    ``training`` asks for what only the training of networks needs.
 
     Raises SetupError, with one sentence for a person.
     """
     require_python()
     sourced = sourced_ros()
-    wanted = wanted_stamp(root, sourced)
-    if read_stamp(root) == wanted:
+    wanted = wanted_stamp(root, sourced, training)
+    if wanted.items() <= read_stamp(root).items():
         return False
     require_compiler()
     require_headers()
@@ -107,9 +115,11 @@ def main() -> int:
     """Set the workspace up; return the exit status."""
     parser = argparse.ArgumentParser(description='Set the workspace up.')
     parser.add_argument('--verbose', action='store_true', help='say so when nothing is to be done')
+    parser.add_argument('--training', action='store_true',
+                        help='also install torch, which only the training of networks needs')
     arguments = parser.parse_args()
     try:
-        worked = set_up(ROOT)
+        worked = set_up(ROOT, arguments.training)
     except SetupError as error:
         print(f'set-up: {error}', file=sys.stderr)
         return 1

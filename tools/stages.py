@@ -1,4 +1,4 @@
-"""The stages of the set-up: virtual environment, packages, training, messages and nodes."""
+"""The stages of the set-up: virtual environment, packages, messages and nodes, training."""
 
 import os
 from pathlib import Path

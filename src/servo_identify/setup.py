@@ -1,6 +1,7 @@
 """Installs servo_identify as an ament_python package."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -38,7 +39,7 @@ def shared_files(folder):
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='Identification of servo models, and diagnosis of the sim-to-real gap.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

@@ -1,6 +1,7 @@
 """Installs servo_rig_driver as an ament_python package."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -37,7 +38,7 @@ def configuration():
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='The rig: its CAN bus, driver, recorder and the emulated servo bench.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

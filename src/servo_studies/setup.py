@@ -1,5 +1,7 @@
 """Installs servo_studies as an ament_python package."""
 
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
 NAME = 'servo_studies'
@@ -22,7 +24,7 @@ EXTRAS = {
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='The systems of the papers, real machines, and the blind check of the diagnosis.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

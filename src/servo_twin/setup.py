@@ -1,6 +1,7 @@
 """Installs servo_twin as an ament_python package."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -37,7 +38,7 @@ def shared_files(folder):
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='The servo twin: physics of effects, lockstep model, twin node and bags.',
     license='Apache-2.0',
     maintainer='Servo twin maintainers',

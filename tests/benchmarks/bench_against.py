@@ -23,7 +23,7 @@ import time
 
 import numpy as np
 
-from servo_identify.fit import fit
+from servo_identify.fit.output_error import fit
 from servo_identify.fit.segments import smoothed
 from servo_studies.real_machines.xl330 import HELD_OUT, recording_of, servos, TRAINED
 from servo_twin.physics.servo import Servo

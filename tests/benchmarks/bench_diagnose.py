@@ -55,7 +55,7 @@ def main() -> None:
                 print(f'    {stage:<14}{part:7.1f} s  {100 * part / took:4.0f} %')
         print(found.report.verdict['sentence'])
         if len(sys.argv) > 2:
-            from servo_identify.diagnose.answer.document import document_of
+            from servo_identify.diagnose.page.document import document_of
             from servo_identify.diagnose.page.page import write_page
             write_page(document_of(found, '', ' '.join(sys.argv)), Path(sys.argv[2]))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2

@@ -11,7 +11,7 @@ sys.path.insert(0, str(ROOT / 'tests' / 'support'))
 
 from synthetic_recordings import sampled  # noqa: E402
 
-from servo_identify.fit import fit  # noqa: E402
+from servo_identify.fit.output_error import fit  # noqa: E402
 from servo_twin.description import servo_file  # noqa: E402
 
 TRUTH = {'drive.gain': 0.485, 'drive.torque_constant': 0.48, 'mechanism.rotor_inertia': 1.2e-4,

@@ -17,7 +17,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'tests' / 'support'))
 
-from servo_identify.learn.friction.error_scores import scores_of  # noqa: E402
+from servo_identify.learn.error_scores import scores_of  # noqa: E402
 from servo_identify.learn.friction.friction_dataset import dataset_of  # noqa: E402
 from servo_identify.learn.friction.friction_network import trained  # noqa: E402
 from servo_identify.learn.friction.friction_samples import friction_of  # noqa: E402

@@ -137,3 +137,16 @@ def test_colcon_runs_its_tests_as_make_test_does(package):
     assert ours['addopts'] == everywhere['addopts']
     assert [line.partition(':')[0] for line in ours['markers'].strip().splitlines()] == [
         line.partition(':')[0] for line in everywhere['markers']]
+
+
+def test_every_package_and_the_citation_say_the_version_of_the_changelog():
+    root = SOURCES.parent
+    changes = (root / 'CHANGELOG.md').read_text()
+    newest = re.search(r'^## (\d+\.\d+\.\d+)', changes, re.MULTILINE)[1]
+    told = {package: ElementTree.parse(manifest(package)).getroot().findtext('version')
+            for package in (*PACKAGES, 'servo_twin_msgs')}
+    told['CITATION.cff'] = re.search(r'^version: (.+)$', (root / 'CITATION.cff').read_text(),
+                                     re.MULTILINE)[1]
+    assert set(told.values()) == {newest}, told
+    assert not [package for package in PACKAGES
+                if "version='" in (SOURCES / package / 'setup.py').read_text()]

@@ -4,7 +4,6 @@ from pathlib import Path
 import re
 
 import pytest
-import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob('*.md'), *ROOT.glob('docs/*.md')])
@@ -24,15 +23,3 @@ def test_no_link_is_dead(page):
 def test_the_files_that_a_guide_names_are_there(name):
     named = OF_THE_TREE.findall((ROOT / name).read_text())
     assert [one for one in named if not (ROOT / one).exists()] == []
-
-
-def test_the_citation_gives_the_version_of_the_packages():
-    cited = yaml.safe_load((ROOT / 'CITATION.cff').read_text())
-    versions = {re.search(r"version='([\d.]+)'", path.read_text())[1]
-                for path in ROOT.glob('src/*/setup.py')}
-    assert versions == {cited['version']}
-
-
-def test_the_changes_begin_with_what_is_not_released():
-    first, *rest = re.findall(r'(?m)^## (\S+)', (ROOT / 'CHANGELOG.md').read_text())
-    assert rest[0] == yaml.safe_load((ROOT / 'CITATION.cff').read_text())['version'] != first

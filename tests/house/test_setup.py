@@ -120,24 +120,34 @@ def recorded(bare):
     """Bring the bare workspace up with recorded stages; returns what ran."""
     root, _ = bare
 
-    def bring_up():
+    def bring_up(training=False):
         workspace = _Recorded(root)
-        setup_workspace.bring_up(root, workspace, setup_workspace.wanted_stamp(root, False))
+        wanted = setup_workspace.wanted_stamp(root, False, training)
+        setup_workspace.bring_up(root, workspace, wanted)
         return workspace.ran
     return root, bring_up
 
 
 def test_it_does_nothing_the_second_time(recorded):
     _, bring_up = recorded
-    assert bring_up() == ['environment', 'packages', 'training', 'build']
+    assert bring_up() == ['environment', 'packages', 'build']
     assert bring_up() == []
+
+
+def test_it_fetches_what_only_training_needs_when_asked_and_once(recorded):
+    root, bring_up = recorded
+    assert bring_up(training=True) == ['environment', 'packages', 'build', 'training']
+    assert bring_up(training=True) == bring_up() == []
+    (root / 'requirements' / 'workspace.txt').write_text('numpy\n')
+    assert bring_up() == ['packages', 'build']
+    assert bring_up(training=True) == ['training']
 
 
 def test_it_installs_and_builds_again_when_a_requirement_changes(recorded):
     root, bring_up = recorded
     bring_up()
     (root / 'requirements' / 'workspace.txt').write_text('numpy\n')
-    assert bring_up() == ['packages', 'training', 'build']
+    assert bring_up() == ['packages', 'build']
 
 
 @pytest.mark.parametrize('source', [
@@ -169,7 +179,7 @@ def test_it_goes_on_after_a_stage_that_failed(recorded, monkeypatch):
     with monkeypatch.context() as patched, pytest.raises(machine.StageError):
         patched.setattr(_Recorded, 'install_packages', fail)
         bring_up()
-    assert bring_up() == ['packages', 'training', 'build']
+    assert bring_up() == ['packages', 'build']
 
 
 @pytest.mark.parametrize('text', ['', 'first', '[]'])

@@ -11,7 +11,7 @@ from scipy.optimize import lsq_linear
 from synthetic_recordings import PERIOD, sampled
 
 from servo_identify.diagnose.answer.patch import patched
-from servo_identify.diagnose.checks import CannotDiagnose, unsaturated
+from servo_identify.diagnose.checks import CannotDiagnose, usable
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.orders import strongest
 from servo_identify.diagnose.residuals.noise import count_of, noise_of
@@ -231,15 +231,17 @@ def test_what_cannot_be_judged_is_said():
         diagnose([Recording('blind', 1e-3, {**blind, 'voltage': np.ones(5000)})], SERVO)
 
 
-def test_a_recording_at_its_limit_throughout_is_left_out_or_refused_alone():
+def test_a_recording_that_cannot_be_judged_is_left_out_or_refused_alone():
     good, limit = recorded(SERVO, 1), SERVO.values['controller.limit']
     pinned = replace(good, name='pinned', columns={
         **good.columns, 'voltage': np.full(len(good), limit)})
-    kept, said = unsaturated([good, pinned], SERVO)
+    short = replace(good, name='short', columns={n: c[:500] for n, c in good.columns.items()})
+    kept, said = usable([good, pinned, short], SERVO)
     assert kept == [good]
     assert 'pinned' in said[0] and f'{limit:g} V' in said[0]
+    assert 'short' in said[1] and 'at least 3 s' in said[1]
     with pytest.raises(CannotDiagnose, match='pinned: the command is at its limit'):
-        unsaturated([pinned], SERVO)
+        usable([pinned], SERVO)
 
 
 def test_recordings_are_split_by_recording():

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.learn.friction.error_scores import goodness_of_fit, scores_of
+from servo_identify.learn.error_scores import goodness_of_fit, scores_of
+from servo_identify.learn.friction import learners
 from servo_identify.learn.friction.friction_dataset import dataset_of, SEQUENCE
 from servo_identify.learn.friction.friction_network import trained
 from servo_identify.learn.friction.friction_samples import differences, friction_of
@@ -171,6 +172,13 @@ def test_every_learner_is_there():
     assert len(names()) == 10
     with pytest.raises(ValueError, match="no learner 'forest'"):
         learner('forest')
+
+
+def test_a_learner_whose_library_is_missing_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(learners, 'find_spec', lambda name: None)
+    assert learners.lacking('lugre') == '' and learners.lacking('lstm') == 'torch'
+    with pytest.raises(ValueError, match="'lstm' needs torch.*make training"):
+        learner('lstm')
 
 
 def test_simple_learners_are_compared_on_one_table(ladder):

@@ -9,8 +9,8 @@ from synthetic_recordings import sampled
 
 from servo_identify.cli import main
 from servo_identify.learn.current_loop import learned_current_loop, with_current_loop
+from servo_identify.learn.error_scores import Scores
 from servo_identify.learn.free_run import free_run, free_runs, refined
-from servo_identify.learn.friction.error_scores import Scores
 from servo_identify.learn.friction.friction_network import Network
 from servo_identify.learn.friction.friction_samples import friction_of
 from servo_identify.learn.friction.load_share import load_share, with_load_share

@@ -8,7 +8,7 @@ import pytest
 from synthetic_recordings import sampled
 
 from servo_identify.cli import main
-from servo_identify.fit import fit, foresee
+from servo_identify.fit.output_error import fit, foresee
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find

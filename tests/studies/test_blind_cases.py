@@ -6,7 +6,8 @@ import pytest
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_rig_driver.emulated.rig_file import load_rig
 from servo_studies.blind_check import severity
-from servo_studies.blind_check.cases import case, KINDS, of_plan
+from servo_studies.blind_check.case_kinds import KINDS
+from servo_studies.blind_check.cases import case, of_plan
 from servo_studies.blind_check.fault_tables import faults, machines, plans, severities
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import names

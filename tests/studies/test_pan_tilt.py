@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from servo_identify.commands.harmonic_drives import coupled_angle, freed, LINEAR, ranked
+from servo_identify.jobs.harmonic_drive_ranking import coupled_angle, freed, LINEAR, ranked
 from servo_identify.learn.free_run import free_runs
 from servo_rig_driver.emulated import coupled_axes, coupled_mass, flexspline
 from servo_rig_driver.emulated.coupled_axes import run_pair

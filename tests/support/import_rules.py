@@ -1,4 +1,9 @@
-"""Who may know whom: which modules of src/ may import which, read from their syntax alone."""
+"""
+Rules of import that the layers of import-linter cannot state, read from the syntax of src/ alone.
+
+Those are: imports by a name in a string, the standard library that physics may use, late imports
+of torch, and who touches messages. Layers and circles stand in pyproject.toml.
+"""
 
 import ast
 from collections.abc import Iterator
@@ -24,12 +29,13 @@ BARRED_FROM_PHYSICS = {
 
 @dataclass(frozen=True)
 class Import:
-    """One import: the module that has it, the line, what it names, and whether it is lazy."""
+    """One import: where it stands, what it names, whether it is late, or by a string."""
 
     module: str
     line: int
     name: str
     lazy: bool
+    by_string: bool
 
     def __str__(self) -> str:
         return f'{self.module}:{self.line} imports {self.name}'
@@ -54,7 +60,7 @@ def imports_of(module: str, path: Path) -> Iterator[Import]:
     while pending:
         node, lazy = pending.pop()
         for name in _named_by(node, package):
-            yield Import(module, node.lineno, name, lazy)
+            yield Import(module, node.lineno, name, lazy, isinstance(node, ast.Call))
         inside = lazy or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
         pending += [(child, inside) for child in ast.iter_child_nodes(node)]
 
@@ -84,7 +90,7 @@ def violations(src: Path) -> list[str]:
         is_node = any(entry.is_of('rclpy') for entry in imports)
         for entry in imports:
             found += [f'{entry}, and {package} must not know {other}'
-                      for other in FORBIDDEN[package] if entry.is_of(other)]
+                      for other in FORBIDDEN[package] if entry.by_string and entry.is_of(other)]
             if in_physics and not _suits_physics(entry):
                 found.append(f'{entry}, and physics imports math, numpy, numba and itself')
             if entry.is_of('torch') and not (entry.lazy and 'train' in path.stem):
@@ -92,37 +98,6 @@ def violations(src: Path) -> list[str]:
             if entry.is_of('servo_twin_msgs') and not (is_node or _is_rim(module)):
                 found.append(f'{entry}, and messages are for nodes, conversion and the bag')
     return sorted(found)
-
-
-def circles(src: Path) -> list[list[str]]:
-    """
-    Return the circles of modules that import each other, each sorted.
-
-    Imports below `if TYPE_CHECKING` count; those inside functions, which are there to be late, do
-    not.
-    """
-    paths = dict(modules(src))
-    known = {module.removesuffix('.__init__') for module in paths}
-    graph = {}
-    for module, path in paths.items():
-        named = {entry.name for entry in imports_of(module, path) if not entry.lazy}
-        own = module.removesuffix('.__init__')
-        graph[own] = {name if name in known else name.rpartition('.')[0] for name in named}
-        graph[own] &= known - {own}
-    reached = {module: _reached(graph, module) for module in graph}
-    together = {tuple(sorted({module} | {other for other in reached[module]
-                                         if module in reached[other]}))
-                for module in graph if module in reached[module]}
-    return sorted(map(list, together))
-
-
-def _reached(graph: dict[str, set[str]], start: str) -> set[str]:
-    found, pending = set(), [start]
-    while pending:
-        for other in graph[pending.pop()] - found:
-            found.add(other)
-            pending.append(other)
-    return found
 
 
 def _suits_physics(entry: Import) -> bool:

@@ -8,7 +8,7 @@ from fmu_maker import made, mapped, SERVO, servo_of
 import numpy as np
 import pytest
 
-from servo_identify.fit import fit
+from servo_identify.fit.output_error import fit
 from servo_twin.bag import write_recording
 from servo_twin.cli import main
 from servo_twin.description import servo_file

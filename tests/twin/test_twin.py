@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from servo_twin.description import servo_file
+from servo_twin.lockstep.live_modes import LIVE_MODES
 from servo_twin.lockstep.lockstep import Lockstep, Settings
-from servo_twin.lockstep.twin import LIVE_MODES, Twin
+from servo_twin.lockstep.twin import Twin
 from servo_twin.physics.servo import ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import OUTPUTS

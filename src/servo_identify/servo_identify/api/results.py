@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from ..data.finding import Finding
-from ..diagnose.answer.document import document_of
 from ..diagnose.answer.patch import difference, patched
 from ..diagnose.answer.report import GapReport
-from ..diagnose.diagnose import Diagnosis
+from ..diagnose.diagnosis import Diagnosis
+from ..diagnose.page.document import document_of
 from ..diagnose.page.page import page_of
 from ..fit.estimate import Estimate
 from .html_table import html_table

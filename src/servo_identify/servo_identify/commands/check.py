@@ -13,13 +13,6 @@ import json
 from pathlib import Path
 import sys
 
-from servo_twin.description import servo_file
-from servo_twin.description.given_values import defaults
-from servo_twin.description.shipped import servo_at
-
-from ..data.check import check
-from ..data.reading import read_recordings
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
@@ -31,6 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the findings; 1 where one is red."""
+    from servo_twin.description import servo_file
+    from servo_twin.description.given_values import defaults
+    from servo_twin.description.shipped import servo_at
+
+    from ..data.check import check
+    from ..data.reading import read_recordings
+
     path = servo_at(arguments.servo)
     servo = servo_file.load(path)
     found = check(read_recordings(arguments.data, path, arguments.mapping), servo)

@@ -12,10 +12,10 @@ import json
 from pathlib import Path
 import shlex
 import sys
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
 
 REACH = {'travel': 'rad', 'speed': 'rad/s', 'torque': 'N m', 'amplitude': 'V'}
 FAIL_ON = {'gap': ('explained', 'partly_explained', 'unknown'), 'unknown': ('unknown',)}
@@ -73,6 +73,8 @@ def reach_of(text: str) -> dict[str, float]:
 
 def main(arguments: argparse.Namespace) -> int:
     """Diagnose; returns 0 when there is an answer. Raises ValueError with a sentence otherwise."""
+    from rich.console import Console
+
     if arguments.jobs:
         from ..jobs.many_diagnoses import run_all
         return run_all(arguments.jobs, Path(arguments.output), arguments.cluster)
@@ -81,6 +83,8 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description import servo_file
     from servo_twin.description.shipped import servo_at
     from servo_twin.physics import catalogue
+
+    from ..diagnose.diagnosis_files import write_diagnosis
 
     if arguments.effects:
         print(f'running the code of the effects in {arguments.effects}', file=sys.stderr)
@@ -92,8 +96,8 @@ def main(arguments: argparse.Namespace) -> int:
     to_stdout = arguments.json == '-'
     console = Console(stderr=to_stdout, quiet=False, width=None if sys.stdout.isatty() else 140)
     found = _diagnosed(arguments, servo, path, console)
-    write(found, text, servo, output, arguments.refit, not arguments.no_page,
-          shlex.join(['servo-identify', *sys.argv[1:]]))
+    write_diagnosis(found, text, servo, output, arguments.refit, not arguments.no_page,
+                    shlex.join(['servo-identify', *sys.argv[1:]]))
     if arguments.json:
         told = json.dumps(found.report.as_dict(), indent=1, allow_nan=False)
         sys.stdout.write(told + '\n') if to_stdout else Path(arguments.json).write_text(told)
@@ -108,6 +112,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Console):
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     from ..data.reading import read_recordings
     from ..diagnose.diagnose import diagnose
     from ..diagnose.stages import STAGES
@@ -130,21 +136,9 @@ def _diagnosed(arguments: argparse.Namespace, servo, path: Path, console: Consol
     return found
 
 
-def write(found, text: str, servo, output: Path, refit: bool = False, page: bool = True,
-          command: str = '') -> None:
-    """Write report.json, augmented.yaml and report.html of a diagnosis into a folder."""
-    from ..diagnose.answer.patch import difference, patched
-
-    found.report.save(output / 'report.json')
-    new = patched(text, servo, found.refit if refit else found.augmented)
-    (output / 'augmented.yaml').write_text(new)
-    if page:
-        from ..diagnose.answer.document import document_of
-        from ..diagnose.page.page import write_page
-        write_page(document_of(found, difference(text, new), command), output / 'report.html')
-
-
 def _show(report, console: Console) -> None:
+    from rich.table import Table
+
     where = Table('equation', 'residual / noise', 'share', 'verdict', title='Where')
     for one in report.where:
         seen = one.verdict != 'not observable'

@@ -19,21 +19,21 @@ from contextlib import ExitStack
 from pathlib import Path
 import signal
 import sys
-
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from typing import TYPE_CHECKING
 
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
-from servo_twin.description import servo_file
-from servo_twin.description.shipped import servo_at, shipped
-from servo_twin.physics.servo import Servo
 
-from ..experiment.live_bench import emulated_bench, python, ros, START
-from ..experiment.offline_bench import make
-from ..experiment.procedures import Choices, PROCEDURES, Run
-from ..experiment.run_limits import Limits
+from ..experiment.usual_limits import USUAL
 
-_LIMITS = Limits()
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from servo_twin.physics.servo import Servo
+
+    from ..experiment.procedures import Run
+    from ..experiment.run_limits import Limits
+
 _WAIT = 30.0  # s for the rig and for the recorder
 
 
@@ -65,12 +65,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument('--replicates', type=int, default=1, help='of each recording')
     limits = parser.add_argument_group('limits')
     for name, unit in (('speed', 'rad/s'), ('torque', 'N m'), ('travel', 'rad'), ('current', 'A')):
-        limits.add_argument(f'--max-{name}', type=float, default=getattr(_LIMITS, name),
+        limits.add_argument(f'--max-{name}', type=float, default=USUAL[name],
                             metavar=unit.replace(' ', '_'), help='default %(default)g ' + unit)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Perform; 0 when all was recorded, 1 when it ended early."""
+    from servo_twin.description import servo_file
+    from servo_twin.description.shipped import servo_at
+
+    from ..experiment.procedures import PROCEDURES
+    from ..experiment.run_limits import Limits
+
     if arguments.list:
         print('\n'.join(f'{p.name:<20}{p.summary}' for p in PROCEDURES.values()))
         return 0
@@ -96,6 +102,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 def planned(arguments: argparse.Namespace, servo: Servo, limits: Limits) -> list[Run]:
     """Return all runs that were asked for; raises ValueError for one beyond a limit."""
+    from ..experiment.procedures import Choices, PROCEDURES
+
     names = list(PROCEDURES) if arguments.procedures == ['all'] else arguments.procedures
     unknown = [name for name in names if name not in PROCEDURES]
     if unknown or not names:
@@ -114,6 +122,8 @@ def planned(arguments: argparse.Namespace, servo: Servo, limits: Limits) -> list
 
 
 def _bar(console: Console) -> Progress:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
     return Progress(TextColumn('{task.description}'), BarColumn(), TextColumn(
         '{task.percentage:>3.0f} %'), TimeRemainingColumn(), console=console,
         disable=not console.is_terminal)
@@ -121,6 +131,12 @@ def _bar(console: Console) -> Progress:
 
 def _headless(arguments: argparse.Namespace, runs: Sequence[Run], servo: Servo, path: Path
               ) -> int:
+    from rich.console import Console
+
+    from servo_twin.description.shipped import shipped
+
+    from ..experiment.offline_bench import make
+
     rig = arguments.rig or shipped('rigs/rv_bench.yaml')
     text = path.read_text()
     with _bar(Console(stderr=True)) as bar, ThreadPoolExecutor(2) as workers:
@@ -139,6 +155,11 @@ def _headless(arguments: argparse.Namespace, runs: Sequence[Run], servo: Servo, 
 
 
 def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, servo: Path) -> int:
+    from rich.console import Console
+
+    from servo_twin.description.shipped import shipped
+
+    from ..experiment.live_bench import emulated_bench, START
     from ..experiment.performer_node import Performer, Stopped
 
     namespace = arguments.namespace.strip('/')
@@ -168,6 +189,8 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
 
 def _record(run: Run, arguments: argparse.Namespace, performer, processes: Processes,
             bar: Progress, servo: Path) -> None:
+    from ..experiment.live_bench import python, ros
+
     bag = arguments.output / run.name
     name = f'recorder_{run.name}'
     processes.start(name, [*python('servo_rig_driver.record.recorder_node'), *ros(

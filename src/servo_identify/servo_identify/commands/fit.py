@@ -16,18 +16,19 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
-import os
 from pathlib import Path
 import sys
+from typing import TYPE_CHECKING
 
 from servo_twin.cli import named_servo
-from servo_twin.description import servo_file
-from servo_twin.physics.servo import Servo
 
-from ..fit.estimate import Estimate
-from ..fit.output_error import Progress, WEIGHTS
-from ..fit.segments import INPUT_OF
-from ..jobs.fit_jobs import each, Job, LEARNED, read_jobs, run, Settings
+from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
+
+if TYPE_CHECKING:
+    from servo_twin.physics.servo import Servo
+
+    from ..fit.estimate import Estimate
+    from ..fit.output_error import Progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Fit and write; nothing is written when the fit fails."""
+    from servo_twin.description import servo_file
+
+    from ..jobs.fit_jobs import each, Job, read_jobs, run, Settings
+
     if arguments.jobs_help:
         print(read_jobs.__doc__)
         return 0
@@ -84,7 +89,7 @@ def main(arguments: argparse.Namespace) -> int:
         answer = run(Job(arguments.servo, tuple(arguments.bags), settings), progress)
     if answer.estimate and arguments.report:
         answer.estimate.save(arguments.report)
-    write(answer.servo, arguments.output)
+    servo_file.save(answer.servo, arguments.output)
     if answer.estimate:
         _show(answer.estimate, servo_file.load(arguments.servo))
     print('\n'.join([*answer.said, f'written to {arguments.output}']))
@@ -125,16 +130,6 @@ def _shown() -> Iterator:
             bar.update(task, description=f'step {progress.iteration}, cost {progress.cost:.6g}')
 
         yield told
-
-
-def write(servo: Servo, path: Path) -> None:
-    """Write a servo file whole or not at all."""
-    draft = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        servo_file.save(servo, draft)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _show(estimate: Estimate, before: Servo) -> None:

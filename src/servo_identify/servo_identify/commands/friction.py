@@ -14,14 +14,10 @@ import json
 from pathlib import Path
 import sys
 
-from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
-from servo_twin.description import servo_file
 
-from ..learn.friction.friction_dataset import dataset_of, FEATURES
-from ..learn.friction.friction_samples import friction_of
-from ..learn.friction.learner_comparison import best_of, compared, markdown, plain
-from ..learn.friction.learners import names
+from ..learn.friction.friction_features import FEATURES
+from ..learn.friction.learners import lacking, names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--servo', type=named_servo, required=True,
                         help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path, required=True, help='folder to write to')
-    parser.add_argument('--learners', nargs='+', choices=names(), default=names())
+    parser.add_argument('--learners', nargs='+', choices=names(), default=[],
+                        help='default: all whose libraries are installed')
     parser.add_argument('--site', choices=('load', 'motor'), default='load')
     parser.add_argument('--seconds', type=float, default=60.0,
                         help='of the processor at most, for each learner')
@@ -49,6 +46,17 @@ def main(arguments: argparse.Namespace) -> int:
     """Learn, compare, draw, write."""
     from rich.console import Console
 
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+
+    from ..learn.friction.friction_dataset import dataset_of
+    from ..learn.friction.friction_samples import friction_of
+    from ..learn.friction.learner_comparison import best_of, compared, markdown, plain
+
+    chosen = arguments.learners or [name for name in names() if not lacking(name)]
+    if not arguments.learners and len(chosen) < len(names()):
+        print(f'left out, since a library is missing: '
+              f'{", ".join(name for name in names() if name not in chosen)}', file=sys.stderr)
     servo = servo_file.load(arguments.servo)
     recordings, unseen = ([read_recording(bag, arguments.namespace) for bag in bags]
                           for bags in (arguments.bags, arguments.unseen))
@@ -61,7 +69,7 @@ def main(arguments: argparse.Namespace) -> int:
         def told(name: str, epoch: int, loss: float, held: float) -> None:
             status.update(f'{name}: epoch {epoch}, loss {loss:.4g}, validation {held:.4g}')
 
-        rows, models = compared(data, arguments.learners, seed=arguments.seed,
+        rows, models = compared(data, chosen, seed=arguments.seed,
                                 seconds=arguments.seconds, told=told)
     (arguments.output / 'table.md').write_text(markdown(rows))
     (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
@@ -74,9 +82,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
+    from servo_twin.description import servo_file
+
     from ..learn.friction.friction_plots import friction_angle
     from ..learn.friction.servo_friction import learned_friction, with_friction
-    from .fit import write
 
     try:
         learned = learned_friction(servo, recordings, arguments.site, seed=arguments.seed,
@@ -87,6 +96,6 @@ def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
     scores = {'forward': vars(learned.forward_scores), 'reverse': vars(learned.reverse_scores)}
     (arguments.output / 'network.json').write_text(json.dumps(scores, indent=1) + '\n')
     friction_angle(learned, arguments.output / 'friction_angle.png')
-    write(with_friction(servo, learned), arguments.output / 'servo.yaml')
+    servo_file.save(with_friction(servo, learned), arguments.output / 'servo.yaml')
     for way, s in scores.items():
         print(f"{way}: MSE {s['mse']:.5f} N2 m2, MAE {s['mae']:.5f} N m, MAPE {s['mape']:.3f} %")

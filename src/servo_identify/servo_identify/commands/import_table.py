@@ -14,10 +14,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.bag import write_recording
 from servo_twin.cli import named_servo
-
-from ..data.table_import import import_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,6 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Make the bag and say what is in it."""
+    from servo_twin.bag import write_recording
+
+    from ..data.table_import import import_table
+
     if arguments.block_size < 1:
         raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
     recording = import_table(

@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 import sys
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from servo_twin.bag import BagError, read_recording
-from servo_twin.recording.recording import COLUMNS, Recording
+if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,6 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Print a table a bag; 2 when one of them cannot be read, after the others."""
     from rich.console import Console
+
+    from servo_twin.bag import BagError, read_recording
 
     console = Console(width=None if sys.stdout.isatty() else 110)
     failed = 0
@@ -36,7 +37,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _show(console, path: Path, recording: Recording) -> None:
+    import numpy as np
     from rich.table import Table
+
+    from servo_twin.recording.recording import COLUMNS
 
     said = [f'{recording.duration:.6g} s at {1.0 / recording.period:.6g} Hz',
             f'{len(recording)} samples from number {recording.sequence}',

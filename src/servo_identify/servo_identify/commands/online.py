@@ -13,17 +13,13 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
+if TYPE_CHECKING:
+    from servo_twin.physics.servo import Servo
+    from servo_twin.recording.recording import Recording
 
-from servo_twin.bag import read_recording
-from servo_twin.description import servo_file
-from servo_twin.description.shipped import servo_at
-from servo_twin.physics.servo import Servo
-from servo_twin.recording.joined_samples import samples_of
-from servo_twin.recording.recording import Recording
-
-from ..watch.estimator.online_estimator import OnlineEstimator, Snapshot
+    from ..watch.estimator.online_estimator import Snapshot
 
 _FOREVER = 1e9  # s, a time constant that forgets nothing
 
@@ -43,6 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay and draw; 1 when the bag said nothing about any quantity."""
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+    from servo_twin.description.shipped import servo_at
+
     given = {'--time-constant': arguments.time_constant, '--every': arguments.every}
     for name, value in given.items():
         if not value > 0.0:
@@ -69,6 +69,10 @@ def main(arguments: argparse.Namespace) -> int:
 def followed(servo: Servo, recording: Recording, time_constant: float, every: float
              ) -> list[Snapshot]:
     """Return what the estimator knew after each ``every`` s of a recording."""
+    from servo_twin.recording.joined_samples import samples_of
+
+    from ..watch.estimator.online_estimator import OnlineEstimator
+
     estimator = OnlineEstimator(servo, recording.period, time_constant)
     samples, size = samples_of(recording.columns), max(1, round(every / recording.period))
     snapshots = []
@@ -80,6 +84,10 @@ def followed(servo: Servo, recording: Recording, time_constant: float, every: fl
 
 def in_windows(servo: Servo, recording: Recording, seconds: float) -> list[Snapshot]:
     """Return least squares over windows of their own, for comparison; ``sequence`` is the end."""
+    from servo_twin.recording.joined_samples import samples_of
+
+    from ..watch.estimator.online_estimator import OnlineEstimator
+
     samples, size = samples_of(recording.columns), round(seconds / recording.period)
     found = []
     for at in range(0, len(samples) - size + 1, size):
@@ -90,6 +98,8 @@ def in_windows(servo: Servo, recording: Recording, seconds: float) -> list[Snaps
 
 
 def _write(snapshots: Sequence[Snapshot], recording: Recording, path: Path) -> None:
+    import numpy as np
+
     names = snapshots[-1].names
     head = ','.join(['t', *names, *(f'std {name}' for name in names)])
     rows = [np.concatenate([[s.sequence * recording.period], s.values, s.std]) for s in snapshots]
@@ -99,6 +109,7 @@ def _write(snapshots: Sequence[Snapshot], recording: Recording, path: Path) -> N
 def _draw(snapshots: Sequence[Snapshot], windows: Sequence[Snapshot], recording: Recording,
           servo: Servo, path: Path) -> None:
     import matplotlib
+    import numpy as np
     matplotlib.use('Agg')
     from matplotlib import pyplot
 

@@ -11,12 +11,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.bag import read_recording
 from servo_twin.cli import named_servo
-from servo_twin.description import servo_file
-
-from ..learn.transmission.two_way_backlash import measured_play, with_curve
-from .fit import write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,6 +32,11 @@ def main(arguments: argparse.Namespace) -> int:
 
     A bag that tells none is named and left out; the status is 1 then.
     """
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+
+    from ..learn.transmission.two_way_backlash import measured_play, with_curve
+
     settings = list(arguments.settings)
     if settings and len(settings) != len(arguments.bags):
         raise ValueError(f'there are {len(arguments.bags)} bags and {len(settings)} settings; '
@@ -63,7 +63,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise ValueError('no bag is left: none was passed both ways')
     if arguments.output:
         plays = {settings[k]: play for k, _, _, play in known}
-        write(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
+        servo_file.save(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
               arguments.output)
         print(f'written to {arguments.output}')
     return 1 if refused else 0

@@ -12,11 +12,14 @@ import argparse
 from dataclasses import asdict
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from servo_twin.bag import read_recording
-from servo_twin.recording.recording import COLUMNS, Recording
+from servo_twin.recording.channels import COLUMNS
 
-from ..learn.sinusoid.sinusoid_recovery import recovered, Sinusoid, SinusoidError
+if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
+
+    from ..learn.sinusoid.sinusoid_recovery import Sinusoid
 
 USUAL = ('reference_position', 'reference_velocity', 'voltage', 'motor_position', 'load_position')
 POOR = 0.9  # share of the variance below which a record is hardly a sinusoid
@@ -36,6 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a line a bag."""
+    from servo_twin.bag import read_recording
+
     found = {}
     for bag in arguments.bags:
         recording = read_recording(bag, arguments.namespace)
@@ -54,6 +59,8 @@ def of_recording(recording: Recording, column: str | None = None, begin: float =
 
     The phase is that at the first sample of the recording. Raises SinusoidError.
     """
+    from ..learn.sinusoid.sinusoid_recovery import recovered, SinusoidError
+
     if column is None:
         column = next((name for name in USUAL if recording.has(name)), None)
         if column is None:

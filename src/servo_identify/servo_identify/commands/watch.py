@@ -16,21 +16,13 @@ from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
 import tempfile
+from typing import TYPE_CHECKING
 
-import numpy as np
+if TYPE_CHECKING:
+    from servo_twin.physics.servo import Servo
+    from servo_twin.recording.recording import Recording
 
-from servo_twin.bag import read_recording
-from servo_twin.description import servo_file
-from servo_twin.description.shipped import servo_at, shipped
-from servo_twin.lockstep.whole_recording import answer
-from servo_twin.physics.servo import Servo
-from servo_twin.recording.joined_samples import samples_of
-from servo_twin.recording.recording import BALANCES, Recording
-
-from ..experiment.offline_bench import make
-from ..experiment.procedures import Run
-from ..watch.changes.change_detector import Alarm, ChangeDetector, Settings
-from ..watch.changes.excitation_level import driving, half_window
+    from ..watch.changes.change_detector import Alarm, Settings
 
 EFFECTS = {
     'friction.load_level': (1.4, ('load',)), 'withheld.load_drag': (5.0, ('load',)),
@@ -84,6 +76,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Measure, print and write."""
+    from servo_twin.description import servo_file
+    from servo_twin.description.shipped import servo_at, shipped
+
+    from ..watch.changes.change_detector import Settings
+
     unknown = [name for name in arguments.effects if name not in EFFECTS]
     if unknown:
         raise ValueError(f'{unknown} cannot be switched on here; there are {list(EFFECTS)}')
@@ -115,6 +112,15 @@ def main(arguments: argparse.Namespace) -> int:
 
 def watch(servo: Servo, recording: Recording, settings: Settings) -> list[Alarm]:
     """Return the alarms of a recording, as the identify node would have given them."""
+    import numpy as np
+
+    from servo_twin.lockstep.whole_recording import answer
+    from servo_twin.recording.joined_samples import samples_of
+    from servo_twin.recording.recording import BALANCES
+
+    from ..watch.changes.change_detector import ChangeDetector
+    from ..watch.changes.excitation_level import driving, half_window
+
     rows = samples_of(recording.columns)
     found = answer(recording, servo)
     residuals = np.column_stack([found.residual[name] for name in BALANCES])
@@ -161,6 +167,14 @@ def _nothing(servo: Servo, rig: str, settings: Settings, hours: float, seed: int
 
 def _played(servo: Servo, rig: str, seconds: float, seed: int, *turned: str) -> Recording:
     """Have the rig play 0.5 rad/s at 0.25 Hz."""
+    import numpy as np
+
+    from servo_twin.bag import read_recording
+    from servo_twin.description import servo_file
+
+    from ..experiment.offline_bench import make
+    from ..experiment.procedures import Run
+
     period = 1e-3
     time = np.arange(round(seconds / period)) * period
     wave = 0.5 * np.sin(2.0 * np.pi * 0.25 * time)
@@ -188,6 +202,8 @@ def _line(one: Seen) -> str:
 
 def _draw(seen: Sequence[Seen], path: Path) -> None:
     import matplotlib
+
+    from servo_twin.recording.recording import BALANCES
     matplotlib.use('Agg')
     from matplotlib import pyplot
 

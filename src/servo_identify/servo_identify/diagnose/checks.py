@@ -17,8 +17,6 @@ class CannotDiagnose(ValueError):
 
 def check(recordings: list[Recording], servo: Servo) -> list[str]:
     """Return warnings; raises CannotDiagnose when no verdict is possible."""
-    if not recordings:
-        raise CannotDiagnose('no recordings: name at least one bag')
     warnings = []
     machines = {r.servo for r in recordings if r.servo}
     if len(machines) > 1:
@@ -28,31 +26,53 @@ def check(recordings: list[Recording], servo: Servo) -> list[str]:
         warnings.append(f'the recordings are of {machines.pop()!r}, the servo file is of '
                         f'{servo.name!r}')
     for one in recordings:
-        _check_one(one, servo, warnings)
+        warnings += [f'{one.name}: {w}' for w in one.warnings]
     _same_channels(recordings, warnings)
     return warnings
 
 
-def _check_one(one: Recording, servo: Servo, warnings: list[str]) -> None:
+def usable(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], list[str]]:
+    """
+    Return the recordings that can be judged, and why others are left out.
+
+    Raises CannotDiagnose when none is left.
+    """
+    kept, said = [], []
+    for one in recordings:
+        reason = _refused(one, servo)
+        if reason:
+            said.append(f'{one.name}: {reason}')
+        else:
+            kept.append(one)
+    if not kept:
+        raise CannotDiagnose(said[0] if said else 'no recordings: name at least one bag')
+    return kept, [f'left out: {reason}' for reason in said]
+
+
+def _refused(one: Recording, servo: Servo) -> str:
+    """Return why a recording cannot be judged, empty where it can."""
     if one.duration < SHORTEST:
-        raise CannotDiagnose(f'{one.name} lasts {one.duration:.2f} s; at least {SHORTEST:g} s '
-                             'are needed')
+        return f'lasts {one.duration:.2f} s; at least {SHORTEST:g} s are needed'
     encoders = [n for n in ('motor_position', 'load_position') if one.has(n)]
     if not encoders:
-        raise CannotDiagnose(f'{one.name}: neither motor_position nor load_position holds a '
-                             'number')
+        return 'neither motor_position nor load_position holds a number'
     if not (one.has('voltage') or one.has('current')):
         more = ('; what two encoders tell alone, the lost motion, `servo-identify play` measures'
                 if len(encoders) > 1 else '')
-        raise CannotDiagnose(f'{one.name}: neither voltage nor current holds a number, so nothing '
-                             f'drives a twin{more}')
+        return f'neither voltage nor current holds a number, so nothing drives a twin{more}'
     moved = max(float(np.nanmax(one[n]) - np.nanmin(one[n])) for n in encoders)
     steps = np.abs(np.diff(one[encoders[0]]))
     smallest = float(np.min(steps[steps > 0.0], initial=np.inf))
     if not np.isfinite(smallest) or moved < 20.0 * smallest:
-        raise CannotDiagnose(f'{one.name}: nothing moves ({moved:.3g} rad in {one.duration:.0f} '
-                             's); without excitation there is no verdict')
-    warnings += [f'{one.name}: {w}' for w in one.warnings]
+        return (f'nothing moves ({moved:.3g} rad in {one.duration:.0f} s); without excitation '
+                'there is no verdict')
+    limit = servo.values.get('controller.limit') or np.inf
+    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
+    share = float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
+    if share > SATURATED:
+        return (f'the command is at its limit of {limit:g} V in {100 * share:.0f} % of the '
+                'samples; record with a smaller reference')
+    return ''
 
 
 def _same_channels(recordings: list[Recording], warnings: list[str]) -> None:
@@ -61,24 +81,3 @@ def _same_channels(recordings: list[Recording], warnings: list[str]) -> None:
         if having and len(having) < len(recordings):
             lacking = [r.name for r in recordings if not r.has(channel)]
             warnings.append(f'{channel} is missing in {", ".join(lacking)}')
-
-
-def unsaturated(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], list[str]]:
-    """
-    Return the recordings whose command is not at its limit throughout, and why others are not.
-
-    Raises CannotDiagnose when none is left.
-    """
-    limit = servo.values.get('controller.limit') or np.inf
-    kept, said = [], []
-    for one in recordings:
-        command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
-        share = float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
-        if share <= SATURATED:
-            kept.append(one)
-            continue
-        said.append(f'{one.name}: the command is at its limit of {limit:g} V in '
-                    f'{100 * share:.0f} % of the samples; record with a smaller reference')
-    if said and not kept:
-        raise CannotDiagnose(said[0])
-    return kept, [f'left out: {reason}' for reason in said]

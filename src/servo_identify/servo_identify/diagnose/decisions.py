@@ -16,8 +16,15 @@ FORM = 0.1
 FALSE_ALARM = 0.01
 """Chance that a rig without any fault is given one, over all hypotheses that are tried."""
 
+OPEN = 2.0
+"""Noise floors (with the practical margin) above which an equation is certainly off."""
+
 ALTERNATIVE = 0.05
-"""Confidence below which another explanation is not listed."""
+"""
+Confidence below which another explanation is not listed.
+
+It is also the chance that a gap that is certainly there gets a first name without any ground.
+"""
 
 WORTH = 0.1
 """Share of the gap of its own equation that an effect must close to be worth naming."""

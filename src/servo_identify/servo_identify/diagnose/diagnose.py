@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -15,30 +15,21 @@ from ..data.check import check as check_data
 from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
-from .answer.report import GapReport
 from .answer.verdict import report_of
-from .checks import CannotDiagnose, check, unsaturated
+from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
+from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
 from .handover.curves import parts_of
 from .handover.output_error import Diverged, Simulated, simulated
+from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
 from .selection.confidence import redrawn, rivals_of
 from .selection.explain import Explained, explained
 from .selection.stability import halves, shares
 from .splitting import Split, split
 from .stages import Stages
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """The report, the servo file to hand over (with values moved, ``refit``), the evidence."""
-
-    report: GapReport
-    augmented: Servo
-    refit: Servo
-    evidence: Evidence
 
 
 def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[Recording] = (),
@@ -55,8 +46,8 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     """
     stages = Stages(tick)
     stages.begin('check')
-    parts, warnings = _parted(recordings, accepting, reporting, servo)
-    findings = check_data([*recordings, *accepting, *reporting], servo)
+    parts, judged, warnings = _parted(recordings, accepting, reporting, servo)
+    findings = check_data(judged, servo)
     red = [one for one in findings if one.level == 'red']
     if red and not despite:
         raise CannotDiagnose(refusal(red))
@@ -78,6 +69,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('refit')
     acting = [replace(one, added=added) for one, added in zip(
         named, added_of(found, [one.part for one in named]), strict=True)]
+    acting = [_waved(one, found) for one in acting]
     acting = [one for one in acting if _stands(found, several, one)]
     accept = list(parts.accept) or selecting
     fitting = [one for one in selecting if all(one is not other for other in accept)] or selecting
@@ -99,16 +91,22 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     return Diagnosis(report, augmented, evidence.refit, evidence)
 
 
-def _parted(recordings, accepting, reporting, servo: Servo) -> tuple[Split, list[str]]:
-    """Return the recordings by purpose and what is to be said of them. Raises CannotDiagnose."""
+def _parted(recordings, accepting, reporting,
+            servo: Servo) -> tuple[Split, list[Recording], list[str]]:
+    """
+    Return the recordings by purpose, all that are judged, and what is to be said of them.
+
+    One that cannot be judged stops no other. Raises CannotDiagnose.
+    """
     warnings, given = [], []
     for some in (recordings, accepting, reporting):
-        kept, left_out = unsaturated(list(some), servo)
+        kept, left_out = usable(list(some), servo) if some or some is recordings else ([], [])
         given.append(kept)
         warnings += left_out
+    judged = [one for some in given for one in some]
+    warnings += check(judged, servo)
     parts = split(*given)
-    return parts, [*warnings, *check([one for some in given for one in some], servo),
-                   *parts.warnings]
+    return parts, judged, [*warnings, *parts.warnings]
 
 
 def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
@@ -123,9 +121,24 @@ def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
     return several
 
 
+def _waved(one: Finding, found: Explained) -> Finding:
+    """Return a finding with the wave behind the controller, where that is what it stands for."""
+    if one.part.mechanism.site != 'controller':
+        return one
+    wave = added_input(found.samples.errors)
+    return replace(one, wave=wave, added=Added(one.part)) if wave else one
+
+
 def _stands(found: Explained, several, one: Finding) -> bool:
-    """Tell whether a finding is worth simulating; no simulation judges what the loop does."""
-    return one.part.mechanism.site != 'controller' or shares(found, several).get(
+    """
+    Tell whether a finding is worth simulating.
+
+    No simulation judges what the loop does, so a controller is named only where its equation is
+    certainly off and most halves of the recordings say so.
+    """
+    if one.part.mechanism.site != 'controller':
+        return True
+    return 'controller' in found.search.off and shares(found, several).get(
         one.part.mechanism.key, 0.0) >= EVEN
 
 

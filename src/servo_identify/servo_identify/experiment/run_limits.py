@@ -9,6 +9,7 @@ from math import inf, isfinite
 import numpy as np
 
 from .procedures import Run
+from .usual_limits import USUAL
 
 REACTION = 0.03
 """Seconds from a sample to the stop taking effect; motion is judged this far ahead."""
@@ -32,10 +33,10 @@ class Limits:
     ``travel`` counts from where the experiment began, to either side; ``current`` in A.
     """
 
-    speed: float = 3.0
-    torque: float = 300.0
-    travel: float = 7.0
-    current: float = 4.0
+    speed: float = USUAL['speed']
+    torque: float = USUAL['torque']
+    travel: float = USUAL['travel']
+    current: float = USUAL['current']
 
     def __post_init__(self) -> None:
         for name in ('speed', 'torque', 'travel', 'current'):

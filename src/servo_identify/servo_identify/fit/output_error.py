@@ -20,6 +20,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from .estimate import bag_name, Estimate, servo_with
+from .fit_choices import WEIGHTS
 from .fit_problem import COARSE, FINE, FINEST, Problem
 from .free_values import Freedom, freedom_of
 from .levenberg_marquardt import SHARES, solved
@@ -29,7 +30,6 @@ from .standard_errors import cautious, foreseen, spread, UNSURE
 from .start_search import best_starts, searched
 
 RELATIVE_MARGIN = 1e-3
-WEIGHTS = ('noise', 'residual', 'whitened')
 MOST_ROUNDS, STEPS_A_ROUND, COARSE_ROUNDS, SEARCHES = 12, 2, 2, 3
 ROUGH = 5.0  # residual over noise floor of the worst channel, above which slopes are taken coarse
 

@@ -18,10 +18,11 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import inputs_of
 from servo_twin.recording.recording import Recording
 
+from .fit_choices import INPUT_OF
+
 CHANNELS = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
 """Columns of what the kernel puts out."""
 
-INPUT_OF = {'measured_input': 'voltage', 'closed_loop': None, 'forced_current': 'current'}
 
 
 @dataclass(frozen=True)

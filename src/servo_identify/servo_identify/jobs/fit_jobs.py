@@ -16,11 +16,8 @@ from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 
 from ..fit.estimate import Estimate
-from ..fit.output_error import fit, Progress, WEIGHTS
-from ..fit.segments import INPUT_OF
-
-LEARNED = ('physical', 'friction', 'backlash', 'transmission_error', 'current_loop',
-           'presliding', 'residual', 'deviation')
+from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
+from ..fit.output_error import fit, Progress
 
 
 @dataclass(frozen=True)

@@ -61,12 +61,12 @@ def diagnosed(servo: str, bags: list[str], folder: str) -> str:
     from servo_twin.bag import read_recording
     from servo_twin.description import servo_file
 
-    from ..commands.diagnose import write
     from ..diagnose.diagnose import diagnose
+    from ..diagnose.diagnosis_files import write_diagnosis
 
     given, text = servo_file.load(servo), Path(servo).read_text()
     found = diagnose([read_recording(bag) for bag in bags], given)
     output = Path(folder)
     output.mkdir(parents=True, exist_ok=True)
-    write(found, text, given, output)
+    write_diagnosis(found, text, given, output)
     return str(found.report)

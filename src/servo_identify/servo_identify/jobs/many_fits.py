@@ -43,10 +43,10 @@ def run_all(jobs: Mapping[str, Job], folder: Path, address: str = '', workers: i
 
 
 def _keep(done: Finished, folder: Path) -> None:
-    from ..commands.fit import write
+    from servo_twin.description import servo_file
 
     if not done.problem:
-        write(done.answer.servo, folder / f'{done.name}.yaml')
+        servo_file.save(done.answer.servo, folder / f'{done.name}.yaml')
         if done.answer.estimate:
             done.answer.estimate.save(folder / f'{done.name}.json')
 

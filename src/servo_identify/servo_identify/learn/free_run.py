@@ -25,7 +25,7 @@ from servo_twin.recording.recording import Recording
 
 from ..fit.free_values import freedom_of
 from ..fit.segments import smoothed
-from .friction.error_scores import goodness_of_fit
+from .error_scores import goodness_of_fit
 
 CUTOFF = 30.0  # Hz, zero phase, of speeds: an encoder's counts differ by more than they tell
 EDGE = 20  # samples at either end that the differences of a filtered angle do not know

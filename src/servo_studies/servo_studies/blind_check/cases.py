@@ -13,9 +13,9 @@ import zlib
 
 import numpy as np
 
+from .case_kinds import KINDS
 from .fault_tables import Fault, faults, Machine, machines, plans, severities, SPLITS
 
-KINDS = ('null', 'single', 'removed', 'foreign', 'pair', 'triple')
 MULTIPLES = (0.5, 1.0, 2.0, 4.0)
 WITHIN = 0.9  # share of a tolerance in which the values of a null case lie
 NEAR = 0.25  # and those of other cases, so that they do not undo what is withheld

@@ -11,12 +11,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 import sys
+from typing import TYPE_CHECKING
 
-from ..blind_check import cases, fault_tables, severity
-from ..blind_check.blind_check_page import outcomes_in, write_page
-from ..blind_check.case_outcome import Outcome, outcome_of
-from ..blind_check.case_runs import forget, run_all, Wanted
-from ..blind_check.scoring import figures
+from ..blind_check.case_kinds import KINDS
+
+if TYPE_CHECKING:
+    from ..blind_check import cases
+    from ..blind_check.case_outcome import Outcome
 
 _STYLE = {'right': 'green', 'partly': 'yellow', 'unknown': 'yellow', 'unseen': 'yellow',
           'wrong': 'red', 'failed': 'red'}
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--list', action='store_true', help='name the cases and do nothing')
     parser.add_argument('--case', action='append', default=[], metavar='NAME',
                         help='one case, or all whose names contain this; prints the verdict')
-    parser.add_argument('--kind', action='append', default=[], choices=cases.KINDS)
+    parser.add_argument('--kind', action='append', default=[], choices=KINDS)
     parser.add_argument('--machine', action='append', default=[], metavar='NAME')
     parser.add_argument('--first', type=int, metavar='N',
                         help='only the first N; every beginning is a fair mix')
@@ -52,6 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run the check and say how it went."""
+    from ..blind_check import cases, fault_tables, severity
+    from ..blind_check.blind_check_page import outcomes_in, write_page
+    from ..blind_check.case_runs import forget
+
     if arguments.severities:
         severity.write(Path(__file__).with_name('severities.yaml'), print)
         return 0
@@ -86,6 +91,8 @@ def _said(arguments: argparse.Namespace) -> list[str]:
 
 
 def _chosen(arguments: argparse.Namespace, plan: str) -> list[cases.Case]:
+    from ..blind_check import cases, fault_tables
+
     chosen = [case for case in cases.of_plan(plan)
               if (not arguments.kind or case.kind in arguments.kind)
               and (not arguments.machine or case.machine in arguments.machine)
@@ -100,6 +107,9 @@ def _chosen(arguments: argparse.Namespace, plan: str) -> list[cases.Case]:
 def _run(chosen: list[cases.Case], folder: Path, arguments: argparse.Namespace) -> dict[str, str]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    from ..blind_check.case_outcome import outcome_of
+    from ..blind_check.case_runs import run_all, Wanted
 
     console = Console(stderr=True)
     with Progress('{task.description}', BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
@@ -140,6 +150,8 @@ def _show(outcomes: list[Outcome]) -> None:
 def _show_figures(outcomes: list[Outcome]) -> None:
     from rich.console import Console
     from rich.table import Table
+
+    from ..blind_check.scoring import figures
 
     table = Table(title='Figures', title_justify='left')
     for heading in ('cases', 'figure', 'value', 'n', 'goal'):

@@ -16,9 +16,7 @@ import json
 from pathlib import Path
 import time
 
-from ..papers.paper_comparison import comparison, keep, kept
 from ..papers.paper_systems import BENCH, machines, WRITTEN
-from ..papers.results_page import page
 
 REAL = ('emps', 'xl330', 'two_mass')
 RESULTS = (*BENCH, *REAL)
@@ -77,6 +75,9 @@ def main(arguments: argparse.Namespace) -> int:
 
 def _write(output: Path, known: Mapping[str, dict]) -> None:
     """Write the pages of the parts that are known, and the comparison of all."""
+    from ..papers.paper_comparison import comparison, keep, kept
+    from ..papers.results_page import page
+
     texts = {output: page(known)} if set(known) & set(RESULTS) else {}
     rows = output.parent / 'comparison'
     for part in COMPARED:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.commands.fit import write
 from servo_identify.learn.friction.friction_plots import friction_angle
 from servo_identify.learn.transmission.transmission_harmonics import ARCMIN
+from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
@@ -35,7 +35,7 @@ def bench(work: Path, pictured: Path, told: Told) -> dict:
     stages = iter(np.linspace(0.6, 0.9, 400))
     models = learned(recordings, lambda stage: told(stage, float(next(stages, 0.9))))
     for name, servo in models.servos.items():
-        write(servo, work / f'{name.replace(" + ", "_").replace(" ", "_")}.yaml')
+        servo_file.save(servo, work / f'{name.replace(" + ", "_").replace(" ", "_")}.yaml')
     told('judging', 0.9)
     found = _open_loop(models, recordings['open_loop_test'], pictured)
     found |= _closed_loop(models.servos, recordings, pictured)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servo_identify.learn.error_scores import goodness_of_fit
 from servo_identify.learn.free_run import EDGE, free_runs, FreeRun, rolled, speed_of
-from servo_identify.learn.friction.error_scores import goodness_of_fit
 from servo_twin.physics.controllers import PositionLoop
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from servo_identify.data.table_import import import_table
-from servo_identify.fit import Estimate, fit, misfit
+from servo_identify.fit.estimate import Estimate
+from servo_identify.fit.output_error import fit, misfit
 from servo_identify.learn.friction.friction_samples import differences
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import shipped

@@ -19,7 +19,8 @@ import sys
 import numpy as np
 
 from servo_identify.data.table_import import import_table
-from servo_identify.fit import Estimate, fit, misfit
+from servo_identify.fit.estimate import Estimate
+from servo_identify.fit.output_error import fit, misfit
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import shipped
 from servo_twin.physics.catalogue import find

@@ -17,17 +17,14 @@ from dataclasses import replace
 from pathlib import Path
 import re
 import shlex
+from typing import TYPE_CHECKING
 
-from ..description.servo_file import load
-from ..description.shipped import servo_at
-from ..physics import catalogue
-from ..physics.servo import Servo
-from ..simulators.joint import Joint, ModelError
-from ..simulators.to_model.isaac import isaac_text
-from ..simulators.to_model.mjcf import mjcf_text
-from ..simulators.to_model.nearest_joint import compared, FORMATS, Nearest, nearest_joint, report
-from ..simulators.to_model.urdf import urdf_text
+from ..simulators.joint import FORMATS, Joint, ModelError
 from .simulator_flags import check_output
+
+if TYPE_CHECKING:
+    from ..physics.servo import Servo
+    from ..simulators.to_model.nearest_joint import Nearest
 
 PERIOD = 1e-3  # s
 
@@ -57,6 +54,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Write the file and print what was lost."""
+    from ..description.servo_file import load
+    from ..description.shipped import servo_at
+    from ..physics import catalogue
+    from ..simulators.to_model.nearest_joint import nearest_joint, report
+
     check_output(arguments.output, arguments.force)
     if arguments.effects:
         catalogue.register(arguments.effects)
@@ -90,6 +92,8 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _run(servo: Servo, nearest: Nearest, arguments: argparse.Namespace) -> Nearest:
     """Run the joint by MuJoCo where it is MuJoCo's, else by its equation."""
+    from ..simulators.to_model.nearest_joint import compared
+
     if arguments.format != 'mjcf':
         return compared(servo, nearest)
     from ..simulators.mujoco_model import mujoco_library
@@ -109,6 +113,10 @@ def _without_stops(arguments: argparse.Namespace) -> argparse.Namespace:
 
 
 def _text(servo: Servo, joint: Joint, about: list[str], arguments: argparse.Namespace) -> str:
+    from ..simulators.to_model.isaac import isaac_text
+    from ..simulators.to_model.mjcf import mjcf_text
+    from ..simulators.to_model.urdf import urdf_text
+
     span = tuple(arguments.range) if arguments.range else None
     if arguments.format == 'mjcf':
         return mjcf_text(joint, arguments.timestep, about, _read_back(servo, joint, arguments),

@@ -14,8 +14,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..simulators.from_model.mujoco_joint import joint_of
-from ..simulators.mujoco_model import compiled
 from .simulator_flags import add_reading_arguments, check_output, given_of, numbers, write_servo
 
 
@@ -34,6 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Write the servo file."""
+    from ..simulators.from_model.mujoco_joint import joint_of
+    from ..simulators.mujoco_model import compiled
+
     check_output(arguments.output, arguments.force)
     given = given_of(arguments, resistance=arguments.resistance)
     model, remarks = compiled(arguments.model)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..simulators.from_model.urdf_model import GRAVITY, joint_of_urdf
+from ..simulators.joint import GRAVITY
 from .simulator_flags import add_reading_arguments, check_output, given_of, numbers, write_servo
 
 
@@ -31,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Write the servo file."""
+    from ..simulators.from_model.urdf_model import joint_of_urdf
+
     check_output(arguments.output, arguments.force)
     joint, reduction = joint_of_urdf(arguments.model, arguments.joint,
                                      numbers(arguments.at, '--at'), arguments.gravity)

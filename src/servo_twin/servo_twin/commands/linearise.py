@@ -14,22 +14,18 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-from rich import box
-from rich.table import Table as RichTable
-
-from ..bag import read_recording
-from ..description.servo_file import load
-from ..description.shipped import servo_at
-from ..linear.frequency_response import estimate, Measured
-from ..linear.jacobian import OUTPUT_UNITS
-from ..linear.operating_point import FRICTIONS, usual_point
-from ..linear.sampled_loop import closed_loop, margins, REFERENCES
-from ..linear.state_space import INPUT_UNITS, LinearForm, linearise
-from ..physics import catalogue
-from ..physics.servo import Servo, ServoError
+from ..linear.signal_names import FRICTIONS, INPUT_UNITS, OUTPUT_UNITS
 from .parameters import terminal
+
+if TYPE_CHECKING:
+    import numpy as np
+    from rich.table import Table as RichTable
+
+    from ..linear.frequency_response import Measured
+    from ..linear.state_space import LinearForm
+    from ..physics.servo import Servo
 
 PERIOD = 1e-3  # s, of a closed loop without recording
 
@@ -71,7 +67,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the tables, and write the page and what belongs to it."""
+    from ..bag import read_recording
+    from ..description.servo_file import load
+    from ..description.shipped import servo_at
     from ..linear import bode_plots, linear_page
+    from ..linear.frequency_response import estimate
+    from ..linear.sampled_loop import margins
+    from ..physics import catalogue
 
     if arguments.effects:
         catalogue.register(arguments.effects)
@@ -114,6 +116,11 @@ def main(arguments: argparse.Namespace) -> int:
 
 def form_of(servo: Servo, arguments: argparse.Namespace, period: float | None) -> LinearForm:
     """Return the linear form that was asked for; raises ServoError."""
+    from ..linear.operating_point import usual_point
+    from ..linear.sampled_loop import closed_loop, REFERENCES
+    from ..linear.state_space import linearise
+    from ..physics.servo import ServoError
+
     point = usual_point(servo, arguments.friction, arguments.speed, arguments.angle,
                         arguments.torque, arguments.coupled)
     if not arguments.closed_loop and arguments.input not in REFERENCES:
@@ -127,6 +134,10 @@ def form_of(servo: Servo, arguments: argparse.Namespace, period: float | None) -
 def band_of(form: LinearForm, output: str, measured: Measured | None,
             given: tuple[float, float] | None) -> np.ndarray:
     """Return frequencies in Hz for a plot: those given, measured, or around poles and zeros."""
+    import numpy as np
+
+    from ..physics.servo import ServoError
+
     roots = [r.frequency for r in (*form.poles(output), *form.zeros(output))
              if np.isfinite(r.frequency) and r.frequency > 1e-6]
     if given:
@@ -163,6 +174,9 @@ def as_data(form: LinearForm) -> dict:
 
 
 def _rich(table) -> RichTable:
+    from rich import box
+    from rich.table import Table as RichTable
+
     shown = RichTable(title=table.title, title_justify='left', title_style='bold', box=box.SIMPLE,
                       show_header=any(table.columns))
     for i, column in enumerate(table.columns):

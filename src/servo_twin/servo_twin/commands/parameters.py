@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rich import box
-from rich.console import Console
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
 
-from ..description.servo_file import load
-from ..description.shipped import servo_at
-from ..physics import catalogue
-from ..physics.effect import Parameter
+    from ..physics.effect import Parameter
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the table."""
+    from ..description.shipped import servo_at
+    from ..physics import catalogue
+
     console = terminal()
     subject = arguments.subject
     if subject is None:
@@ -41,6 +42,8 @@ def main(arguments: argparse.Namespace) -> int:
 
 def servo_table(path: Path) -> Table:
     """Return the parameters of a servo file; raises ServoError."""
+    from ..description.servo_file import load
+
     servo = load(path)
     table = _table(f'{servo.name} ({path})', 'value', 'tolerance', 'from')
     for name, parameter in servo.declarations():
@@ -55,6 +58,8 @@ def servo_table(path: Path) -> Table:
 
 def effect_table(name: str) -> Table:
     """Return the parameters of one effect of the catalogue."""
+    from ..physics import catalogue
+
     effect = catalogue.find(name)
     title = f'{name}, at {" or ".join(effect.sites)}\n{effect.source}'
     table = _table(title, 'default', 'vanishes at')
@@ -67,6 +72,11 @@ def effect_table(name: str) -> Table:
 
 def catalogue_table() -> Table:
     """Return all effects with their sites and what they are."""
+    from rich import box
+    from rich.table import Table
+
+    from ..physics import catalogue
+
     table = Table(title='effects', title_justify='left', title_style='bold', box=box.SIMPLE)
     for column in ('effect', 'at', 'parameters', 'what it is'):
         table.add_column(column)
@@ -80,11 +90,16 @@ def catalogue_table() -> Table:
 
 def terminal() -> Console:
     """Return the terminal, or what a file gets: lines of 160 columns."""
+    from rich.console import Console
+
     console = Console()
     return console if console.is_terminal else Console(width=160)
 
 
 def _table(title: str, value: str, *more: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
     table = Table(title=title, title_justify='left', title_style='bold', box=box.SIMPLE)
     table.add_column('parameter', no_wrap=True)
     table.add_column(value, justify='right', no_wrap=True)

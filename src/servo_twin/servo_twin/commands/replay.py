@@ -13,27 +13,13 @@ import argparse
 from pathlib import Path
 import sys
 from time import perf_counter
+from typing import TYPE_CHECKING
 
-from rich.console import Console
+from ..lockstep.live_modes import LIVE_MODES
 
-from ..bag import (
-    read_changes,
-    read_happenings,
-    read_predictions,
-    read_recording,
-    write_predictions,
-)
-from ..balances.goodness_of_fit import fit_of
-from ..description.servo_file import load, loads
-from ..description.shipped import servo_at
-from ..lockstep.lockstep import Settings, warm_up
-from ..lockstep.twin import LIVE_MODES
-from ..lockstep.whole_recording import answer, differences, seen_by
-from ..pages.event_table import event_table
-from ..pages.fit_table import balance_table, channel_table
-from ..physics import catalogue
-from ..physics.servo import Servo, ServoError
-from ..recording.recording import Recording
+if TYPE_CHECKING:
+    from ..physics.servo import Servo
+    from ..recording.recording import Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', type=Path, metavar='OUT',
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
-    parser.add_argument('--mode', choices=LIVE_MODES, default=Settings.mode,
+    parser.add_argument('--mode', choices=LIVE_MODES, default=LIVE_MODES[0],
                         help='the way of running (default %(default)s)')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
     parser.add_argument('--stretch', type=int,
@@ -63,6 +49,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay; returns 1 when --compare finds a difference."""
+    from rich.console import Console
+
+    from ..bag import (
+        read_changes,
+        read_happenings,
+        read_predictions,
+        read_recording,
+        write_predictions,
+    )
+    from ..balances.goodness_of_fit import fit_of
+    from ..lockstep.lockstep import Settings, warm_up
+    from ..lockstep.whole_recording import answer, differences, seen_by
+    from ..pages.event_table import event_table
+    from ..pages.fit_table import balance_table, channel_table
+    from ..physics import catalogue
+
     if arguments.graph:
         from ..nodes.graph_replay import play
         return play(arguments.bag, arguments.rate, arguments.namespace, arguments.stretch)
@@ -112,6 +114,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 def servo_of(recording: Recording, given: str | None) -> Servo:
     """Return the servo of a file, or the one stored with the recording; raises ServoError."""
+    from ..description.servo_file import load, loads
+    from ..description.shipped import servo_at
+    from ..physics.servo import ServoError
+
     if given is not None:
         return load(servo_at(given))
     if not recording.servo_file:

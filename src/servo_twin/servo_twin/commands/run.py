@@ -18,13 +18,13 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 
 from ..bringup.processes import ProcessError
-from ..bringup.rig_and_twin import Bench, record
-from ..description.servo_file import load
-from ..description.shipped import servo_at, shipped
-from ..lockstep.twin import LIVE_MODES
-from ..physics.servo import ServoError
+from ..lockstep.live_modes import LIVE_MODES
+
+if TYPE_CHECKING:
+    from ..bringup.rig_and_twin import Bench
 
 _NAMED = ('.csv', '.parquet')  # tables whose columns name themselves
 
@@ -71,6 +71,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Run; 0 when nothing was lost and the replay is the live run."""
+    from ..bringup.rig_and_twin import record
+    from ..description.servo_file import load
+
     folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
     for number in (signal.SIGTERM, signal.SIGHUP):  # these end it as Ctrl-C does
         signal.signal(number, signal.default_int_handler)
@@ -103,6 +106,9 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
 
 def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
     """Return a bag of what --bag names; a table is imported by servo-identify."""
+    from ..description.shipped import servo_at, shipped
+    from ..physics.servo import ServoError
+
     given = arguments.bag
     if not given.exists():
         raise ServoError(f'--bag {given}: there is no such file or folder')
@@ -126,6 +132,10 @@ def _bag_of(arguments: argparse.Namespace, folder: Path) -> Path:
 
 
 def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
+    from ..bringup.rig_and_twin import Bench
+    from ..description.shipped import servo_at
+    from ..physics.servo import ServoError
+
     settings = list(arguments.setting)
     command = arguments.command
     if arguments.family == 'sine' and not settings and command is None:
@@ -143,11 +153,15 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
 
 def _rig_at(given: Path) -> Path:
     """Return a path as it is, and for a bare name that of the shipped rig file."""
+    from ..description.shipped import shipped
+
     named = not given.suffix and len(given.parts) == 1 and not given.is_file()
     return shipped(f'rigs/{given}.yaml') if named else given
 
 
 def _driver_of(rig: Path | None) -> Path:
     """Return the driver's parameters for a rig file: dictionaries and limits of its machine."""
+    from ..description.shipped import shipped
+
     own = None if rig is None else rig.resolve().parent.parent / 'drivers' / rig.name
     return own if own is not None and own.exists() else shipped('driver.yaml')

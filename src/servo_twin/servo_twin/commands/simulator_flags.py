@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..physics.controllers import Open
-from ..simulators.from_model.as_servo import NO_SENSORS, servo_of, text_of
-from ..simulators.from_model.required_values import Given
 from ..simulators.joint import Joint, ModelError
+
+if TYPE_CHECKING:
+    from ..simulators.from_model.required_values import Given
 
 
 def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +39,8 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
 
 def given_of(arguments: argparse.Namespace, **more: object) -> Given:
     """Return what the flags give; raises ModelError."""
+    from ..simulators.from_model.required_values import Given
+
     return Given(torque_constant=arguments.torque_constant, kp=arguments.kp, kd=arguments.kd,
                  torque_limit=arguments.torque_limit, tolerance=arguments.tolerance,
                  noise=numbers(arguments.noise, '--noise'),
@@ -68,6 +71,9 @@ def check_output(path: Path, force: bool) -> None:
 
 def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origin: Path) -> int:
     """Write the servo file of a joint and say what it holds; returns 0."""
+    from ..physics.controllers import Open
+    from ..simulators.from_model.as_servo import NO_SENSORS, servo_of, text_of
+
     name = arguments.name or f'{origin.stem}_{joint.name}'
     servo, lacking = servo_of(joint, name, given)
     about = [f'Joint {joint.name!r} of {origin.name}, as the simulator has it: what a diagnosis '

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from keyword import iskeyword
+import os
 from pathlib import Path
 
 import yaml
@@ -112,8 +113,13 @@ def _of_fmu(part: type) -> list[str]:
 
 
 def save(servo: Servo, path: str | Path) -> None:
-    """Write a servo file."""
-    Path(path).write_text(dumps(servo))
+    """Write a servo file, whole or not at all."""
+    draft = Path(path).with_name(f'.{Path(path).name}.{os.getpid()}')
+    try:
+        draft.write_text(dumps(servo))
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def _inline(thing) -> str:

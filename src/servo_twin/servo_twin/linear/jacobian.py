@@ -21,8 +21,6 @@ import numpy as np
 from ..physics import state
 from .operating_point import Still
 
-OUTPUT_UNITS = {'motor_speed': 'rad/s', 'load_speed': 'rad/s', 'motor_position': 'rad',
-                'load_position': 'rad', 'torque': 'N m', 'current': 'A'}
 _READ = ('motor_position', 'load_position', 'torque', 'current')
 _INPUTS = {'voltage': state.VOLTAGE, 'current': state.MEASURED_CURRENT,
            'external_torque': state.EXTERNAL}

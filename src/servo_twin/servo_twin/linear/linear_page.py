@@ -5,23 +5,14 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
+from importlib.resources import files
 
+from jinja2 import Environment, StrictUndefined
 import numpy as np
 
 from .bode_plots import spoken
 from .frequency_response import extremes, Measured
 from .state_space import LinearForm, Root
-
-_HEAD = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem;
-  color: #222; }}
-table {{ border-collapse: collapse; margin: .6rem 0 1.2rem; }}
-td, th {{ padding: .15rem .9rem .15rem 0; text-align: left; border-bottom: 1px solid #ddd; }}
-pre {{ background: #f5f5f5; padding: .8rem; overflow-x: auto; }}
-img {{ max-width: 100%; }}
-</style></head><body><h1>{title}</h1>
-"""
 
 
 @dataclass(frozen=True)
@@ -99,18 +90,11 @@ def margin_table(found: Mapping[str, float]) -> Table:
 def page(title: str, tables: Sequence[Table], pictures: Mapping[str, bytes],
          systems: Sequence[str]) -> str:
     """Return the page as HTML with its pictures (PNG by name) inside."""
-    parts = [_HEAD.format(title=escape(title))]
-    for name, png in pictures.items():
-        parts.append(f'<p><img alt="{escape(name)}" src="data:image/png;base64,'
-                     f'{b64encode(png).decode()}"></p>')
-    for table in tables:
-        parts.append(f'<h2>{escape(table.title)}</h2><table><tr>')
-        parts += [f'<th>{escape(column)}</th>' for column in table.columns]
-        for row in table.rows:
-            parts.append('</tr><tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row))
-        parts.append('</tr></table>')
-    parts += [f'<pre>{escape(text)}</pre>' for text in systems]
-    return ''.join(parts) + '</body></html>\n'
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    template = environment.from_string(
+        files(__package__).joinpath('linear_page.html').read_text('utf8'))
+    return template.render(title=title, tables=tables, systems=systems, pictures={
+        name: b64encode(png).decode() for name, png in pictures.items()})
 
 
 def _root(kind: str, root: Root) -> tuple[str, ...]:

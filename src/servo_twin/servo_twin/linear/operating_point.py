@@ -12,8 +12,8 @@ from ..physics.servo import Servo, ServoError
 from ..physics.servo_parts import DigitalDrive
 from ..physics.simulate import initial_state, ROOM_TEMPERATURE
 from ..physics.state import INPUTS
+from .signal_names import FRICTIONS
 
-FRICTIONS = ('sliding', 'none', 'stuck')
 _PERIODIC = 'repeats with the angle, so that its slope is another one at each angle'
 _ROUNDING = 'rounds: it has no slope, and acts as noise'
 WITHOUT_SLOPE = {

@@ -9,11 +9,10 @@ import control
 import numpy as np
 
 from ..physics.servo import Servo, ServoError
-from .jacobian import felt, Matrices, matrices_of, OUTPUT_UNITS
+from .jacobian import felt, Matrices, matrices_of
 from .operating_point import Point, Still
+from .signal_names import INPUT_UNITS, OUTPUT_UNITS
 
-INPUT_UNITS = {'voltage': 'V', 'current': 'A', 'external_torque': 'N m',
-               'reference_velocity': 'rad/s', 'reference_position': 'rad'}
 _READ_BY = {'motor_speed': 'motor_position', 'load_speed': 'load_position'}
 _LIGHTLY = 0.5  # damping below which a pair of roots is called a resonance
 

@@ -21,9 +21,7 @@ from ..recording.joined_samples import (
     reference_of,
     TORQUE,
 )
-
-LIVE_MODES = ('measured_input', 'closed_loop', 'observer')
-"""The ways of running that need nothing but the past; `forced_current` looks one sample ahead."""
+from .live_modes import LIVE_MODES
 
 _CHUNK = 8192  # samples a call of the kernel: bounds what is run again when a state blows up
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -202,6 +203,12 @@ class Servo:
             slots[path] = slice(start, start + owner.memory)
             start += owner.memory
         return slots
+
+    @cached_property
+    def numbers(self) -> Mapping[str, float]:
+        """The values that are one number each, by path; rows are left out."""
+        return {path: value for path, value in self.values.items()
+                if not isinstance(value, tuple)}
 
     def with_theta(self, theta: np.ndarray) -> Servo:
         """Return this servo with the values of a flat vector; raises ServoError."""

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf, nan
 
+FORMATS = ('mjcf', 'urdf', 'isaac')
+GRAVITY = 9.81  # m/s2 along -z, as MuJoCo takes it for a URDF file, which says nothing of it
+
 
 class ModelError(ValueError):
     """A model that cannot be read or written as asked: names the thing, the value, the choice."""

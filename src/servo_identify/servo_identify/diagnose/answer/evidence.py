@@ -12,6 +12,7 @@ from ..handover.chosen_fit import Handover
 from ..handover.curves import Part
 from ..handover.output_error import Simulated
 from ..mechanisms.hypothesis import UNKNOWN
+from ..residuals.added_input import AddedInput
 from ..selection.confidence import Rival
 from ..selection.explain import Explained
 from ..splitting import Split
@@ -19,12 +20,17 @@ from ..splitting import Split
 
 @dataclass(frozen=True)
 class Finding:
-    """A missing effect of the answer: its part, its confidence and rivals, what is added."""
+    """
+    A missing effect of the answer: its part, its confidence and rivals, what is added.
+
+    ``wave`` is what somebody adds behind the controller, where that is what its equation shows.
+    """
 
     part: Part
     confidence: float
     rivals: tuple[Rival, ...]
     added: Added
+    wave: AddedInput | None = None
 
 
 @dataclass(frozen=True)

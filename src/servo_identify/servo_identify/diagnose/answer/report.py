@@ -39,7 +39,8 @@ class MissingEffect:
     ``rung`` is the lowest that holds; ``confidence`` that of each rung, 0 to 1; ``law`` whether
     the formula of the catalogue lies within the band of the curve; ``curve`` x, y and band with
     their units, or None; shrinks are shares of the gap of the file as given that come back when
-    this effect alone is taken out again, on the accept and on the report recordings.
+    this effect alone is taken out again, on the accept and on the report recordings. ``added`` is
+    the wave behind the controller (shape, period s, amplitude and offset V), where one was found.
     """
 
     effect: str
@@ -56,6 +57,7 @@ class MissingEffect:
     curve: dict | None
     alternatives: tuple[Alternative, ...]
     change: str
+    added: dict | None = None
 
 
 @dataclass(frozen=True)

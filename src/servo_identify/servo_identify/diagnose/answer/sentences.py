@@ -29,6 +29,10 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
                      'direction of motion.')
             if unknown.get('size'):
                 text += f' Its size is {unknown["size"]}.'
+        if unknown.get('nearest'):
+            several = [spoken(one['effect']) for one in unknown['nearest']]
+            text += (f' {_listed(several).capitalize()} would come nearest, but no nearer than '
+                     'chance does on so few data.')
         return text
     several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
     first = which[0]
@@ -87,6 +91,10 @@ def size_of(parameters: dict[str, dict], curve: dict | None) -> str:
         value = f'{p["value"]:.3g}{sure} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
     if curve:
-        return (f'{curve["y"][0]:.3g} to {curve["y"][-1]:.3g} {curve["y_unit"]} from '
-                f'{curve["x"][0]:.3g} to {curve["x"][-1]:.3g} {curve["unit"]}')
+        y, least, most = curve['y'], min(curve['y']), max(curve['y'])
+        unit, x = curve['y_unit'], curve['x']
+        span = f'{x[0]:.3g} to {x[-1]:.3g} {curve["unit"]}'
+        if {y[0], y[-1]} == {least, most}:
+            return f'{y[0]:.3g} to {y[-1]:.3g} {unit} from {span}'
+        return f'between {least:.3g} and {most:.3g} {unit} over {span}'
     return ''

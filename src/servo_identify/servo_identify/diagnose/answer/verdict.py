@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
-from ..decisions import CALIBRATED, EVEN, SOLVED
+from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
 from ..handover.added import Added
 from ..handover.output_error import Gap, shrink, shrink_interval
+from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.fits import Fitted
 from ..selection.stability import shares
 from .evidence import Evidence, Finding
@@ -18,7 +21,6 @@ from .telling import confirmations, tell
 
 CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torsion': 'rad',
                  'torque': 'N m', 'current': 'A'}
-OPEN = 2.0  # noise floors: a residual that follows no pattern and is below is no gap
 SURE = 1.645  # standard deviations of a 90 % interval
 
 
@@ -143,6 +145,8 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
     realised = (dropped.total() - reported['patch'].gap.total()) / full
     interval = shrink_interval(dropped, reported['patch'].gap)
     predicted = evidence.accepted[id(one.part)]
+    if evidence.worse:  # nothing is handed over, so nothing shrinks
+        realised, interval = 0.0, (min(0.0, interval[0]), 0.0)
     if mechanism.site == 'controller':  # no simulation under the recorded command shows it
         predicted = realised = _closed(evidence, 'controller')
         interval = (realised, realised)
@@ -160,7 +164,9 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         {name: round(confidence[name], 3) for name in RUNGS},
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
-        added.law, drawn, alternatives, size_of(parameters, drawn))
+        added.law, drawn, alternatives,
+        str(one.wave) if one.wave else size_of(parameters, drawn),
+        asdict(one.wave) if one.wave else None)
 
 
 def _closed(evidence: Evidence, equation: str) -> float:
@@ -250,7 +256,8 @@ def _remains(evidence: Evidence, gap: dict) -> str:
 
 def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
     """Return what is known of a pattern without a name, or of a gap that follows none."""
-    nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False}
+    nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False,
+               'nearest': _nearest(evidence)}
     if not evidence.unnamed:
         return nothing
     one = evidence.unnamed[0].part
@@ -266,3 +273,15 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
             'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
             'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}}
     return known
+
+
+def _nearest(evidence: Evidence, most: int = 3) -> list[dict]:
+    """Return what predicts best of all that is no finding, where nothing was found."""
+    if evidence.findings:
+        return []
+    several: dict[tuple[str, ...], dict] = {}
+    for fit in evidence.found.search.singles:
+        mechanism = evidence.found.hypotheses[fit.choice.numbers[0]].mechanism
+        if mechanism.name != UNKNOWN:
+            several.setdefault(mechanism.key, {'effect': mechanism.name, 'site': mechanism.site})
+    return list(several.values())[:most]

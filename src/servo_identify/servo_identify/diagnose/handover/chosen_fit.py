@@ -13,9 +13,10 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL
 from .added import Added, servo_with
-from .output_error import Diverged, Gap, refitted, simulated
+from .output_error import Diverged, Gap, refitted, shrink_interval, simulated
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
+JUDGED = 60.0  # s of the accept recordings that a choice is judged on
 SOURCE = 'gap diagnosis'
 
 
@@ -62,9 +63,9 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     taken as its equation shows it: the plant runs under the recorded command.
     """
     short, warnings = shortened(fitting), []
-    several = [one for one in several if one.acts]
+    accepting = shortened(accepting, JUDGED)
     loop = [one for one in several if one.part.mechanism.site == 'controller']
-    several = [one for one in several if one not in loop]
+    several = [one for one in several if one.acts and one not in loop]
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, short, tolerated)
@@ -90,7 +91,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             judged = _moved(servo, tolerated, joint.servo)
             most = _total(within.servo if within else servo, accepting)
             best = _tried(judged, _at_values(best.added, joint.servo), joint, accepting) or best
-        helps = best is not None and best.gap.total() < most
+        helps = best is not None and (best.gap.total() < most or _alike(
+            servo if judged is servo else within.servo, judged, best, short, accepting))
         if best is None or len(added) == 1 and not helps:
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
@@ -146,6 +148,20 @@ def _moved(servo: Servo, paths: Sequence[str], to: Servo) -> Servo:
     """Return the servo as given with some of its values as in another."""
     return replace(servo, values={**servo.values, **{p: to.values[p] for p in paths
                                                      if p in to.values}})
+
+
+def _alike(before: Servo, base: Servo, best: Tried, fitting: Sequence[Recording],
+           accepting: Sequence[Recording]) -> bool:
+    """
+    Tell whether effects bring the simulation nearer where they were fitted, and harm nowhere.
+
+    On a short accept recording a right effect may gain nothing; that is no ground against it. It
+    is one where the 90 % interval of its gain there lies below zero.
+    """
+    after, known, given = (_gap(_built(base, best.added), fitting), _gap(before, fitting),
+                           _gap(before, accepting))
+    return (None not in (after, known, given) and after.total() < known.total()
+            and shrink_interval(given, best.gap)[1] > 0.0)
 
 
 def _total(servo: Servo, recordings: Sequence[Recording]) -> float:

@@ -25,7 +25,7 @@ from ...fit.shooting import Shooting
 from ...fit.start_search import best_starts
 from ..decisions import CALIBRATED
 
-TURNS = 3  # of estimating the starts
+TURNS = 2  # of estimating the starts
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
 DRAWS = 400
 STEPS = 8  # of a refit from values that the equations found already

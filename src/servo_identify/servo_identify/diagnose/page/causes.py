@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from .words import between, known, number, percent, shortened, spoken, unit
 
 RUNGS = {
@@ -15,12 +17,12 @@ RUNGS = {
 NORMAL_95 = 1.96  # standard deviations to either side that hold 95 % of a normal deviate
 
 
-def causes(which: list[dict]) -> list[dict]:
+def causes(which: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return one card for each effect in ``report.which``, in the order of accepting."""
     return [_cause(one) for one in which]
 
 
-def _cause(one: dict) -> dict:
+def _cause(one: dict[str, Any]) -> dict[str, Any]:
     mechanism, curve = one.get('mechanism') or {}, one.get('curve') or {}
     return {
         'effect': spoken(one.get('effect')), 'site': spoken(one.get('site')),
@@ -38,7 +40,7 @@ def _cause(one: dict) -> dict:
     }
 
 
-def _rungs(one: dict) -> list[dict]:
+def _rungs(one: dict[str, Any]) -> list[dict[str, Any]]:
     reached, confidence = one.get('rung'), one.get('confidence') or {}
     names = list(RUNGS)
     last = names.index(reached) if reached in names else -1
@@ -51,7 +53,7 @@ def _share(value: object) -> str:
     return percent(value) if known(value) else ''
 
 
-def _mechanism(mechanism: dict) -> str:
+def _mechanism(mechanism: dict[str, Any]) -> str:
     said = []
     if mechanism.get('port'):
         said.append(f'port: {spoken(mechanism["port"])}')
@@ -66,19 +68,19 @@ def _mechanism(mechanism: dict) -> str:
     return ('Mechanism: ' + '; '.join(said) + '.') if said else ''
 
 
-def _law(one: dict) -> str:
+def _law(one: dict[str, Any]) -> str:
     if one.get('law') is None or not one.get('curve'):
         return ''
     return ('The formula of the catalogue lies within the band.' if one['law'] else
             'The formula of the catalogue leaves the band: take the curve, not the formula.')
 
 
-def _axes(curve: dict) -> str:
+def _axes(curve: dict[str, Any]) -> str:
     height = unit(curve.get('y_unit')) or 'residual'
     return f'{height} over {spoken(curve.get("variable")) or "the variable"}'
 
 
-def _parameter(name: str, entry: object) -> dict:
+def _parameter(name: str, entry: object) -> dict[str, Any]:
     entry = entry if isinstance(entry, dict) else {'value': entry}
     value, std = entry.get('value'), entry.get('std')
     factor, shown = shortened(entry.get('unit'), abs(value) if known(value) else 0.0)
@@ -90,7 +92,7 @@ def _parameter(name: str, entry: object) -> dict:
             'unit': shown, 'interval': spread or 'given'}
 
 
-def _alternatives(one: dict) -> list[dict]:
+def _alternatives(one: dict[str, Any]) -> list[dict[str, Any]]:
     listed = [{'effect': spoken(other.get('effect')), 'site': spoken(other.get('site')),
                'confidence': _share(other.get('confidence')), 'tell': other.get('tell') or ''}
               for other in one.get('alternatives') or []]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from .words import known, number, percent, spoken
 
 CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
@@ -22,7 +24,8 @@ READINGS = ('sensor', 'encoder', 'position', 'torque', 'temperature')
 """Words in a site that stand for a sensor."""
 
 
-def chain(where: list[dict], balance: str, which: list[dict]) -> list[dict]:
+def chain(where: list[dict[str, Any]], balance: str, which: list[dict[str, Any]]
+          ) -> list[dict[str, Any]]:
     """
     Return the blocks in order: ``{block, tone, said, share, here, effects}``.
 
@@ -41,7 +44,7 @@ def chain(where: list[dict], balance: str, which: list[dict]) -> list[dict]:
             for block, name in layout]
 
 
-def _seat(one: dict, balance: str, merged: bool) -> str:
+def _seat(one: dict[str, Any], balance: str, merged: bool) -> str:
     port, site = (one.get('mechanism') or {}).get('port', ''), str(one.get('site') or '')
     if port in ('drive', 'sensor', 'controller'):
         seat = port
@@ -52,7 +55,8 @@ def _seat(one: dict, balance: str, merged: bool) -> str:
     return 'torque' if merged and seat in ('motor', 'load') else seat
 
 
-def _block(block: str, name: str, one: dict, here: bool, effects: list[str]) -> dict:
+def _block(block: str, name: str, one: dict[str, Any], here: bool, effects: list[str]
+           ) -> dict[str, Any]:
     verdict = one.get('verdict', 'not observable')
     tone = {'gap': 'far' if here else 'off', 'at the noise floor': 'fine'}.get(verdict, 'unseen')
     said = share = ''

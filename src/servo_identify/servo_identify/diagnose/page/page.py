@@ -9,6 +9,7 @@ from importlib.resources import files
 import json
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
@@ -26,7 +27,7 @@ SCRIPTS = ('uplot/uPlot.iife.min.js', 'plots.js', 'curve.js', 'time_plots.js', '
 DIGITS = 6  # of a curve that is drawn
 
 
-def write_page(document: dict, path: Path | str) -> Path:
+def write_page(document: dict[str, Any], path: Path | str) -> Path:
     """Write the page of a diagnosis and return its path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -34,7 +35,7 @@ def write_page(document: dict, path: Path | str) -> Path:
     return path
 
 
-def page_of(document: dict) -> str:
+def page_of(document: dict[str, Any]) -> str:
     """
     Return the page as HTML that refers to nothing outside itself.
 
@@ -55,7 +56,7 @@ def page_of(document: dict) -> str:
         licence=Markup(_asset('uplot/LICENSE')), spoken=spoken)
 
 
-def _head(report: dict) -> dict:
+def _head(report: dict[str, Any]) -> dict[str, Any]:
     verdict, gap = report.get('verdict') or {}, report.get('gap') or {}
     status = verdict.get('status')
     if status not in STATUS:
@@ -84,7 +85,7 @@ def _head(report: dict) -> dict:
     }
 
 
-def _body(report: dict) -> dict:
+def _body(report: dict[str, Any]) -> dict[str, Any]:
     which = report.get('which') or []
     balance = (report.get('verdict') or {}).get('balance') or ''
     return {
@@ -111,7 +112,7 @@ def _named_in(named: object) -> list[tuple[str, str]]:
     return [('', percent(named))] if known(named) else []
 
 
-def _data(document: dict, report: dict) -> Markup:
+def _data(document: dict[str, Any], report: dict[str, Any]) -> Markup:
     """Return what the plots are drawn of as JSON that can stand in a script element."""
     kept = {
         'series': [packed_series(one) for one in document.get('series') or []],
@@ -125,7 +126,7 @@ def _data(document: dict, report: dict) -> Markup:
     return Markup(text)
 
 
-def _rounded(thing):
+def _rounded(thing: Any) -> Any:
     if isinstance(thing, float):
         return float(f'{thing:.{DIGITS}g}') if isfinite(thing) else None
     if isinstance(thing, dict):

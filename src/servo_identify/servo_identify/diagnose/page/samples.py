@@ -7,7 +7,10 @@ as it was, also where the signal is a million times larger. Most steps have one 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .words import known
 
@@ -17,14 +20,14 @@ OF_RANGE = 20000  # steps in the range of a signal with which nothing is compare
 MICROSECOND = 1e-6
 
 
-def packed_series(one: dict) -> dict:
+def packed_series(one: dict[str, Any]) -> dict[str, Any]:
     """Return a recording of ``document.series`` with packed samples."""
     channels = {name: _packed_channel(channel)
                 for name, channel in (one.get('channels') or {}).items()}
     return {**one, 't': packed(one.get('t'), MICROSECOND), 'channels': channels}
 
 
-def packed_equation(one: dict) -> dict:
+def packed_equation(one: dict[str, Any]) -> dict[str, Any]:
     """Return an entry of ``document.equations`` with packed samples."""
     before, after = _numbers(one.get('before')), _numbers(one.get('after'))
     quantum = max(_largest(before), _largest(after)) / OF_ERROR
@@ -32,7 +35,7 @@ def packed_equation(one: dict) -> dict:
             'after': packed(after, quantum)}
 
 
-def _packed_channel(channel: dict) -> dict:
+def _packed_channel(channel: dict[str, Any]) -> dict[str, Any]:
     sides = {side: _numbers(channel.get(side)) for side in ('rig', 'as_given', 'augmented')}
     rig, given, noise = sides['rig'], sides['as_given'], channel.get('noise')
     if known(noise) and noise > 0.0:
@@ -45,7 +48,7 @@ def _packed_channel(channel: dict) -> dict:
             **{side: packed(values, quantum) for side, values in sides.items()}}
 
 
-def packed(values, quantum: float) -> dict:
+def packed(values: ArrayLike | None, quantum: float) -> dict[str, Any]:
     """Return {quantum, steps}; a step is None where the value is no number."""
     values = _numbers(values)
     quantum = quantum if quantum > 0.0 else 1.0
@@ -56,7 +59,7 @@ def packed(values, quantum: float) -> dict:
     return {'quantum': quantum, 'steps': steps.tolist()}
 
 
-def _numbers(values) -> np.ndarray:
+def _numbers(values: ArrayLike | None) -> np.ndarray:
     return np.array([] if values is None else values, dtype=float)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from .words import between, known, number, percent, shortened, spoken, unit
 
 STEPS = (('twin as given', 'as_given', 'twin'),
@@ -17,22 +19,21 @@ SEVERITY = ('red', 'amber', 'green')
 WRITTEN = 12  # values up to which a number fits into each cell of the heat map
 
 
-def gap_bars(gap: dict, added: bool) -> list[dict]:
+def gap_bars(gap: dict[str, Any], added: bool) -> list[dict[str, Any]]:
     """Return the gap of each stage as {step, said, width [%], tone}, the noise floor last."""
     values = {'as_given': gap.get('before'), **{k: v for k, v in gap.items() if v is not None}}
     if 'within_tolerance' not in gap:
         values['within_tolerance'] = gap.get('before')
-    steps = [(step, values.get(key), tone) for step, key, tone in STEPS
-             if key != 'after' or added]
-    steps = [one for one in (*steps, ('noise floor', values.get('floor'), 'fine'))
-             if known(one[1])]
+    wanted = [one for one in STEPS if one[1] != 'after' or added]
+    steps = [(step, value, tone) for step, key, tone in (*wanted, ('noise floor', 'floor', 'fine'))
+             if known(value := values.get(key))]
     most = max((abs(value) for _, value, _ in steps), default=0.0) or 1.0
     return [{'step': step, 'said': percent(value, 3), 'tone': tone,
              'width': f'{max(0.4, 100.0 * abs(value) / most):.1f}'}
             for step, value, tone in steps]
 
 
-def channel_table(channels: dict, added: bool) -> dict | None:
+def channel_table(channels: dict[str, Any], added: bool) -> dict[str, Any] | None:
     """Return {columns, rows}: the error of each channel (RMS) by stage of the twin."""
     errors = {name: _errors(one, added) for name, one in channels.items()}
     kept = [key for key in COLUMNS
@@ -51,31 +52,31 @@ def channel_table(channels: dict, added: bool) -> dict | None:
     return {'columns': [(key, COLUMNS[key]) for key in kept], 'rows': rows}
 
 
-def _fits(channels: dict) -> list[dict]:
+def _fits(channels: dict[str, Any]) -> list[dict[str, Any]]:
     return [{'fit': one.get('fit')} for one in channels.values()]
 
 
-def _errors(one: dict, added: bool) -> dict:
+def _errors(one: dict[str, Any], added: bool) -> dict[str, Any]:
     return {'given': one.get('as_given', one.get('rms_gap')),
             'within': one.get('within_tolerance'),
             'after': one.get('augmented', one.get('rms_after')) if added else None,
             'noise': one.get('noise_floor')}
 
 
-def _gone(errors: dict) -> str:
+def _gone(errors: dict[str, Any]) -> str:
     given, after = errors['given'], errors['after']
     if known(given) and known(after) and 0.0 < after < 0.95 * given:
         return f'{number(given / after, 2)} times less'
     return ''
 
 
-def moved_rows(moved: list[dict]) -> list[dict]:
+def moved_rows(moved: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return old and new value, bounds and sigma; ``marks`` are places between the bounds in %."""
     rows = []
     for one in moved:
         given, found, low, high = (one.get(k) for k in ('given', 'found', 'low', 'high'))
         marks = None
-        if all(known(v) for v in (given, found, low, high)) and high > low:
+        if (known(given) and known(found) and known(low) and known(high)) and high > low:
             marks = {name: f'{min(100.0, max(0.0, 100.0 * (v - low) / (high - low))):.1f}'
                      for name, v in (('given', given), ('found', found))}
         change = (f'{100.0 * (found / given - 1.0):+.1f} %'.replace('-', '−')
@@ -88,7 +89,7 @@ def moved_rows(moved: list[dict]) -> list[dict]:
     return rows
 
 
-def heat_map(correlations: dict) -> dict | None:
+def heat_map(correlations: dict[str, Any]) -> dict[str, Any] | None:
     """Return rows of cells {said, share [%], sign, title}, or nothing for less than two values."""
     names, matrix = correlations.get('names') or [], correlations.get('matrix') or []
     if len(names) < 2:
@@ -110,7 +111,7 @@ def _share(value: object) -> str:
     return f'{round(value, 2) + 0.0:.2f}'.replace('-', '−')
 
 
-def _strongest(names: list[str], matrix: list[list]) -> str:
+def _strongest(names: list[str], matrix: list[list[Any]]) -> str:
     pairs = [(abs(row[j]), row[j], names[i], names[j]) for i, row in enumerate(matrix)
              for j in range(min(i, len(row))) if known(row[j])]
     if not pairs:
@@ -119,19 +120,19 @@ def _strongest(names: list[str], matrix: list[list]) -> str:
     return f'{other} and {one}: {_share(value)}'
 
 
-def equation_rows(equations: dict) -> list[dict]:
+def equation_rows(equations: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the residual of each equation (RMS, in noise and margin) before and after."""
     return [{'name': spoken(name), 'before': number(one.get('before'), 3),
              'after': number(one.get('after'), 3)} for name, one in equations.items()]
 
 
-def recording_rows(recordings: dict) -> list[dict]:
+def recording_rows(recordings: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the names of the recordings by what they were used for."""
     return [{'purpose': purpose, 'use': PURPOSES.get(purpose, ''), 'names': names}
             for purpose, names in recordings.items() if names]
 
 
-def timing_rows(timing: dict) -> list[dict]:
+def timing_rows(timing: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the stages of the diagnosis with seconds and the share of the longest in %."""
     rows = {stage: seconds for stage, seconds in timing.items() if known(seconds)}
     most = max(rows.values(), default=0.0) or 1.0
@@ -139,14 +140,14 @@ def timing_rows(timing: dict) -> list[dict]:
              'width': f'{100.0 * seconds / most:.1f}'} for stage, seconds in rows.items()]
 
 
-def default_rows(defaults: list[dict]) -> list[dict]:
+def default_rows(defaults: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the values that the servo file did not give."""
     return [{'path': one.get('path', ''), 'unit': unit(one.get('unit')),
              'value': number(one['value']) if known(one.get('value'))
              else spoken(one.get('value'))} for one in defaults]
 
 
-def sorted_findings(findings: list[dict]) -> list[dict]:
+def sorted_findings(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the findings of the check, the gravest first."""
     said = [{'level': one.get('level') if one.get('level') in SEVERITY else 'amber',
              'sentence': one.get('sentence') or '', 'action': one.get('action') or ''}
@@ -154,14 +155,14 @@ def sorted_findings(findings: list[dict]) -> list[dict]:
     return sorted(said, key=lambda one: SEVERITY.index(one['level']))
 
 
-def made_by(facts: dict) -> dict | None:
+def made_by(facts: dict[str, Any]) -> dict[str, Any] | None:
     """Return command, version, date and the hashes of the inputs, each empty where not said."""
     said = {key: facts.get(key) or '' for key in ('command', 'version', 'date')}
     said['inputs'] = facts.get('inputs') or {}
     return said if any(said.values()) else None
 
 
-def experiment(chosen: dict) -> dict | None:
+def experiment(chosen: dict[str, Any]) -> dict[str, Any] | None:
     """Return what the next recording separates, how to make it, and what it will show."""
     if not any(chosen.get(key) for key in ('separates', 'family', 'command', 'measure')):
         return None
@@ -182,7 +183,7 @@ def experiment(chosen: dict) -> dict | None:
     }
 
 
-def unknown_lines(unknown: dict) -> list[str]:
+def unknown_lines(unknown: dict[str, Any]) -> list[str]:
     """Say on what the part that stays open depends."""
     lines = []
     if unknown.get('balance'):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import floor, isfinite, log10
 import re
+from typing import TypeGuard
 
 MISSING = '–'
 _SHORTENED = re.compile(r'(rad|N|A|V|m|W|Hz|J)(?![A-Za-z%])')
@@ -16,7 +18,7 @@ def spoken(name: object) -> str:
     return str(name or '').replace('_', ' ').replace(':', ': ').replace(':  ', ': ')
 
 
-def known(value: object) -> bool:
+def known(value: object) -> TypeGuard[float]:
     """Say whether a value is a number that can be shown."""
     return (isinstance(value, (int, float)) and not isinstance(value, bool)
             and isfinite(value))
@@ -62,7 +64,7 @@ def shortened(text: object, largest: float) -> tuple[float, str]:
                  if largest >= 0.2 * factor), (1.0, name))
 
 
-def between(interval: object, said=percent) -> str:
+def between(interval: object, said: Callable[[object], str] = percent) -> str:
     """Return an interval as words; nothing where one of its ends is missing."""
     if not isinstance(interval, (list, tuple)) or len(interval) != 2:
         return ''

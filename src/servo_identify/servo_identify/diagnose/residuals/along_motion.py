@@ -6,7 +6,9 @@ The models are those of the twin, evaluated along the measured motion (physics.m
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, overload
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import substeps_of
+from servo_twin.recording.recording import Recording
 
 from .measured import Measured
 from .motion import bridged, Motion, motion_of
@@ -42,12 +45,12 @@ class AlongMotion:
     def __post_init__(self) -> None:
         self.slots = self.servo.slots()
         self._kernel = kernel_of(self.servo)
-        self._projected: dict = {}
+        self._projected: dict[Hashable, Any] = {}
         self._sensing = np.array([p.effect.port == 'sensor' and p.effect.candidate
                                   for p in self.servo.effects], dtype=bool)
         self._readings = self._corrected(self.servo.theta)
         self.motion, self.gear_motion = self._motions(self._readings)
-        self._controller_memory = {}
+        self._controller_memory: dict[Hashable, Any] = {}
 
     def times(self, equation: str) -> np.ndarray:
         """Instants of the residuals, s from the start of the recording."""
@@ -77,7 +80,7 @@ class AlongMotion:
             self._projected['drive key'], self._projected['drive current'] = key, current
         return current
 
-    def controller_output(self, theta: np.ndarray, settings: dict[int, float] | None = None,
+    def controller_output(self, theta: np.ndarray, settings: Mapping[int, float] | None = None,
                           shaken: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
         """
         Return what the controller makes of references and readings, V, at every sample.
@@ -130,9 +133,15 @@ class AlongMotion:
             self._projected[key] = np.clip(np.nan_to_num(torque) / unsure, -1.0, 1.0)
         return self._projected[key]
 
+    @overload
+    def _inner(self, series: np.ndarray, motion: Motion) -> np.ndarray: ...
+
+    @overload
+    def _inner(self, series: float, motion: Motion) -> float: ...
+
     def _inner(self, series: np.ndarray | float, motion: Motion) -> np.ndarray | float:
         reach = motion.test.reach
-        return series if np.isscalar(series) else series[reach:reach + len(motion.rows)]
+        return series[reach:reach + len(motion.rows)] if isinstance(series, np.ndarray) else series
 
     def transmitted(self, motion: Motion | None = None) -> np.ndarray:
         """Torque on the load at the inner samples, N m: measured, or what the load takes."""
@@ -152,8 +161,8 @@ class AlongMotion:
         full[reach:reach + len(series)] = series
         return full
 
-    def _angles(self, readings) -> tuple[np.ndarray, np.ndarray]:
-        ratio, twist = self.servo.values['mechanism.ratio'], self.measured.twist
+    def _angles(self, readings: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        ratio, twist = self.servo.numbers['mechanism.ratio'], self.measured.twist
         motor, load = readings['motor_position'], readings['load_position']
         if not np.isfinite(motor).any():
             motor = (load + twist) * ratio
@@ -161,7 +170,7 @@ class AlongMotion:
             load = motor / ratio - twist
         return motor, load
 
-    def _motions(self, readings) -> tuple[Motion, Motion]:
+    def _motions(self, readings: Mapping[str, np.ndarray]) -> tuple[Motion, Motion]:
         measured = self.measured
         whole = motion_of(measured, measured.shafts, self.servo, self._angles(readings))
         if measured.gear == measured.shafts:
@@ -187,10 +196,10 @@ class AlongMotion:
 
 
 def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,
-                  measured) -> np.ndarray:
+                  measured: Measured | Recording) -> np.ndarray:
     """Return what a servo's drive makes of a command (V) at a motor speed (rad/s), A."""
     kernel, x = kernel_of(servo), fresh_state(kernel_of(servo))
-    recording = getattr(measured, 'recording', measured)
+    recording = measured.recording if isinstance(measured, Measured) else measured
     if recording.has('current'):
         x[state.CURRENT] = np.nan_to_num(recording['current'][0])
     current = np.empty(len(command))

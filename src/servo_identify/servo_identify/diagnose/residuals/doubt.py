@@ -70,7 +70,7 @@ def _rounding(one: EquationErrors, equation: str) -> np.ndarray:
 def _crossing_gap(one: EquationErrors, equation: str) -> np.ndarray:
     """Tell at the centres where a shaft that is not measured may be in a gap of the teeth."""
     measured, test = one.measured, one.measured.shafts
-    widths = [one.servo.values.get(f'effects.{p.name}.width', 0.0) for p in one.servo.effects
+    widths = [one.servo.numbers.get(f'effects.{p.name}.width', 0.0) for p in one.servo.effects
               if p.effect.port == 'clearance']
     both = {'motor_position', 'load_position'} <= measured.channels
     near = np.zeros(len(measured.recording))
@@ -83,7 +83,7 @@ def _crossing_gap(one: EquationErrors, equation: str) -> np.ndarray:
 
 def _swing(one: EquationErrors, equation: str) -> np.ndarray:
     """Return at the centres how far a torque may be off by a shaft that is not measured, N m."""
-    measured, values = one.measured, one.servo.values
+    measured, values = one.measured, one.servo.numbers
     test, ratio = measured.shafts, values['mechanism.ratio']
     unseen = 'load' if 'motor_position' in measured.channels else 'motor'
     if not measured.twist.any() or equation not in ('torque', unseen):

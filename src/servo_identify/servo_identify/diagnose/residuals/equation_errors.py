@@ -7,7 +7,7 @@ a signal of the same equations: :meth:`EquationErrors.of_signal`.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -36,7 +36,7 @@ class EquationErrors(AlongMotion):
 
     def moving(self, equation: str) -> np.ndarray:
         """Where friction is determined: no rest under the test function. All true for others."""
-        ratio = self.servo.values['mechanism.ratio']
+        ratio = self.servo.numbers['mechanism.ratio']
         if equation in ('motor', 'load', 'torque'):
             return self.motion.moving(ratio)
         if equation == 'transmission' and 'torque' not in self.measured.channels:
@@ -94,7 +94,7 @@ class EquationErrors(AlongMotion):
         return self.residuals(self.servo.theta)
 
     def residuals(self, theta: np.ndarray, only: Collection[str] | None = None,
-                  settings: dict[int, float] | None = None) -> dict[str, np.ndarray]:
+                  settings: Mapping[int, float] | None = None) -> dict[str, np.ndarray]:
         """
         Return the residual of each equation at its centres; NaN where nothing can be said.
 
@@ -110,9 +110,10 @@ class EquationErrors(AlongMotion):
             np.array_equal(a, b, equal_nan=True)
             for a, b in zip(readings.values(), self._readings.values(), strict=True))
         motions = (self.motion, self.gear_motion) if same else self._motions(readings)
-        answer, models = {}, {}
+        answer: dict[str, np.ndarray] = {}
+        models: dict[int, np.ndarray] = {}
         for name, several in terms.items():
-            total = 0.0
+            total = np.zeros(())
             for term in several:
                 series = self._series(term.signal, name, theta, readings, motions, models,
                                       settings)
@@ -130,7 +131,7 @@ class EquationErrors(AlongMotion):
         inner ones of the motion of the shafts.
         """
         theta = self.servo.theta if theta is None else theta
-        answer = {}
+        answer: dict[str, np.ndarray] = {}
         for name, several in self._terms(theta).items():
             for term in several:
                 if term.signal != signal:
@@ -144,7 +145,10 @@ class EquationErrors(AlongMotion):
         values = {path: theta[slot.start] for path, slot in self.slots.items()}
         return equation_terms(values, self.measured.channels, self.measured.looped)
 
-    def _series(self, signal, equation, theta, readings, motions, models, settings):
+    def _series(self, signal: str, equation: str, theta: np.ndarray,
+                readings: Mapping[str, np.ndarray], motions: tuple[Motion, Motion],
+                models: dict[int, np.ndarray], settings: Mapping[int, float] | None
+                ) -> np.ndarray | None:
         """Return a signal at every sample, NaN where it is not known; None: it is zero."""
         if signal in ('motor_position', 'load_position'):
             return self._angles(readings)[signal == 'load_position']
@@ -168,7 +172,8 @@ class EquationErrors(AlongMotion):
             return self.full(out['load_push'] + out['load_resistance'], motion)
         return self.full(self._torsion(theta, out, motion), motion)
 
-    def _torsion(self, theta, out, motion: Motion) -> np.ndarray:
+    def _torsion(self, theta: np.ndarray, out: Mapping[str, np.ndarray], motion: Motion
+                 ) -> np.ndarray:
         """Torsion beside the linear one, rad: kinematic error, half the gap, bent elasticity."""
         torsion = out['lost'] + self.flank(motion) * out['half_gap']
         slot = self.slots.get('mechanism.stiffness')
@@ -176,7 +181,7 @@ class EquationErrors(AlongMotion):
             torsion = torsion - out['spring'] / theta[slot.start]
         return torsion
 
-    def _project(self, series, term: Term, equation: str, keep: bool) -> np.ndarray:
+    def _project(self, series: np.ndarray, term: Term, equation: str, keep: bool) -> np.ndarray:
         test = self.test(equation)
         key = (term.signal, term.order, test)
         fixed = term.signal in ('motor_position', 'load_position', 'torque', 'external_torque',
@@ -199,7 +204,7 @@ class EquationErrors(AlongMotion):
         Vandanjon, Gautier 2014). So it leaves out friction that an explanation put there: where
         friction is most of the torque, each friction would be a share of itself.
         """
-        motion, values = self.motion, self.servo.values
+        motion, values = self.motion, self.servo.numbers
         out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
         own = values['mechanism.load_inertia'] * motion['load_acceleration']
         more = self._found('load_torque') - self._found('load_resistance')
@@ -208,7 +213,7 @@ class EquationErrors(AlongMotion):
     @cached_property
     def predicted_current(self) -> np.ndarray:
         """Current that the motion asks of the motor, A at the inner samples; see above."""
-        motion, values = self.motion, self.servo.values
+        motion, values = self.motion, self.servo.numbers
         out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
         lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
         rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
@@ -223,7 +228,9 @@ class EquationErrors(AlongMotion):
 
     def _found(self, signal: str) -> np.ndarray:
         """Return what an explanation adds to a signal at the inner samples."""
-        return self._inner(np.nan_to_num(self.unseen.get(signal, 0.0)), self.motion)
+        if signal not in self.unseen:
+            return np.zeros(())
+        return self._inner(np.nan_to_num(self.unseen[signal]), self.motion)
 
     @cached_property
     def regressor_command(self) -> np.ndarray:
@@ -236,7 +243,7 @@ class EquationErrors(AlongMotion):
         command = self.measured.column('voltage', 0.0)
         if 'current' in self.measured.channels:
             return command
-        values, motion = self.servo.values, self.motion
+        values, motion = self.servo.numbers, self.motion
         current, speed = self.predicted_current, motion['motor_speed']
         gain = values.get('drive.gain', 1.0) or 1.0
         if 'drive.resistance' in values:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import nan
 
 import numpy as np
 
@@ -25,7 +27,8 @@ LONGEST = 0.25  # s, of a test function
 SAWTOOTH = 0.3  # of a count, over the spacing squared: acceleration of a creeping shaft at worst
 SMOOTH_ENOUGH = 0.005  # noise of the inertial torque, as a share of the torque at work
 SMOOTH_TORSION = 0.05  # noise of the torsion times the stiffness, as a share of the same
-BLOCK, FEWEST_BLOCKS = 1.5, 40  # s taken as independent of its neighbours; blocks at least
+BLOCK = 1.5  # s that count as independent of their neighbours
+FEWEST_BLOCKS, MOST_BLOCKS = 40, 120  # of all recordings together; more only cost time
 
 
 @dataclass(frozen=True)
@@ -76,22 +79,23 @@ class Measured:
         return self.column('temperature', ROOM_TEMPERATURE)
 
 
-def measure(recordings: list[Recording], servo: Servo,
-            drive_current) -> list[Measured]:
+def measure(recordings: Sequence[Recording], servo: Servo,
+            drive_current: Callable[[Recording], np.ndarray | None]) -> list[Measured]:
     """
     Prepare recordings of one machine, with test functions as short as their noise allows.
 
     ``drive_current(recording)`` returns what the drive makes of the command, A, or None.
     """
     noises = [noises_of(r, drive_current(r)) for r in recordings]
-    shafts, gears = {}, {}
+    shafts: dict[tuple[float, str], int] = {}
+    gears: dict[float, int] = {}
     for recording, noise in zip(recordings, noises, strict=True):
         kind = recording.period, recording.family
         shafts[kind] = max(_shaft_spacing(recording, noise, servo), shafts.get(kind, 0))
         needed = _gear_spacing(recording, noise, servo)
         gears[recording.period] = min(needed, gears.get(recording.period, needed))
     together = sum(r.duration for r in recordings)
-    block = float(np.clip(together / FEWEST_BLOCKS, 0.2, BLOCK))
+    block = float(np.clip(together / FEWEST_BLOCKS, 0.2, max(BLOCK, together / MOST_BLOCKS)))
     prepared = []
     for recording, noise in zip(recordings, noises, strict=True):
         period = recording.period
@@ -108,7 +112,7 @@ def measure(recordings: list[Recording], servo: Servo,
 
 
 def _torque_at_work(recording: Recording, servo: Servo) -> float:
-    values = servo.values
+    values = servo.numbers
     if recording.has('torque'):
         torque = recording['torque']
     else:
@@ -121,7 +125,7 @@ def _torque_at_work(recording: Recording, servo: Servo) -> float:
 
 def _shaft_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
     """Shortest spacing whose noise of the inertial torque is small against the torque at work."""
-    values = servo.values
+    values = servo.numbers
     ratio, scale = values['mechanism.ratio'], _torque_at_work(recording, servo)
     rotor = values.get('mechanism.rotor_inertia', 0.0) * ratio**2
     load = values['mechanism.load_inertia']
@@ -150,7 +154,7 @@ def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -
     With a torque sensor the transmission needs no acceleration, and clearance is seen the better
     the less of it is blurred. Without one it needs the test function of the shafts.
     """
-    values = servo.values
+    values = servo.numbers
     stiffness = values.get('mechanism.stiffness')
     if not stiffness or not all(recording.has(n) for n in (
             'motor_position', 'load_position', 'torque')):
@@ -180,9 +184,9 @@ def _twist(recording: Recording, servo: Servo) -> np.ndarray:
     if all(has.values()) or not any(has.values()) or not (
             servo.mechanism.compliant and servo.mechanism.correctable):
         return nothing
-    first = {name: float(recording[f'{name}_position'][0]) for name in has if has[name]}
+    first, second = (float(recording[f'{name}_position'][0]) if has[name] else nan for name in has)
     y = simulate(servo, inputs_of(recording.columns), recording.period,
-                 initial_state(servo, **first), 'observer')
+                 initial_state(servo, first, second), 'observer')
     motor, load = (y[:, OUTPUTS.index(f'{name}_position')] for name in ('motor', 'load'))
-    twist = motor / servo.values['mechanism.ratio'] - load
+    twist = motor / servo.numbers['mechanism.ratio'] - load
     return twist if np.isfinite(twist).all() else nothing

@@ -45,7 +45,7 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
     for path, (least, most) in servo.tolerance.items():
         if path.split('.')[0] in UNTOLD or most <= least or isinstance(servo.values[path], tuple):
             continue
-        value = servo.values[path]
+        value = servo.numbers[path]
         column = slope(samples, path, STEP * (most - least), (least, most))
         bounds = least - value, most - value
         if path.startswith('controller.'):
@@ -72,7 +72,7 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
 def slope(samples: ResidualSamples, path: str, step: float,
           bounds: tuple[float, float]) -> np.ndarray:
     """Return the change of all residuals for one unit of a value, by a step within its bounds."""
-    value = float(samples.servo.values[path])
+    value = samples.servo.numbers[path]
     if not bounds[0] <= value + step <= bounds[1]:
         step = -step
     step = float(np.clip(value + step, *bounds)) - value

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, Term
 from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
 
 from ..decisions import PRACTICAL
 from .along_motion import drive_current
@@ -48,9 +49,10 @@ class ResidualSamples:
 
     def __post_init__(self) -> None:
         theta = self.servo.theta
-        self._keep, self._part = {}, {}
-        table = {name: [] for name in ('base', 'equation', 'recording', 'block', 'scale',
-                                       'noise')}
+        self._keep: dict[tuple[int, str], np.ndarray] = {}
+        self._part: dict[tuple[int, str], slice] = {}
+        table: dict[str, list[np.ndarray]] = {
+            name: [] for name in ('base', 'equation', 'recording', 'block', 'scale', 'noise')}
         first = size = 0
         for number, one in enumerate(self.errors):
             measured = one.measured
@@ -142,7 +144,8 @@ class ResidualSamples:
             parts.append(series[np.clip(at, 0, len(series) - 1)][self._keep[number, equation]])
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def _noise(self, one: EquationErrors, name: str, theta, values, doubt) -> float:
+    def _noise(self, one: EquationErrors, name: str, theta: np.ndarray, values: np.ndarray,
+               doubt: np.ndarray) -> float:
         """
         Standard deviation of a residual by the noise of the readings.
 
@@ -157,12 +160,12 @@ class ResidualSamples:
         return float(min(propagated, rough))
 
 
-def residual_samples(recordings, servo: Servo) -> ResidualSamples:
+def residual_samples(recordings: Sequence[Recording], servo: Servo) -> ResidualSamples:
     """Return the residuals of recordings of one machine against its servo file."""
-    def drive(recording):
+    def drive(recording: Recording) -> np.ndarray | None:
         if not (recording.has('voltage') and recording.has('current')):
             return None
-        ratio = servo.values['mechanism.ratio']
+        ratio = servo.numbers['mechanism.ratio']
         angle = recording['motor_position'] if recording.has('motor_position') else (
             recording['load_position'] * ratio)
         test = TestFunction(2, recording.period, 4)
@@ -210,7 +213,7 @@ def propagated_noise(one: EquationErrors, equation: str,
     noise['voltage'] = float(np.nan_to_num(one.servo.noise('voltage')))
     if equation == 'controller':
         return _controller_noise(one, theta, noise), (0.0, 0.0)
-    ratio = one.servo.values['mechanism.ratio']
+    ratio = one.servo.numbers['mechanism.ratio']
     passed: dict[str, np.ndarray] = {}
 
     def take(signal: str, order: int, factor: float) -> None:
@@ -232,7 +235,8 @@ def propagated_noise(one: EquationErrors, equation: str,
     return float(np.sqrt(power)), (float(alike[0]), float(alike[1]))
 
 
-def _readings_of(term: Term, one: EquationErrors, theta, ratio):
+def _readings_of(term: Term, one: EquationErrors, theta: np.ndarray, ratio: float
+                 ) -> Iterator[tuple[str, int, float]]:
     """Yield (reading, order, factor) of a term: what is derived is followed to its readings."""
     channels = one.measured.channels
     if term.signal == 'motor_position' and term.signal not in channels:
@@ -254,23 +258,26 @@ def _readings_of(term: Term, one: EquationErrors, theta, ratio):
         yield term.signal, term.order, term.factor
 
 
-def _controller_noise(one: EquationErrors, theta, noise) -> float:
+def _controller_noise(one: EquationErrors, theta: np.ndarray, noise: Mapping[str, float]) -> float:
     """Standard deviation of the controller's residual by the noise of the encoders, V."""
     chance = np.random.default_rng(0)
     angles = one.angles()
-    ratio = one.servo.values['mechanism.ratio']
+    ratio = one.servo.numbers['mechanism.ratio']
     has = one.measured.channels
     shake = [chance.normal(0.0, noise[name], len(angle)) if name in has else None
              for name, angle in zip(('motor_position', 'load_position'), angles, strict=True)]
-    motor = shake[0] if shake[0] is not None else shake[1] * ratio
-    load = shake[1] if shake[1] is not None else shake[0] / ratio
+    motor, load = shake
+    if motor is None and load is not None:
+        motor = load * ratio
+    elif load is None and motor is not None:
+        load = motor / ratio
     shaken = one.controller_output(theta, shaken=(angles[0] + motor, angles[1] + load))
     change = one.test('controller').project(shaken - one.controller_output(theta))
     return float(np.hypot(np.nanstd(change),
                           noise['voltage'] * one.test('controller').gain(0)))
 
 
-def sampling_columns(errors: list[EquationErrors], steep: bool = False) -> dict:
+def sampling_columns(errors: list[EquationErrors], steep: bool = False) -> Columns:
     """
     Return what a channel does that is read one sample period late: columns by channel.
 
@@ -289,6 +296,7 @@ def sampling_columns(errors: list[EquationErrors], steep: bool = False) -> dict:
                     continue
                 series = one._series(term.signal, name, theta, one._readings,
                                      (one.motion, one.gear_motion), {}, None)
+                assert series is not None  # what is read late is a reading
                 shift = term.factor * one.test(name).project(series, term.order + 1)
                 table[:, names.index(signal)] += np.nan_to_num(shift * one.measured.period)
             answer.setdefault(number, {})[name] = table

@@ -41,8 +41,9 @@ def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
     kept = search.columns_of(fit.choice)[1]
     low, high = search.bounds_of(fit.choice, kept)
     room = search.room(kept, len(fit.columns) - 1)
-    sums = search.sums(fit.weight)
-    prior = SURE**2 * search.doubts(fit.doubt, sums, fit.columns) / room**2
+    products = regression.of(fit.columns)
+    doubts = search.doubts(fit.doubt, products.sums(fit.weight), np.arange(len(fit.columns)))
+    prior = SURE**2 * doubts / room**2
     chance, values = np.random.default_rng(0), []
     members = [np.flatnonzero(regression.family == f) for f in range(len(regression.families))]
     for _ in range(REDRAWN):
@@ -50,14 +51,7 @@ def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
         for mine in members:
             if len(mine):
                 times[mine] = chance.multinomial(len(mine), np.full(len(mine), 1 / len(mine)))
-        gram = np.zeros((len(fit.columns), len(fit.columns)))
-        for i, products in enumerate(regression.products):
-            at = regression.where[i][fit.columns]
-            good = np.flatnonzero(at >= 0)
-            inner = at[good]
-            part = np.tensordot(times * fit.weight[i, regression.family],
-                                products[:, inner[:, None], inner], axes=1)
-            gram[np.ix_(good, good)] += part
+        gram = products.drawn(times, fit.weight)
         gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
         values.append(solve(gram, low, high))
     return np.array(values)
@@ -118,8 +112,7 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     if (one.site, set(one.variables)) != (two.site, set(two.variables)):
         return False
     several = [regression.members[n] for n in (number, other)]
-    sums = [table.sum(axis=0) for table in found.search.sums(chosen.weight)]
-    gram = regression.assembled(sums, np.concatenate(several))
+    gram = regression.of(np.concatenate(several)).sums(chosen.weight).whole
     values = np.zeros((2, len(gram)))
     size = len(several[0])
     values[0, :size] = found.amplitudes(number)

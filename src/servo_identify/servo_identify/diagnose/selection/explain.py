@@ -49,6 +49,7 @@ class Explained:
 def explained(samples: ResidualSamples, without: Collection[str] = (),
               tick=lambda share: None) -> Explained:
     """Find the set of mechanisms that explains residuals; ``without`` names what is left out."""
+    answer = None
     for turn in range(ROUNDS):
         nuisance = nuisance_of(samples)
         start = samples.base + nuisance.columns @ bounded(
@@ -64,6 +65,7 @@ def explained(samples: ResidualSamples, without: Collection[str] = (),
         if not any(_changed(*pair) for pair in zip(samples.errors, errors, strict=True)):
             break
         samples = ResidualSamples(samples.servo, errors)
+        answer = search = several = None  # the tables of two rounds at once are too much
     return answer
 
 

@@ -15,11 +15,12 @@ import numpy as np
 
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
-from .regression import FOLDS, Regression, solve
+from .regression import Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
 SURE = 2.0  # standard deviations that a tolerance of the servo file stands for
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
+KEPT = 4  # weights whose sums of products are kept
 SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
 
 
@@ -78,11 +79,17 @@ class Fits:
     def __init__(self, regression: Regression) -> None:
         self.regression = regression
         self._known: dict[Choice, Fitted] = {}
+        self._sums: dict[bytes, Sums] = {}
         one = np.zeros((regression.blocks, len(regression.families)))
         one[np.arange(regression.blocks), regression.family] = 1.0
         self._family = one
         self.sizes = regression.counts @ one
         self._blocks_of = (regression.counts > 0) @ one
+
+    @property
+    def tried(self) -> set[int]:
+        """The numbers of the hypotheses of all sets that were fitted."""
+        return {number for choice in self._known for number in choice.numbers}
 
     def groups(self, errors: np.ndarray) -> np.ndarray:
         """Return mean squares by equation and family from errors by equation and block."""
@@ -126,24 +133,24 @@ class Fits:
         low, high = self.bounds_of(choice, kept)
         weight, doubt = self._weight_near(choice)
         room = self.room(kept, len(columns) - 1)
+        products, unknowns = regression.of(columns), np.arange(len(columns))
         for turn in range(REWEIGHTED):
-            sums = self.sums(weight)
-            folds = [regression.assembled([s[k] for s in sums], columns) for k in range(FOLDS)]
-            total, doubts = sum(folds), self.doubts(doubt, sums, columns)
+            sums = products.sums(weight)
+            total, doubts = sums.whole, self.doubts(doubt, sums, unknowns)
             prior = SURE**2 * doubts / room**2
             values = np.concatenate(([1.0], self._solved(total, prior, low, high)))
-            left = self.groups(regression.errors_of(columns, values))
+            left = self.groups(products.errors(values))
             floor = self.floor(left if not choice.members else None)
+            last = weight
             if turn + 1 < REWEIGHTED:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
         held_out = np.zeros((len(regression.equations), regression.blocks))
-        for k in range(FOLDS):
-            blocks = np.flatnonzero(regression.fold == k)
-            if len(blocks):
-                rest = total - folds[k]
-                there = np.concatenate(([1.0], self._solved(rest, prior, low, high)))
-                held_out[:, blocks] = regression.errors_of(columns, there, blocks)
+        for k, fold in enumerate(products.folds(last)):
+            blocks = regression.fold == k
+            if blocks.any():
+                there = np.concatenate(([1.0], self._solved(total - fold, prior, low, high)))
+                held_out[:, blocks] = products.errors(there)[:, blocks]
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(doubts @ used)
         count, at = float(used.sum()), len(kept)
@@ -166,14 +173,11 @@ class Fits:
         searched = 1 + len(one.detail) if one.tried > 1 else 0
         return int(working.sum()) - shared + min(shared, SHAPE) + searched
 
-    def doubts(self, doubt: np.ndarray, sums, columns: np.ndarray) -> np.ndarray:
+    @staticmethod
+    def doubts(doubt: np.ndarray, sums: Sums, columns: np.ndarray) -> np.ndarray:
         """Return for each unknown how many samples count as one, by the equations it shows in."""
-        share = np.zeros((len(doubt), len(columns) - 1))
-        for i, table in enumerate(sums):
-            at = self.regression.where[i][columns[1:]]
-            good = at >= 0
-            share[i, good] = np.einsum('kii->i', table)[at[good]]
-        return (doubt[:, None] * share).sum(axis=0) / np.maximum(share.sum(axis=0), 1e-300)
+        share = sums.power[:, columns[1:]]
+        return doubt @ share / np.maximum(share.sum(axis=0), 1e-300)
 
     @staticmethod
     def _solved(gram: np.ndarray, prior: np.ndarray, low, high) -> np.ndarray:
@@ -203,14 +207,14 @@ class Fits:
         share = (self.sizes * np.maximum(0.0, 1.0 - floor / np.maximum(left, 1e-12))).sum(axis=1)
         return 1.0 + share / whole * np.where(above.any(axis=1), whole / blocks, 0.0)
 
-    def sums(self, weight: np.ndarray):
+    def sums(self, weight: np.ndarray) -> Sums:
+        """Return the sums of products under a weight; the last few are kept."""
         key = weight.tobytes()
-        cache = self.__dict__.setdefault('_cache', {})
-        if key not in cache:
-            if len(cache) > 6:
-                cache.pop(next(iter(cache)))
-            cache[key] = self.regression.fold_sums(weight)
-        return cache[key]
+        if key not in self._sums:
+            while len(self._sums) >= KEPT:
+                self._sums.pop(next(iter(self._sums)))
+            self._sums[key] = self.regression.sums(weight)
+        return self._sums[key]
 
     def _weight_near(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
         if not choice.members:

@@ -7,7 +7,7 @@ Every fit, held-out error and bootstrap draws on these sums alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 
@@ -19,6 +19,65 @@ from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
 
 FOLDS = 8
+
+
+@dataclass(frozen=True)
+class Sums:
+    """
+    Weighted sums of products over all equations, for some columns.
+
+    ``whole`` (columns, columns) of all blocks, ``power`` (equations, columns) the sum of squares
+    of each column in each equation.
+    """
+
+    whole: np.ndarray
+    power: np.ndarray
+
+
+@dataclass(frozen=True)
+class Products:
+    """
+    The products of a few columns, block by block: what one fit needs.
+
+    ``parts`` by equation: the places of the columns that move it among the columns asked for, and
+    their products (blocks, n, n). ``family`` and ``fold`` (blocks,) say what each block is of.
+    """
+
+    parts: list[tuple[np.ndarray, np.ndarray]]
+    family: np.ndarray
+    fold: np.ndarray
+    size: int
+
+    def sums(self, weight: np.ndarray) -> Sums:
+        """Return the sums with each group weighed, ``weight`` (equations, families)."""
+        whole = np.zeros((self.size, self.size))
+        power = np.zeros((len(self.parts), self.size))
+        for i, (good, part) in enumerate(self.parts):
+            table = np.tensordot(weight[i, self.family], part, axes=1)
+            whole[np.ix_(good, good)] += table
+            power[i, good] = np.diag(table)
+        return Sums(whole, power)
+
+    def folds(self, weight: np.ndarray) -> np.ndarray:
+        """Return the weighted sums by fold, (FOLDS, columns, columns)."""
+        inside = np.arange(FOLDS)[:, None] == self.fold
+        folds = np.zeros((FOLDS, self.size, self.size))
+        for i, (good, part) in enumerate(self.parts):
+            folds[:, good[:, None], good] += np.tensordot(
+                inside * weight[i, self.family], part, axes=1)
+        return folds
+
+    def drawn(self, times: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Return the weighted sums with each block taken ``times`` (blocks,)."""
+        total = np.zeros((self.size, self.size))
+        for i, (good, part) in enumerate(self.parts):
+            total[np.ix_(good, good)] += np.tensordot(times * weight[i, self.family], part, axes=1)
+        return total
+
+    def errors(self, values: np.ndarray) -> np.ndarray:
+        """Return the squared error by equation and block; ``values`` (columns,), the first 1."""
+        return np.array([np.einsum('bij,i,j->b', part, values[good], values[good])
+                         for good, part in self.parts])
 
 
 @dataclass
@@ -67,14 +126,19 @@ class Regression:
         samples = self.samples
         tables = [samples.base[:, None], self.nuisance.columns,
                   *(one.columns.table for one in self.hypotheses)]
+        firsts = np.cumsum([0, *(table.shape[1] for table in tables[:-1])])
         self.inside, self.products, self.where = [], [], []
         for e in self.equations:
             rows = np.flatnonzero(samples.equation == e)
             rows = rows[np.argsort(samples.block[rows], kind='stable')]
-            part = np.hstack([table[rows] for table in tables])
-            used = np.flatnonzero(np.abs(part).max(axis=0, initial=0.0) > 0.0)
-            used = np.union1d([0], used)
-            part = np.ascontiguousarray(part[:, used])
+            used, several = [], []
+            for table, first in zip(tables, firsts, strict=True):
+                some = table[rows]
+                moved = np.flatnonzero(some.any(axis=0) | (first == 0))
+                used.append(first + moved)
+                several.append(some[:, moved])
+            used, part = np.concatenate(used), np.hstack(several)
+            del several
             edges = np.searchsorted(samples.block[rows], np.arange(self.blocks + 1))
             products = np.zeros((self.blocks, len(used), len(used)))
             for b in range(self.blocks):
@@ -86,10 +150,24 @@ class Regression:
             self.products.append(products)
             self.where.append(where)
 
-    def of_blocks(self, kept: np.ndarray) -> Regression:
-        """Return the regression of some of the blocks, by their numbers."""
-        part = copy(self)
-        part.products = [products[kept] for products in self.products]
+    def narrowed(self, kept: np.ndarray, numbers: Collection[int]) -> Regression:
+        """Return the regression of some of the blocks on some of the hypotheses, by number."""
+        part, chosen = copy(self), sorted(numbers)
+        columns = np.concatenate([np.arange(1 + self.nuisance.columns.shape[1]),
+                                  *(self.members[n] for n in chosen)]).astype(int)
+        part.hypotheses = [self.hypotheses[n] for n in chosen]
+        sizes = np.cumsum([1 + self.nuisance.columns.shape[1],
+                           *(len(self.members[n]) for n in chosen)])
+        part.members = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True)]
+        part.size = len(columns)
+        part.products, part.where, part.inside = [], [], []
+        for products, where in zip(self.products, self.where, strict=True):
+            at = where[columns]
+            good = np.flatnonzero(at >= 0)
+            part.products.append(products[np.ix_(kept, at[good], at[good])])
+            part.inside.append(good)
+            part.where.append(np.full(len(columns), -1))
+            part.where[-1][good] = np.arange(len(good))
         part.family, part.recording = self.family[kept], self.recording[kept]
         part.counts, part.blocks = self.counts[:, kept], len(kept)
         part.fold = np.arange(part.blocks) % FOLDS
@@ -101,42 +179,25 @@ class Regression:
         return np.array([1 + i for i, label in enumerate(self.nuisance.labels)
                          if label.partition(':')[0] not in freed], dtype=int)
 
-    def fold_sums(self, weight: np.ndarray) -> list[np.ndarray]:
-        """Return by equation the weighted sums by fold, (folds, p_e, p_e)."""
-        answer = []
-        for i, products in enumerate(self.products):
-            scaled = weight[i, self.family]
-            answer.append(np.array([np.einsum('b,bij->ij', scaled[self.fold == k],
-                                              products[self.fold == k]) for k in range(FOLDS)]))
-        return answer
-
-    def assembled(self, sums: Sequence[np.ndarray], columns: np.ndarray) -> np.ndarray:
-        """Return the products of some columns, summed over the equations."""
-        total = np.zeros((len(columns), len(columns)))
-        for i, table in enumerate(sums):
-            at = self.where[i][columns]
+    def of(self, columns: np.ndarray) -> Products:
+        """Return the products of a few columns."""
+        parts = []
+        for products, where in zip(self.products, self.where, strict=True):
+            at = where[columns]
             good = np.flatnonzero(at >= 0)
-            inner = at[good]
-            total[np.ix_(good, good)] += table[np.ix_(inner, inner)]
-        return total
+            parts.append((good, products[:, at[good][:, None], at[good]]))
+        return Products(parts, self.family, self.fold, len(columns))
 
-    def errors_of(self, columns: np.ndarray, values: np.ndarray,
-                  blocks: np.ndarray | None = None) -> np.ndarray:
-        """
-        Return the squared error by equation and block, (equations, blocks).
-
-        ``values`` (columns,), that of column 0 being 1.
-        """
-        blocks = np.arange(self.blocks) if blocks is None else blocks
-        answer = np.zeros((len(self.equations), len(blocks)))
+    def sums(self, weight: np.ndarray) -> Sums:
+        """Return the sums over all columns, each group weighed: (equations, families)."""
+        whole = np.zeros((self.size, self.size))
+        power = np.zeros((len(self.products), self.size))
         for i, products in enumerate(self.products):
-            at = self.where[i][columns]
-            good = at >= 0
-            inner, b = at[good], values[good]
-            part = products[np.ix_(blocks, inner, inner)] if len(blocks) < self.blocks else (
-                products[:, inner[:, None], inner])
-            answer[i] = np.einsum('bij,i,j->b', part, b, b)
-        return answer
+            p, at = products.shape[1], self.inside[i]
+            table = (weight[i, self.family] @ products.reshape(self.blocks, p * p)).reshape(p, p)
+            whole[at[:, None], at] += table
+            power[i, at] = np.diag(table)
+        return Sums(whole, power)
 
     def scores_of(self, columns: np.ndarray, values: np.ndarray,
                   wanted: np.ndarray, weight: np.ndarray) -> np.ndarray:

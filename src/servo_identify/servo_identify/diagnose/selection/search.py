@@ -12,7 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..decisions import CALIBRATED, FALSE_ALARM, FORM, WORTH
+from servo_twin.balances.equation_terms import EQUATIONS
+
+from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, FORM, OPEN, WORTH
 from ..mechanisms.hypothesis import UNKNOWN
 from .fits import Choice, Fits, Fitted, SURE
 
@@ -27,28 +29,28 @@ class Search(Fits):
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
-        regression = self.regression
-        sums = [s.sum(axis=0) for s in self.sums(near.weight)]
+        regression, sums = self.regression, self.sums(near.weight)
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
         for number, one in enumerate(regression.hypotheses):
             if one.mechanism.key in taken or (one.path and one.path in paths):
                 continue
+            worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
             for side in range(len(one.bounds())):
                 choice = near.choice.plus(number, side)
                 columns, kept = self.columns_of(choice)
-                gram = regression.assembled(sums, columns)
+                gram = sums.whole[columns[:, None], columns]
                 low, high = self.bounds_of(choice, kept)
-                doubts = self.doubts(near.doubt, self.sums(near.weight), columns)
+                doubts = self.doubts(near.doubt, sums, columns)
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
                 left = float(values @ gram @ values + prior @ values[1:] ** 2)
-                worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
                 found.append((left + worth * np.log(max(2, regression.blocks)), number, side))
-        start = float(near.values @ regression.assembled(sums, near.columns) @ near.values)
-        doubts = self.doubts(near.doubt, self.sums(near.weight), near.columns)
-        room = self.room(self.columns_of(near.choice)[1], len(near.columns) - 1)
+        at = near.columns
+        start = float(near.values @ sums.whole[at[:, None], at] @ near.values)
+        doubts = self.doubts(near.doubt, sums, at)
+        room = self.room(self.columns_of(near.choice)[1], len(at) - 1)
         start += float(SURE**2 * doubts @ (near.values[1:] / room) ** 2)
         return sorted(((start - left, number, side) for left, number, side in found),
                       reverse=True)
@@ -205,10 +207,29 @@ class Search(Fits):
         return counts
 
     def _significant(self, before: Fitted, after: Fitted) -> bool:
-        """Tell whether a gain is more than the best of all hypotheses would have by chance."""
+        """
+        Tell whether a gain is more than the best of all hypotheses would have by chance.
+
+        Where an equation is certainly off, something is there: its first name needs less.
+        """
+        level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
         gain = self.gain(before, after)
         return (after.total < before.total and self._worth(before, after)
-                and gain > self.chance(before, after))
+                and gain > self.chance(before, after, level))
+
+    @property
+    def singles(self) -> list[Fitted]:
+        """The sets of one member that predict better than none, the best first."""
+        several = [one for one in self._known.values()
+                   if len(one.choice.members) == 1 and one.total < self.nothing.total]
+        return sorted(several, key=lambda one: one.total)
+
+    @cached_property
+    def off(self) -> set[str]:
+        """The equations that are off by more than noise and margin can make them."""
+        power = self._power(self.nothing)
+        return {EQUATIONS[e] for e, square in zip(self.regression.equations, power, strict=True)
+                if square > OPEN**2}
 
     def _worth(self, before: Fitted, after: Fitted) -> bool:
         """Tell whether new members close a part of the gap of an equation that is worth naming."""
@@ -235,9 +256,9 @@ class Search(Fits):
                        / np.maximum(self.groups(after.held_out), floor))
         return float(0.5 * (self.sizes * ratio)[acts].sum())
 
-    def chance(self, before: Fitted, after: Fitted) -> float:
+    def chance(self, before: Fitted, after: Fitted, level: float = FALSE_ALARM) -> float:
         """
-        Return the gain that the best hypothesis reaches by chance in one of a hundred rigs, nats.
+        Return the gain that the best hypothesis reaches by chance at a level, nats.
 
         What the larger set leaves has its sign drawn block by block: a pattern of the same
         noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
@@ -245,15 +266,15 @@ class Search(Fits):
         """
         regression = self.regression
         weight = np.where(self.groups(before.held_out) > self.floor(), after.weight, 0.0)
-        sums = [s.sum(axis=0) for s in self.sums(weight)]
+        whole = self.sums(weight).whole
         known = before.columns[1:]
-        known = known[np.diag(regression.assembled(sums, known)) > 0.0]
+        known = known[np.diag(whole)[known] > 0.0]
         several = [np.setdiff1d(members, known) for members in regression.members]
         wanted = np.concatenate([known, *several]).astype(int)
         scores = regression.scores_of(after.columns, after.values, wanted, weight)
         flips = np.random.default_rng(0).choice((-1.0, 1.0), (DRAWS, regression.blocks))
         drawn = flips @ scores
-        gram = regression.assembled(sums, wanted)
+        gram = whole[wanted[:, None], wanted]
         size = len(known)
         inner = gram[:size, :size] + 1e-9 * np.diag(np.maximum(np.diag(gram)[:size], 1e-300))
         across = np.linalg.solve(inner, gram[:size]) if size else np.zeros((0, len(wanted)))
@@ -273,7 +294,7 @@ class Search(Fits):
                                     rcond=APART)
             part = left[:, mine][:, own] / weight
             most = np.maximum(most, 0.5 * np.einsum('di,ij,dj->d', part, scaled, part))
-        return float(np.quantile(most, 1.0 - FALSE_ALARM))
+        return float(np.quantile(most, 1.0 - level))
 
 
 @dataclass(frozen=True)

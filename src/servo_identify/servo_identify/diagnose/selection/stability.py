@@ -19,8 +19,13 @@ PAIRS = 2  # of complementary halves
 
 
 def halves(found: Explained) -> list[set[tuple[str, ...]]]:
-    """Return the keys of the mechanisms that each half of the recordings (or blocks) gives."""
+    """
+    Return the keys of the mechanisms that each half of the recordings (or blocks) gives.
+
+    Each half chooses among the hypotheses that the search on all of them looked at closely.
+    """
     regression, chance = found.search.regression, np.random.default_rng(0)
+    tried = found.search.tried
     number = len(np.unique(regression.recording))
     answers = []
     for _ in range(PAIRS):
@@ -34,8 +39,9 @@ def halves(found: Explained) -> list[set[tuple[str, ...]]]:
             kept = np.flatnonzero(part)
             if len(kept) < 8:
                 continue
-            best = Search(regression.of_blocks(kept)).explain().smallest
-            answers.append({found.hypotheses[n].mechanism.key for n in best.choice.numbers})
+            half = regression.narrowed(kept, tried)
+            best = Search(half).explain().smallest
+            answers.append({half.hypotheses[n].mechanism.key for n in best.choice.numbers})
     return answers
 
 

@@ -12,8 +12,8 @@ import sys
 from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
 
-from ...commands.diagnose import write
 from ...diagnose.diagnose import diagnose
+from ...diagnose.diagnosis_files import write_diagnosis
 from ...diagnose.stages import STAGES
 from .job_process import report
 
@@ -27,7 +27,7 @@ def main(arguments: list[str]) -> int:
         output.mkdir(parents=True, exist_ok=True)
         _told('reading', 0.0)
         found = diagnose([read_recording(bag) for bag in bags], servo, tick=_told)
-        write(found, Path(path).read_text(), servo, output)
+        write_diagnosis(found, Path(path).read_text(), servo, output)
     except (ValueError, OSError) as problem:
         print(problem, flush=True)
         return 2

@@ -24,7 +24,7 @@ from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from ...commands.fit import LEARNED, write
+from ...fit.fit_choices import LEARNED
 from ...fit.output_error import fit, Progress
 from .compare_job import judge
 from .job_process import report
@@ -80,7 +80,7 @@ def main(arguments: list[str]) -> int:
         if learned:
             report(stage='judging', progress=0.95)
             losses = _losses(before, servo, recordings)
-        write(servo, Path(spec['output']))
+        servo_file.save(servo, Path(spec['output']))
     except (ValueError, OSError) as problem:
         print(problem, flush=True)
         return 2

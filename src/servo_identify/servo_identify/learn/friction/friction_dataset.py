@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .friction_features import FEATURES
 from .friction_samples import FrictionSamples
 
 SEQUENCE = 20  # samples a window, paper 003 table 1
-FEATURES = ('speed', 'acceleration', 'current')
 FEW = 3  # reversals of a run up to which each direction is split by itself
 FAST = 0.8  # samples above this share of the top speed are kept to test extrapolation
 

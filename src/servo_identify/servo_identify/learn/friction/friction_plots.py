@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .friction_dataset import Dataset
-from .learners.learner import Model
+from .learners.friction_learner import Model
 from .servo_friction import LearnedFriction
 
 

@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 
-from .error_scores import Scores, scores_of
+from ..error_scores import Scores, scores_of
 from .friction_dataset import Dataset
 from .learners import learner
-from .learners.learner import Model
+from .learners.friction_learner import Model
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from servo_twin.physics.servo import Placed, Provenance, Servo
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
-from .error_scores import Scores, scores_of
+from ..error_scores import Scores, scores_of
 from .friction_network import Network, trained
 from .friction_samples import BRISTLES, friction_of
 from .load_share import load_share, LoadShare, with_load_share

@@ -20,8 +20,8 @@ from servo_twin.recording.joined_samples import reference_of
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
+from ..error_scores import Scores, scores_of
 from ..free_run import rolled
-from ..friction.error_scores import Scores, scores_of
 from ..friction.friction_network import Network, trained
 
 HIDDEN = 10  # nodes, paper 001 eq. 22

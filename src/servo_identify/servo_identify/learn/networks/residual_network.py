@@ -26,7 +26,7 @@ from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
 from ...fit.segments import smoothed
-from ..friction.error_scores import Scores, scores_of
+from ..error_scores import Scores, scores_of
 from ..friction.friction_network import Network, trained
 
 HIDDEN = 10  # nodes, paper 001 eq. 22

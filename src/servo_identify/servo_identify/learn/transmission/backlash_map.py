@@ -19,7 +19,7 @@ from servo_twin.physics.servo import Placed, Provenance, Servo
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
-from ..friction.error_scores import Scores, scores_of
+from ..error_scores import Scores, scores_of
 from ..friction.friction_network import Network, trained
 from .order_spectrum import amplitudes, dominant, rebuilt
 from .transmission_harmonics import ARCMIN, gap_takes_low_orders, LOW

@@ -13,7 +13,7 @@ from servo_twin.physics.servo import Placed, Provenance, Servo
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
-from ..friction.error_scores import Scores, scores_of
+from ..error_scores import Scores, scores_of
 from .order_spectrum import amplitudes, dominant, invariance, rebuilt
 from .turn_passes import Pass, passes_of
 

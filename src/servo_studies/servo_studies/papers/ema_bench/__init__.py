@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.commands.fit import write
 from servo_identify.learn.transmission.two_way_backlash import measured_play, with_curve
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
@@ -45,7 +44,7 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
     learned = ema_recordings.learned()
     servo, std = identified(curved, learned, ema_recordings.recorded(learned, folder / 'learned',
                                                            part(0.1, 0.15)), part(0.15, 0.3))
-    write(servo, work / 'ema_bench.yaml')
+    servo_file.save(servo, work / 'ema_bench.yaml')
     grid = ema_recordings.grid()
     first = ema_recordings.recorded(grid, folder / 'grid', part(0.3, 0.5))
     others = [ema_recordings.recorded(ema_recordings.grid(replicate=k), folder / 'grid',

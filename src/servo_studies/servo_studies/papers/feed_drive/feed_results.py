@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.commands.fit import write
 from servo_identify.experiment import setpoint_profiles
 from servo_identify.experiment.procedures import Run
 from servo_identify.learn.free_run import rolled
@@ -91,7 +90,7 @@ def make(work: Path, pictured: Path, told: Told) -> dict:
         learned[axis] = learned_deviation(analytical, recordings[axis]['training'])
         models[axis] = {'analytical': analytical,
                         'hybrid': with_deviation(analytical, learned[axis])}
-        write(models[axis]['hybrid'], work / f'{name}_hybrid.yaml')
+        servo_file.save(models[axis]['hybrid'], work / f'{name}_hybrid.yaml')
     told('judging', 0.6)
     found = {'axes': {}, 'trained': list(TRAINED), 'turns': list(TURNS)}
     for axis in AXES:

@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_identify.learn.free_run import FreeRun
 from servo_identify.learn.friction.friction_dataset import Dataset
-from servo_identify.learn.friction.learners.learner import Model
+from servo_identify.learn.friction.learners.friction_learner import Model
 
 from ..results_plots import panels
 

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.commands.fit import write
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.experiment.procedures import Choices, PROCEDURES
-from servo_identify.fit import fit
+from servo_identify.fit.output_error import fit
 from servo_identify.learn.free_run import free_runs
 from servo_identify.learn.friction.friction_dataset import Dataset, dataset_of
 from servo_identify.learn.friction.friction_samples import friction_of
@@ -84,7 +83,7 @@ def twin_figures(servo: Servo, augmented: Servo, recordings: Mapping[str, list[R
                  pictured: Path, work: Path) -> dict:
     """Return R (paper 000 eq. 13) of free runs over unseen recordings, and what was fitted."""
     estimate = fit(servo, recordings['training'], FREE)
-    write(estimate.servo, work / f'{SERVO}_fitted.yaml')
+    servo_file.save(estimate.servo, work / f'{SERVO}_fitted.yaml')
     unseen = recordings['unseen']
     runs = {name: free_runs(one, unseen) for name, one in (
         ('data sheet', servo), ('fitted', estimate.servo), ('augmented', augmented))}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import degrees
 
-from servo_identify.commands.harmonic_drives import LINEAR
+from servo_identify.jobs.harmonic_drive_ranking import LINEAR
 
 from ..markdown_tables import table
 from .pan_tilt_recordings import SINE, STEP, TONE

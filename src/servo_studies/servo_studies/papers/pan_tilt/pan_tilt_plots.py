@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.commands.harmonic_drives import LINEAR, Ranked
+from servo_identify.jobs.harmonic_drive_ranking import LINEAR, Ranked
 from servo_identify.learn.free_run import EDGE, free_runs, FreeRun
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.commands.fit import write
-from servo_identify.commands.harmonic_drives import LINEAR, Ranked, ranked
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.jobs.harmonic_drive_ranking import LINEAR, Ranked, ranked
 from servo_identify.learn.free_run import EDGE, free_runs, speed_of
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
@@ -42,7 +41,7 @@ def make(work: Path, pictured: Path, told: Told) -> dict:
     by_name = {one.name: one for one in order}
     best = next(one for one in order if one.name != LINEAR)
     for one in order:
-        write(one.servo, work / f'{AZIMUTH}_{one.name}.yaml')
+        servo_file.save(one.servo, work / f'{AZIMUTH}_{one.name}.yaml')
     told('diagnosing the best', 0.7)
     found = {'ranking': [_row(one) for one in order], 'best': best.title,
              'diagnosis': _diagnosed(best.servo, sets)}

@@ -12,12 +12,11 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..joint import Joint, ModelError
+from ..joint import GRAVITY, Joint, ModelError
 from ..mujoco_model import compiled_text
 from .mujoco_joint import joint_of
 
 _MOVING = ('revolute', 'continuous', 'prismatic')
-GRAVITY = 9.81  # m/s2, as MuJoCo takes it for a URDF file, which says nothing of it
 
 
 def joint_of_urdf(path: Path | str, name: str, at: Mapping[str, float] | None = None,

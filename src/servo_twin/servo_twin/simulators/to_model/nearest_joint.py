@@ -16,7 +16,6 @@ from ..runs.twin_run import twin_run
 from .as_joint import joint_of_servo, Lost
 from .nearest_friction import friction_at_rest, lossy, nearest_friction
 
-FORMATS = ('mjcf', 'urdf', 'isaac')
 _LOAD = OUTPUTS.index('load_position')
 _BESIDE = {  # field: what it is, for formats that do not hold it
     'stiffness': 'spring at the load', 'lag': 'lag of the command',

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot, sqrt
 
-from ..joint import Joint, ModelError
+from ..joint import GRAVITY, Joint, ModelError
 
-GRAVITY = 9.81  # m/s2, along -z
 _LEVER = 0.1  # m, at which a link carries its mass where nothing says how much it is
 
 

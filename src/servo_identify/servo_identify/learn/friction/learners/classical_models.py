@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ..friction_dataset import Dataset
-from .learner import Model, Told
+from .friction_learner import Model, Told
 
 SUBSTEPS = 20  # of the bristle between two samples
 

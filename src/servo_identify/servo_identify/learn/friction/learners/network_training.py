@@ -14,7 +14,7 @@ import numpy as np
 
 from ..friction_dataset import Dataset, SEQUENCE
 from . import compiled_networks
-from .learner import Model, Told
+from .friction_learner import Model, Told
 
 EPOCHS, PATIENCE, RATE, HIDDEN, HEADS = 150, 12, 1e-3, 64, 2
 BATCH = 256  # paper: 64; four times as many rows a step train to the same loss in a third

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..friction_dataset import Dataset
 from . import compiled_networks
-from .learner import Model, Told
+from .friction_learner import Model, Told
 from .network_training import scaling, train
 
 DRIVES, SAYS = 10.0, 0.02  # weights of the two penalties

@@ -6,7 +6,7 @@ from numba import njit
 import numpy as np
 
 from ..friction_dataset import Dataset
-from .learner import Model, Told
+from .friction_learner import Model, Told
 
 TERMS = ('sgn(w)', 'w', 'w |w|', 'w^3', 'sgn(w) exp(-(w/w1)^2)', 'sgn(w) exp(-(w/w2)^2)',
          'tanh(w/w3)', 'a', 'a |w|', 'i', 'i |w|', '|i| sgn(w)', '1')

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from datetime import datetime, UTC
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
+from servo_twin.recording.recording import Recording
 
-from ..diagnose import Diagnosis
+from ..answer.evidence import Evidence, Finding
+from ..diagnosis import Diagnosis
 from ..handover.output_error import simulated
 
 MOST = 4000  # samples of a series
 SHOWN = 6  # recordings of a page beside those of the report
 
 
-def document_of(diagnosis: Diagnosis, patch: str = '', command: str = '') -> dict:
+def document_of(diagnosis: Diagnosis, patch: str = '', command: str = '') -> dict[str, Any]:
     """Return the document of a diagnosis, plain JSON: see diagnose/page."""
     evidence = diagnosis.evidence
     report = diagnosis.report.as_dict()
@@ -42,7 +45,7 @@ def _version() -> str:
         return ''
 
 
-def _series(diagnosis: Diagnosis) -> list[dict]:
+def _series(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     evidence, several = diagnosis.evidence, []
     split, reported = evidence.split, evidence.reported
     given, patch = reported['given'].outputs, reported['patch'].outputs
@@ -61,7 +64,8 @@ def _series(diagnosis: Diagnosis) -> list[dict]:
     return several
 
 
-def _serie(evidence, recording, purpose: str, given: dict, patch: dict) -> dict:
+def _serie(evidence: Evidence, recording: Recording, purpose: str, given: dict[str, Any],
+           patch: dict[str, Any]) -> dict[str, Any]:
     step = max(1, -(-len(recording) // MOST))
     channels = {}
     for name, twin in given.items():
@@ -78,11 +82,11 @@ def _serie(evidence, recording, purpose: str, given: dict, patch: dict) -> dict:
             'channels': channels}
 
 
-def _listed(x: np.ndarray, step: int) -> list:
+def _listed(x: np.ndarray, step: int) -> list[Any]:
     return [None if v != v else v for v in np.asarray(x, dtype=float)[::step].tolist()]
 
 
-def _equations(evidence) -> list[dict]:
+def _equations(evidence: Evidence) -> list[dict[str, Any]]:
     """Return the residuals of the equations before and after, in their units."""
     samples, found = evidence.found.samples, evidence.found
     fit, nothing = found.explanation.smallest, found.search.nothing
@@ -114,11 +118,11 @@ def _equations(evidence) -> list[dict]:
     return several
 
 
-def _points(evidence, one) -> dict:
+def _points(evidence: Evidence, one: Finding) -> dict[str, Any]:
     """Return measured points under a curve: the curve's value plus what is left, binned by it."""
     curve = one.part.curve
     return {} if curve is None else {'x': curve.x.tolist(), 'y': curve.y.tolist()}
 
 
-def _rounded(matrix: np.ndarray) -> list[list]:
+def _rounded(matrix: np.ndarray) -> list[list[Any]]:
     return [[None if v != v else round(float(v), 4) for v in row] for row in matrix]

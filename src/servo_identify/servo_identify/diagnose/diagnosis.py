@@ -1,0 +1,20 @@
+"""What a diagnosis gives: the report, the servo files to hand over, and the evidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from servo_twin.physics.servo import Servo
+
+from .answer.evidence import Evidence
+from .answer.report import GapReport
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The report, the servo file to hand over (with values moved, ``refit``), the evidence."""
+
+    report: GapReport
+    augmented: Servo
+    refit: Servo
+    evidence: Evidence

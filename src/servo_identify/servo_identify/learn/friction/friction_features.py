@@ -1,0 +1,3 @@
+"""What the learners of friction see of each sample."""
+
+FEATURES = ('speed', 'acceleration', 'current')
