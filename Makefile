@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup training run demo test fast coverage checks types fuzz lint blind-check results clean
+.PHONY: help setup training run demo test fast coverage bench checks types fuzz lint blind-check results clean
 
 WITH_ENV := . ./env.sh &&
 DATA ?= $(wildcard ../shared/data)
@@ -35,7 +35,7 @@ checks: lint types  ## check style, words, links, imports, packages, security an
 types: setup  ## check the types of the physics and of the front door
 	@$(WITH_ENV) mypy
 
-coverage: setup  ## run the fast tests and say which lines none of them ran; fails below the floor
+coverage: setup  ## run the fast tests and say which lines none of them ran
 	@rm -rf log/coverage && mkdir -p log/coverage
 	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not ros' $(ARGS)
 	@$(WITH_ENV) coverage combine -q && coverage report
@@ -45,6 +45,11 @@ fuzz: setup  ## try spoilt servo files, mappings and tables for some minutes; ne
 
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools
+
+BENCHES = start step bag replay fit diagnose libraries chain
+bench: setup  ## what users feel, each beside its reference: start, step, bag, replay, fit, diagnosis, chain
+	@$(WITH_ENV) for one in $(BENCHES); do \
+	    echo "== bench_$$one.py"; python tests/benchmarks/bench_$$one.py || exit 1; done
 
 blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
 	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)

@@ -9,6 +9,7 @@ NAME = 'servo_rig_driver'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
     'canopen',
+    'cantools',
     'numba',
     'numpy>=1.26.4',
     'python-can',
@@ -44,7 +45,7 @@ setup(
     maintainer='Servo twin maintainers',
     maintainer_email='maintainers@servo-twin.org',
     packages=find_packages(exclude=['tests']),
-    package_data={'servo_rig_driver': ['**/*.eds', '**/*.yaml']},
+    package_data={'servo_rig_driver': ['**/*.eds', '**/*.dbc', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

@@ -3,6 +3,7 @@ The live chain, rig - driver - twin - recorder, as processes: loss, latency and 
 
     python tests/benchmarks/bench_chain.py                          1 kHz, one a message, 60 s
     python tests/benchmarks/bench_chain.py --rate 4000 --block 20
+    python tests/benchmarks/bench_chain.py --driver moteus          a shipped drive, at its rate
     python tests/benchmarks/bench_chain.py --busy 6                 the machine loaded on purpose
 
 With --busy so many processes take the cores for the middle half of the time. What the twin says
@@ -32,11 +33,13 @@ import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.task import Future
 from rosbags.highlevel import AnyReader
+import yaml
 
 from servo_twin.bag.message_definitions import own_types
 from servo_twin.balances.residual_filters import WINDOW
 from servo_twin_msgs.msg import Command
 
+CONFIG = ROOT / 'config'
 REFERENCE = ('DESIGN.md, 1 kHz, one a message, driver - twin - sink: 0 of 20 000 lost, 506 us '
              'median, 2051 us p99, CPU 18 / 28 / 14 %')
 SIZES = {'encoder': 'load_position', 'torque': 'torque', 'current': 'current',
@@ -46,22 +49,38 @@ RIG = ('encoder', 'torque', 'current')
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    parser.add_argument('--rate', type=float, default=1000.0, help='samples a second')
+    parser.add_argument('--rate', type=float, help='samples a second (default: that of the drive)')
     parser.add_argument('--block', type=int, default=1, help='samples a message')
     parser.add_argument('--seconds', type=float, default=60.0)
     parser.add_argument('--mode', default='measured_input')
     parser.add_argument('--busy', type=int, default=0, help='processes that only take the cores')
-    parser.add_argument('--rig', default=str(ROOT / 'config' / 'rigs' / 'rv_bench.yaml'))
+    parser.add_argument('--driver', metavar='NAME', help='a drive of config/drivers')
+    parser.add_argument('--rig', help='rig file (default: that of the drive, else rv_bench)')
     asked = parser.parse_args()
+    asked.files = drive_files(asked.driver)
+    asked.rig = asked.rig or str(CONFIG / 'rigs' / f'{asked.driver or "rv_bench"}.yaml')
+    asked.rate = asked.rate or rate_of(asked.files[-1])
     with tempfile.TemporaryDirectory() as folder:
         shares = run(asked, Path(folder))
         return report(asked, Path(folder) / 'bag', shares)
 
 
+def drive_files(name: str | None) -> list[Path]:
+    """Return the parameter files of a driver, the later ones on top."""
+    return [CONFIG / 'driver.yaml', *([CONFIG / 'drivers' / f'{name}.yaml'] if name else [])]
+
+
+def rate_of(file: Path) -> float:
+    """Return the samples a second that a driver's file asks for."""
+    content = yaml.safe_load(file.read_text())['/**/driver']['ros__parameters']
+    return 1.0 / content.get('sync_period', 1e-3)
+
+
 def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
     """Run the chain and return the CPU share of each process."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    channel, servo = str(folder / 'rig.can'), str(ROOT / 'config' / 'servos' / 'rv_bench.yaml')
+    channel = str(folder / 'rig.can')
+    servo = str(CONFIG / 'servos' / f'{asked.driver or "rv_bench"}.yaml')
     spaced = ('--ros-args', '-r', '__ns:=/bench')
     rclpy.init()
     node = rclpy.create_node('operator', namespace='bench')
@@ -91,7 +110,7 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
     running = {
         'hub': start('servo_rig_driver.can_bus.can_hub', channel),
         'rig': start('servo_rig_driver.emulated.rig_process', '--rig', asked.rig, '--channel',
-                     channel),
+                     channel, '--driver', str(asked.files[-1]), '--period', str(1 / asked.rate)),
         'recorder': start('servo_rig_driver.record.recorder_node', *spaced, '-p',
                           f'output:={folder}/bag',
                           '-p', f'servo_file:={servo}'),
@@ -102,10 +121,11 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
         wait(2)
         spin(1.0)
         running['driver'] = start(
-            'servo_rig_driver.driver.driver_node', *spaced, '--params-file',
-            str(ROOT / 'config/driver.yaml'),
-            '-p', f'bus.channel:={channel}', '-p', f'sync_period:={1 / asked.rate}', '-p',
-            f'block_size:={asked.block}', '-p', 'autostart:=true')
+            'servo_rig_driver.driver.driver_node', *spaced,
+            *(word for file in asked.files for word in ('--params-file', str(file))),
+            '-p', 'autostart:=true', '-p', f'bus.channel:={channel}',
+            '-p', f'sync_period:={1 / asked.rate}', '-p',
+            f'block_size:={asked.block}')
         spin(5.0)
         before = {name: cpu_seconds(process.pid) for name, process in running.items()}
         begun = monotonic()
@@ -170,8 +190,8 @@ def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> in
             last = stamp.sec * 10**9 + stamp.nanosec + round((size - 1) * 1e9 / asked.rate)
             spans[topic].append((message.sequence, size))
             late[topic].append((taken - last) * 1e-3)
-    print(f'{asked.rate:g} Hz, {asked.block} a message, {asked.seconds:g} s, {os.cpu_count()} '
-          f'cores, load {os.getloadavg()[0]:.1f}')
+    print(f'{asked.driver or "canopen"}, {asked.rate:g} Hz, {asked.block} a message, '
+          f'{asked.seconds:g} s, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}')
     lost, numbers = {}, {}
     for topic, found in spans.items():
         numbers[topic] = np.concatenate([np.arange(s, s + n) for s, n in found])

@@ -10,9 +10,10 @@ from time import process_time
 import numpy as np
 from scipy.interpolate import BSpline
 from scipy.optimize import lsq_linear
+from scipy.signal import lombscargle
 from scipy.stats import bootstrap
 
-from servo_identify.diagnose.mechanisms.orders import hats
+from servo_identify.diagnose.mechanisms.orders import _periodogram, hats
 from servo_identify.diagnose.selection.bounded_least_squares import bounded
 from servo_twin.pages.svg_charts import line_chart
 
@@ -80,6 +81,22 @@ def resampled_blocks() -> None:
          np.abs(by_hand() - scipys()).max())
 
 
+def spectrum_of_orders() -> None:
+    """120 orders of 20 000 samples, each sample with a weight: recurrence, or scipy's sums."""
+    chance = np.random.default_rng(0)
+    angle, orders = np.sort(chance.uniform(0.0, 30.0, 20_000)), np.arange(1, 121)
+    factor = chance.uniform(0.5, 1.0, 20_000) * chance.choice((-1.0, 1.0), 20_000)
+    target = factor * np.cos(7.0 * angle) + chance.normal(size=20_000)
+
+    def scipys():
+        return lombscargle(angle, target / factor, orders.astype(float), weights=factor**2)
+
+    own = _periodogram(angle, target, factor, orders)
+    told('spectrum of orders (Lomb-Scargle)',
+         lambda: _periodogram(angle, target, factor, orders), 'scipy.signal.lombscargle', scipys,
+         np.abs(own / own.max() - scipys() / scipys().max()).max())
+
+
 def charts() -> None:
     """Two curves of 100 000 samples as SVG."""
     from matplotlib.figure import Figure
@@ -111,4 +128,5 @@ if __name__ == '__main__':
         bounded_least_squares(size)
     hat_functions()
     resampled_blocks()
+    spectrum_of_orders()
     charts()

@@ -10,7 +10,8 @@ import pytest
 
 SOURCES = Path(__file__).resolve().parents[2] / 'src'
 PACKAGES = sorted(path.parent.name for path in SOURCES.glob('*/setup.py'))
-KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip', 'jinja2': 'python3-jinja2',
+KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip',
+        'cantools': 'python3-cantools-pip', 'jinja2': 'python3-jinja2',
         'matplotlib': 'python3-matplotlib', 'mujoco': 'python3-mujoco-pip',
         'numba': 'python3-numba', 'numpy': 'python3-numpy', 'rich': 'python3-rich',
         'rosbags': 'python3-rosbags-pip', 'ruamel': 'python3-ruamel.yaml',

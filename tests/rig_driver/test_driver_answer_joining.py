@@ -67,3 +67,14 @@ def test_it_counts_answers_that_nobody_asked_for():
     assert join.answer(0, 'y', 1) == (0, ['y'])
     assert join.answer(0, 'y', None) is None
     assert join.unasked == 2
+
+
+def test_a_drive_asked_by_frames_of_its_own_answers_the_oldest_request_first():
+    join = SampleJoiner(1, in_order=True)
+    for number in (3, 4, 5):
+        join.ask(number)
+    assert join.answer(0, 'a', None) == (3, ['a'])
+    join.give_up()
+    assert join.answer(0, 'b', None) == (5, ['b'])
+    assert join.answer(0, 'c', None) is None
+    assert (join.lost, join.unasked) == (1, 1)

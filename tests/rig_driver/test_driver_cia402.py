@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from servo_rig_driver.devices.cia402 import Controlword, drive_state, DriveMaster, DriveState
+from servo_rig_driver.devices.cia402 import Controlword, controlword, drive_state
+from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
 
 STATUSWORDS = {
     0x0000: DriveState.NOT_READY,
@@ -50,10 +51,15 @@ class Drive:
         return self.word
 
 
+def answer(master: DriveMaster, word: int, now: float) -> Controlword:
+    state = drive_state(word)
+    return controlword(master.step(state, now), state)
+
+
 def lead(master: DriveMaster, drive: Drive, steps: int, start: float = 0.0) -> list[int]:
     sent = []
     for k in range(steps):
-        sent.append(int(master.step(drive.word, start + 1e-3 * k)))
+        sent.append(int(answer(master, drive.word, start + 1e-3 * k)))
         drive.take(sent[-1])
     return sent
 
@@ -136,7 +142,7 @@ def test_it_never_enables_operation_but_from_switched_on_or_enabled(words, enabl
     master.enable = enable
     for word, pause in words:
         now += pause
-        control = master.step(word, now)
+        control = answer(master, word, now)
         if control == Controlword.ENABLE_OPERATION:
             assert enable
             assert drive_state(word) in (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED)

@@ -12,8 +12,8 @@ import pytest
 from scripted_rig import ENABLED, ScriptedRig
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
-from servo_rig_driver.devices.canopen_rig import RigFrames
-from servo_rig_driver.devices.cia402 import DriveMaster
+from servo_rig_driver.devices.canopen_device import CanopenDevice
+from servo_rig_driver.devices.drive_master import DriveMaster
 from servo_rig_driver.devices.pdo_table import load_frames
 from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import ForeignDriver, LinkSettings, RigLink
@@ -35,11 +35,12 @@ class Linked:
     def __init__(self, channel: str, late_limit: float = 10.0, priority: int = 0,
                  listen_time: float = 0.1) -> None:
         self.health = RigHealth()
-        frames = RigFrames(load_frames())
+        table = load_frames()
         self.player = SetpointPlayer(0.1, Limits(10.0, 5.0, 2.0, -6.3, 6.3, 1000.0))
-        watch = RigWatch(frames, self.health, 10.0)
-        sampler = Sampler(frames, self.player, DriveMaster(pause=0.05), watch, self.health)
-        settings = LinkSettings(PERIOD, 7, late_limit, listen_time, 0.3, 127, priority)
+        watch = RigWatch({number: name for name, number in table.ids.items()}, self.health, 10.0)
+        device = CanopenDevice(table, watch, PERIOD, 0.3, 127)
+        sampler = Sampler(device, self.player, DriveMaster(pause=0.05), watch, self.health)
+        settings = LinkSettings(PERIOD, 7, late_limit, listen_time, 0.3, priority)
         self.blocks = []
         self.link = RigLink(settings, sampler, watch, self.health,
                             lambda: Wire(open_bus(BusSettings('virtual', channel))),

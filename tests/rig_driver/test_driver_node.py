@@ -201,8 +201,7 @@ def test_it_resets_a_fault_of_the_drive_and_goes_on_sampling(bench):
         mark = len(bench.rig.taken)
         bench.rig.stubborn = True
         bench.rig.fail(0x2310)
-        status = bench.ears.hears('drive', 'drive (node 1) reports emergency 0x2310 '
-                                  '(continuous over-current at the output)', 2)
+        status = bench.ears.hears('drive', 'drive (node 1) reports emergency 0x2310', 2)
         assert 'since 20' in status.message
         bench.ears.hears('drive', 'the drive is in fault', 2)
         bench.rig.stubborn = False

@@ -221,7 +221,7 @@ def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(bench):
     channel, _ = bench
     second = subprocess.run([*EMULATOR, channel], capture_output=True, text=True, timeout=60)
     assert second.returncode == 1
-    assert 'another ' in second.stderr and 'with node id' in second.stderr
+    assert 'another drive speaks under 0x701' in second.stderr
 
 
 def test_two_nodes_of_one_id_are_named_and_nothing_is_switched_on_or_tried_again(tmp_path):

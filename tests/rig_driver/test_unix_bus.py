@@ -174,8 +174,14 @@ def test_python_can_messages_keep_identifier_flags_and_data(hub, path):
     message = other.recv(5.0)
     assert (message.arbitration_id, message.is_extended_id, bytes(message.data)) == (
         0x18FF, True, b'12345678')
-    with pytest.raises(ValueError, match='CAN FD'):
-        one.send(can.Message(arbitration_id=1, is_fd=True, data=bytes(12)))
+    one.send(can.Message(arbitration_id=0x8001, data=bytes(range(48)), is_fd=True))
+    one.send(can.Message(arbitration_id=0x29, is_extended_id=False, is_remote_frame=True))
+    watching = UnixBus(path)
+    one.send(can.Message(arbitration_id=0x18001, data=bytes(range(48)), is_fd=True))
+    heard = watching.recv(5.0)
+    assert (heard.is_fd, heard.bitrate_switch, heard.arbitration_id, bytes(heard.data)) == (
+        True, True, 0x18001, bytes(range(48)))
+    watching.shutdown()
     one.shutdown()
     other.shutdown()
 
@@ -186,18 +192,39 @@ def test_packets_return_the_frames_they_were_made_of(frames):
     assert can_frames.from_bytes(b''.join(can_frames.to_bytes(*f) for f in frames)) == frames
 
 
-@given(st.binary(max_size=100))
+@given(st.lists(st.tuples(st.integers(0, can_frames.EXTENDED_MASK),
+                          st.sampled_from(can_frames.FD_SIZES)), min_size=1, max_size=56))
+def test_packets_of_can_fd_return_the_frames_they_were_made_of(frames):
+    frames = [(number | can_frames.FD | can_frames.EXTENDED, bytes([size] * size))
+              for number, size in frames]
+    assert can_frames.from_bytes(b''.join(can_frames.to_bytes(*f) for f in frames)) == frames
+
+
+@given(st.binary(max_size=150))
 def test_any_bytes_are_frames_or_refused(packet):
     try:
         frames = can_frames.from_bytes(packet)
     except can_frames.BadFrame:
         return
-    assert len(frames) * can_frames.LAYOUT.size == len(packet)
+    assert len(packet) == sum(
+        (can_frames.FD_LAYOUT if identifier & can_frames.FD else can_frames.LAYOUT).size
+        for identifier, _ in frames)
+
+
+def test_frames_of_both_kinds_cross_in_their_order(hub, path):
+    one, other = Wire(opened(path)), Wire(opened(path))
+    sent = [(0x123, b'a'), (0x8001 | can_frames.EXTENDED | can_frames.FD, bytes(64)),
+            (0x29 | can_frames.REMOTE, b''), (0x12, b'b')]
+    one.send(sent)
+    assert gather(other, 4) == sent
+    for wire in (one, other):
+        wire.bus.shutdown()
 
 
 def test_too_much_data_for_a_frame_is_refused():
-    with pytest.raises(can_frames.BadFrame, match='9 data bytes'):
-        can_frames.to_bytes(0x123, bytes(9))
+    for identifier in (0x123, 0x123 | can_frames.FD):
+        with pytest.raises(can_frames.BadFrame, match='9 data bytes'):
+            can_frames.to_bytes(identifier, bytes(9))
 
 
 @pytest.mark.parametrize('section, words', [

@@ -40,15 +40,20 @@ def wait_for(condition: Callable[[], Any], what: str, patience: float = PATIENCE
 
 
 class DriverProcess:
-    """The driver with the shipped parameters, and others on top of them, in a namespace."""
+    """
+    The driver with the shipped parameters, and others on top of them, in a namespace.
 
-    def __init__(self, namespace: str, **values: Any) -> None:
+    ``file`` is the driver file of a shipped drive, on top of driver.yaml.
+    """
+
+    def __init__(self, namespace: str, file: Path | None = None, **values: Any) -> None:
         values = {'autostart': 'true', **values}
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_rig_driver.driver.driver_node', '--ros-args',
              '--params-file',
-             str(CONFIG), '-r', f'__ns:=/{namespace}',
+             str(CONFIG), *(['--params-file', str(file)] if file else []),
+             '-r', f'__ns:=/{namespace}',
              *[word for parameter in told for word in ('-p', parameter)]],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ))
 

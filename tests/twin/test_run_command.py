@@ -54,6 +54,18 @@ def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     assert children_of(folder) == []
 
 
+def test_it_drives_a_drive_that_people_own_by_its_name_alone(tmp_path):
+    folder = tmp_path / 'bench'
+    done = subprocess.run(run_command(folder, '--driver', 'moteus', '--duration', 2),
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert 'replay and live run are identical to the last bit' in done.stdout
+    recording = read_recording(folder / 'sine')
+    assert recording.servo == 'moteus'
+    assert np.nanmax(abs(recording['motor_position'])) > 0.5
+    assert children_of(folder) == []
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
 def test_it_leaves_no_process_behind_when_it_is_interrupted(tmp_path, number):
     folder = tmp_path / 'bench'

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import can
 
-from .unix_bus import UnixBus
+from .unix_bus import from_message, to_message, UnixBus
 
 INTERFACES = ('unix_bus', 'virtual', 'socketcan')
 
@@ -24,11 +24,16 @@ class BusError(ValueError):
 
 @dataclass(frozen=True)
 class BusSettings:
-    """Which bus: python-can's interface, its channel, and the bitrate in bit/s for socketcan."""
+    """
+    Which bus: python-can's interface, its channel, and the bitrate in bit/s for socketcan.
+
+    ``fd`` opens it for CAN FD; the rate of the data is that of the device (`ip link`).
+    """
 
     interface: str = 'unix_bus'
     channel: str = '/tmp/servo_rig.can'  # noqa: S108  (a hub of another user is refused)
     bitrate: int = 1_000_000
+    fd: bool = False
 
     def __post_init__(self) -> None:
         """Raise BusError for an unknown interface, an empty channel or an impossible bitrate."""
@@ -63,7 +68,7 @@ def open_bus(settings: BusSettings, wait: float = 2.0) -> can.BusABC:
         if settings.interface == 'unix_bus':  # needs no entry point, as in a source tree
             return UnixBus(settings.channel, wait=wait)
         return can.Bus(interface=settings.interface, channel=settings.channel,
-                       bitrate=settings.bitrate)
+                       bitrate=settings.bitrate, fd=settings.fd)
     except (OSError, can.CanError) as error:
         raise can.CanInitializationError(
             f'cannot open {settings.interface} {settings.channel}: {error}') from error
@@ -73,8 +78,8 @@ class Wire:
     """
     Frames as (identifier, data) over any python-can bus, without its messages where it can.
 
-    Raises can.CanError when the bus is gone. Standard data frames only: what else comes is left
-    out of recv().
+    Raises can.CanError when the bus is gone. Identifiers carry the flags of unix_frames.py, so a
+    standard data frame is its bare identifier; error frames are left out of recv().
     """
 
     def __init__(self, bus: can.BusABC) -> None:
@@ -87,14 +92,11 @@ class Wire:
             self.bus.send_frames(frames)
             return
         for identifier, data in frames:
-            self.bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+            self.bus.send(to_message(identifier, data))
 
     def recv(self, timeout: float | None = None) -> list[tuple[int, bytes]]:
         """Return the frames that came next, or [] when none came within ``timeout`` seconds."""
         if self._packed:
-            return [frame for frame in self.bus.recv_frames(timeout) if frame[0] <= 0x7FF]
+            return self.bus.recv_frames(timeout)
         message = self.bus.recv(timeout)
-        if message is None or message.is_extended_id or message.is_remote_frame \
-                or message.is_error_frame:
-            return []
-        return [(message.arbitration_id, bytes(message.data))]
+        return [] if message is None or message.is_error_frame else [from_message(message)]

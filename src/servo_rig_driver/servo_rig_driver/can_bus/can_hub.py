@@ -24,7 +24,7 @@ from . import unix_frames as can_frames
 from .unix_bus import check_path
 
 BACKLOG = 200_000
-LARGEST = can_frames.MOST_FRAMES * can_frames.LAYOUT.size + 1  # one more: too long is seen
+LARGEST = can_frames.LARGEST + 1  # one more: too long is seen
 
 LINGERS = 3.0  # s
 STOP, LOOK = b'.', b'?'

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from itertools import groupby
 import os
 import select
 import socket
@@ -19,7 +20,7 @@ import can
 
 from . import unix_frames as can_frames
 
-LARGEST = can_frames.MOST_FRAMES * can_frames.LAYOUT.size
+LARGEST = can_frames.LARGEST
 LONGEST_PATH = 107  # bytes; limit of Linux's sockaddr_un
 SENDING_MAY_TAKE = 2.0  # s; the hub reads at once, so this passes only when it hangs
 
@@ -70,12 +71,31 @@ def _check_owner(path: str, owner: int) -> None:
         raise PermissionError(0, f'it belongs to user {owner}, and you are {os.geteuid()}')
 
 
+def to_message(identifier: int, data: bytes, timestamp: float = 0.0) -> can.Message:
+    """Return a frame as python-can's message."""
+    extended = bool(identifier & can_frames.EXTENDED)
+    mask = can_frames.EXTENDED_MASK if extended else can_frames.STANDARD_MASK
+    fd = bool(identifier & can_frames.FD)
+    return can.Message(
+        timestamp=timestamp, arbitration_id=identifier & mask, is_extended_id=extended,
+        is_remote_frame=bool(identifier & can_frames.REMOTE),
+        is_error_frame=bool(identifier & can_frames.ERROR), is_fd=fd, bitrate_switch=fd, data=data)
+
+
+def from_message(message: can.Message) -> tuple[int, bytes]:
+    """Return python-can's message as (identifier with the flags of unix_frames.py, data)."""
+    identifier = (message.arbitration_id | can_frames.EXTENDED * message.is_extended_id
+                  | can_frames.REMOTE * message.is_remote_frame
+                  | can_frames.ERROR * message.is_error_frame | can_frames.FD * message.is_fd)
+    return identifier, bytes(message.data)
+
+
 class UnixBus(can.BusABC):
     """
     One node's place on the bus whose hub listens at ``channel``, the path of a socket.
 
-    Raises can.CanOperationError when the hub goes away; open a new bus then. Frames of CAN FD are
-    refused. ``refused`` counts packets from the hub that were no frames.
+    Raises can.CanOperationError when the hub goes away; open a new bus then. It carries classic
+    frames and CAN FD. ``refused`` counts packets from the hub that were no frames.
     """
 
     def __init__(self, channel: str, can_filters: can.typechecking.CanFilters | None = None,
@@ -90,8 +110,15 @@ class UnixBus(can.BusABC):
         super().__init__(channel=channel, can_filters=can_filters, **kwargs)
 
     def send_frames(self, frames: Sequence[tuple[int, bytes]]) -> None:
-        """Send frames (identifier with Linux's flags, data) as one packet, in their order."""
-        packet = b''.join([can_frames.to_bytes(*frame) for frame in frames])
+        """
+        Send frames (identifier with the flags of unix_frames.py, data) in their order.
+
+        Frames of one kind, classic or CAN FD, that follow each other go out as one packet.
+        """
+        for _, alike in groupby(frames, lambda frame: frame[0] & can_frames.FD):
+            self._send_packet(b''.join([can_frames.to_bytes(*frame) for frame in alike]))
+
+    def _send_packet(self, packet: bytes) -> None:
         try:
             try:
                 self._socket.send(packet)
@@ -136,26 +163,15 @@ class UnixBus(can.BusABC):
         poll.poll(None if timeout is None else max(0.0, timeout) * 1e3)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Send one message; raises ValueError for CAN FD."""
-        if msg.is_fd:
-            raise ValueError(f'frame 0x{msg.arbitration_id:X} is CAN FD; this bus is classic CAN')
-        identifier = (msg.arbitration_id | can_frames.EXTENDED * msg.is_extended_id
-                      | can_frames.REMOTE * msg.is_remote_frame
-                      | can_frames.ERROR * msg.is_error_frame)
-        self.send_frames([(identifier, bytes(msg.data))])
+        """Send one message."""
+        self.send_frames([from_message(msg)])
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self._waiting:
             self._waiting.extend(self.recv_frames(timeout))
         if not self._waiting:
             return None, False
-        identifier, data = self._waiting.popleft()
-        extended = bool(identifier & can_frames.EXTENDED)
-        mask = can_frames.EXTENDED_MASK if extended else can_frames.STANDARD_MASK
-        return can.Message(
-            timestamp=time.time(), arbitration_id=identifier & mask, is_extended_id=extended,
-            is_remote_frame=bool(identifier & can_frames.REMOTE),
-            is_error_frame=bool(identifier & can_frames.ERROR), data=data), False
+        return to_message(*self._waiting.popleft(), time.time()), False
 
     def fileno(self) -> int:
         """Return the socket's descriptor, for select and asyncio."""

@@ -8,12 +8,12 @@ that it is stopped, no answer to an earlier SYNC of it is under way.
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 
 from ..can_bus.bus_port import BusPort
 from ..driver.rig_health import Heartbeats
-from ..driver.rig_watch import RigWatch
+from .canopen_listener import CanopenListener
 from .canopen_rig import RigFrames
+from .device import Outcome
 from .pdo_table import NMT_ID
 from .sdo import REQUEST_ID
 
@@ -27,38 +27,31 @@ NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
 CYCLE_PERIOD, HEARTBEAT_TIME = 0x1006, 0x1017  # in us and in ms, CiA 301
 
 
-class Outcome(Enum):
-    """How starting the nodes ended."""
-
-    STARTED = 'started'
-    CALLED_OFF = 'called off'
-    FOREIGN = 'another driver speaks'
-    DOUBLED = 'two nodes have one id'
-
-
 class NodeStart:
     """
     Starts the nodes, trying again every ``retry`` seconds for as long as it is wanted.
 
-    ``period`` of SYNC in ns; ``now`` returns the time in ns. ``doubled`` names the nodes that have
+    ``period`` of SYNC in ns; ``now`` returns the time in ns, ``answered`` that of the last answer
+    to SYNC. ``doubled`` names the nodes that have
     another one of their id beside them: each request is then answered twice.
     """
 
-    def __init__(self, port: BusPort, frames: RigFrames, watch: RigWatch, period: int,
-                 retry: float, now: Callable[[], int]) -> None:
+    def __init__(self, port: BusPort, frames: RigFrames, listener: CanopenListener, period: int,
+                 retry: float, now: Callable[[], int], answered: Callable[[], int]) -> None:
         self.port = port
         self.frames = frames
-        self.watch = watch
+        self.listener = listener
+        self.watch = listener.watch
         self.period = period
         self.retry = retry
         self.now = now
-        self.answered_at = 0
+        self.answered = answered
         self.doubled: list[int] = []
 
     def run(self, wanted: Callable[[], bool]) -> Outcome:
         """Start all nodes, telling meanwhile which are silent; returns how that ended."""
         self.watch.beats.expect(self.now())
-        self.watch.twice.clear()
+        self.listener.twice.clear()
         heartbeat = round(self.watch.beats.timeout * 1e3 / 4)
         steps = (lambda: self._written(CYCLE_PERIOD, self.period // 1000),
                  lambda: self._written(HEARTBEAT_TIME, heartbeat),
@@ -71,17 +64,17 @@ class NodeStart:
                     return Outcome.CALLED_OFF
                 if self.watch.foreign:
                     return Outcome.FOREIGN
-            if self.watch.twice and self._proven():
+            if self.listener.twice and self._proven():
                 return Outcome.DOUBLED
         return Outcome.STARTED
 
     def _written(self, index: int, value: int) -> bool:
         requests = self.frames.writing(index, value)
         asked = {(identifier - REQUEST_ID, index) for identifier, _ in requests}
-        self.watch.stored.clear()
+        self.listener.stored.clear()
         self._command(NMT_PRE_OPERATIONAL)
         self.port.send(requests)
-        if not self._comes_true(lambda: asked <= self.watch.stored, self.retry):
+        if not self._comes_true(lambda: asked <= self.listener.stored, self.retry):
             return False
         self._comes_true(lambda: False, ECHO * 1e-9)
         return True
@@ -92,19 +85,19 @@ class NodeStart:
 
         Each proof waits until no answer is under way, asks once and counts the answers.
         """
-        watch = self.watch
-        suspects = set(watch.twice)
+        listener = self.listener
+        suspects = set(listener.twice)
         for _ in range(PROOFS):
             quiet = self.now()
             while self.now() - quiet < 5 * ECHO:
-                watch.stored.clear()
+                listener.stored.clear()
                 self.port.receive(0.01)
-                if watch.stored:
+                if listener.stored:
                     quiet = self.now()
-            watch.twice.clear()
-            self._written(HEARTBEAT_TIME, round(watch.beats.timeout * 1e3 / 4))
-            suspects &= watch.twice
-        watch.twice.clear()
+            listener.twice.clear()
+            self._written(HEARTBEAT_TIME, round(self.watch.beats.timeout * 1e3 / 4))
+            suspects &= listener.twice
+        listener.twice.clear()
         self.doubled = sorted(suspects)
         return bool(suspects)
 
@@ -114,7 +107,7 @@ class NodeStart:
         self._command(command)
 
         def done() -> bool:
-            still = command == NMT_START or self.now() - self.answered_at > QUIET
+            still = command == NMT_START or self.now() - self.answered() > QUIET
             return still and beats.all_in(state)
 
         return self._comes_true(done, max(self.retry, HEARTBEAT_MAY_TAKE))

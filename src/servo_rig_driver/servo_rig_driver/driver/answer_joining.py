@@ -4,7 +4,9 @@ Joins the answers of several nodes to one SYNC into one sample.
 Pure logic. An answer is what one node sends after one SYNC. Which SYNC that was is told by the
 counter that SYNC carries (CiA 301, object 1019h) where the nodes echo it: frames may then be late
 by any time, or lost, and no sample is ever made of two instants. Nodes that do not echo it are
-taken to answer the last SYNC before, which holds as long as they answer within a period.
+taken to answer the last SYNC before, which holds as long as they answer within a period. A drive
+that is asked by a frame of its own answers in the order of the requests, each once: an answer is
+that of the oldest open one.
 """
 
 from __future__ import annotations
@@ -20,14 +22,16 @@ Sample = tuple[int, list[Any]]
 
 class SampleJoiner:
     """
-    Collects ``kinds`` answers to each SYNC, one a node.
+    Collects ``kinds`` answers to each SYNC, or request, one a node.
 
+    ``in_order``: answers that echo nothing belong to the oldest open request, not to the last.
     ``lost`` counts the samples that were asked for and will never be complete, ``unasked`` the
     answers for which there was no SYNC.
     """
 
-    def __init__(self, kinds: int) -> None:
+    def __init__(self, kinds: int, in_order: bool = False) -> None:
         self.kinds = kinds
+        self.in_order = in_order
         self.lost = 0
         self.unasked = 0
         self._open: deque[list[Any]] = deque()
@@ -57,7 +61,7 @@ class SampleJoiner:
         ``counter`` is what the node echoed, None where it echoes nothing. Samples come in the
         order of their numbers: one that completes closes all before it.
         """
-        row = self._last(kind) if counter is None else self._counted(kind, counter)
+        row = self._uncounted(kind) if counter is None else self._counted(kind, counter)
         if row is None:
             self.unasked += 1
             return None
@@ -73,8 +77,14 @@ class SampleJoiner:
         self._closed += 1
         return row[0], row[2:]
 
-    def _last(self, kind: int) -> list[Any] | None:
-        row = self._open[-1] if self._open else None
+    def give_up(self) -> None:
+        """Lose the oldest open request."""
+        self._open.popleft()
+        self._closed += 1
+        self.lost += 1
+
+    def _uncounted(self, kind: int) -> list[Any] | None:
+        row = self._open[0 if self.in_order else -1] if self._open else None
         return None if row is None or row[2 + kind] is not None else row
 
     def _counted(self, kind: int, counter: int) -> list[Any] | None:

@@ -3,7 +3,7 @@ The driver: a lifecycle node between a rig's CAN bus and its topics.
 
     python -m servo_rig_driver.driver.driver_node --ros-args --params-file config/driver.yaml
 
-configure   opens the bus, reads the object dictionaries, listens for another driver
+configure   opens the bus, reads the tables of the device, listens for another driver
 activate    brings the drive to OPERATION ENABLED and publishes every sample
 deactivate  quick stop, then no torque, then no SYNC; cleanup and shutdown do the same
 cleanup     leaves the bus
@@ -31,17 +31,17 @@ from sensor_msgs.msg import JointState
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from ..can_bus.bus_opening import BusError, BusSettings, open_bus, Wire
-from ..devices.canopen_rig import RigFrames
-from ..devices.cia402 import DriveMaster
-from ..devices.object_dictionary import DictionaryError, NODE_IDS
-from ..devices.pdo_table import FrameError, load_frames
+from ..devices.device import DeviceError
+from ..devices.drive_master import DriveMaster
+from ..devices.object_dictionary import DictionaryError
+from ..devices.pdo_table import FrameError
+from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .health_report import Diagnoser
 from .rig_health import RigHealth
 from .rig_link import ForeignDriver, LinkSettings, RigLink
-from .rig_watch import RigWatch
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
 from .setpoints import Mode, Refused, SetpointPlayer
@@ -90,8 +90,8 @@ class Driver(LifecycleNode):
         try:
             self._link = self._make_link(of)
             self._link.open()
-        except (can.CanError, BusError, DictionaryError, FrameError, ForeignDriver,
-                parameters.Contradiction) as error:
+        except (can.CanError, BusError, DeviceError, DictionaryError, FrameError,
+                ForeignDriver, parameters.Contradiction) as error:
             self.health.trouble('bus.configure', str(error), self._ros_now())
             self._link = None
             if isinstance(error, ForeignDriver) and of['autostart']:
@@ -154,18 +154,17 @@ class Driver(LifecycleNode):
         contradiction = parameters.contradiction(of)
         if contradiction:
             raise parameters.Contradiction(contradiction)
-        bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'])
-        frames = RigFrames(load_frames(of['dictionaries'],
-                                       {name: of[f'nodes.{name}'] for name in NODE_IDS}))
-        self._modes = frames.modes()
+        device, watch = PROTOCOLS[of['protocol']](of, self.health)
+        bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'], device.fd)
+        self._modes = device.modes()
         self._player = SetpointPlayer(of['command_timeout'], parameters.limits(of))
-        watch = RigWatch(frames, self.health, of['heartbeat_timeout'])
         master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
                              quick_stop=of['quick_stop_time'])
-        sampler = Sampler(frames, self._player, master, watch, self.health)
+        sampler = Sampler(device, self._player, master, watch, self.health,
+                          round(of['answer_timeout'] * 1e9))
         settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
-                                of['nodes.driver'], of['realtime_priority'])
+                                of['realtime_priority'])
         return RigLink(settings, sampler, watch, self.health,
                        lambda: Wire(open_bus(bus, of['retry_period'])), self._publish,
                        self._ros_now)

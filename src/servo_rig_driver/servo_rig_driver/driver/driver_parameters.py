@@ -16,6 +16,7 @@ from rclpy.parameter import Parameter
 
 from ..can_bus.bus_opening import BusSettings, INTERFACES
 from ..devices.object_dictionary import NODE_IDS
+from ..devices.protocols import PROTOCOLS
 from .setpoints import Limits
 
 
@@ -59,6 +60,9 @@ DECLARED = (
              "hub's socket, can0, or a name"),
     Declared('bus.bitrate', 1_000_000, 'bit/s', 'Bit rate, for interfaces that set one',
              10_000, 1_000_000),
+    Declared('protocol', 'canopen', '', 'What the drive speaks: CiA 402 over CANopen, ODrive CAN '
+             'Simple, MIT mode (RobStride, CyberGear, CubeMars), or moteus registers',
+             choices=tuple(PROTOCOLS)),
     Declared('dictionaries', 'rv_bench', '', 'Object dictionaries of the three nodes: a shipped '
              'set or a folder with drive.eds, load_encoder.eds and torque_sensor.eds'),
     Declared('nodes.drive', 1, '', 'CANopen node id of the drive', 1, 126),
@@ -67,6 +71,27 @@ DECLARED = (
              'simulator', 1, 126),
     Declared('nodes.driver', 127, '', 'CANopen node id under which the driver beats its own heart',
              1, 127),
+    Declared('device.table', '', '', 'For all protocols but canopen: a shipped table of frames, '
+             'or a file; scales and ranges stand there'),
+    Declared('device.id', 1, '', 'Id of the drive on the bus', 0, 127),
+    Declared('device.host', 0, '', 'Id under which the driver speaks, and to which a drive in MIT '
+             'mode or moteus answers', 0, 255),
+    Declared('device.ratio', 0.0, '', 'Turns of the motor for one of the load; must be given',
+             0.0, 1e4),
+    Declared('device.torque_constant', 0.0, 'N m/A', 'Torque of the motor for one ampere, before '
+             'the gear; must be given', 0.0, 1e3),
+    Declared('device.kp', 0.0, 'N m/rad', 'Position gain at the load that goes with each position '
+             'command, in MIT mode', 0.0, 1e6),
+    Declared('device.kd', 0.0, 'N m s/rad', 'Speed gain at the load that goes with each position '
+             'and velocity command, in MIT mode', 0.0, 1e6),
+    Declared('device.brake', 0.0, 'N m s/rad', 'Speed gain at the load of a quick stop, in MIT '
+             'mode', 0.0, 1e6),
+    Declared('device.rest_speed', 0.1, 'rad/s', 'Speed at the load at which a quick stop is over '
+             'and the torque is taken away', 1e-6, 1e3),
+    Declared('device.watchdog', 0.1, 's', 'After what silence the drive stops by itself; told to '
+             'moteus and RobStride, to be set by hand in others', 0.005, 10.0),
+    Declared('answer_timeout', 1.0, 's', 'How long the answer of a drive that is asked for each '
+             'sample may take before its sample is lost; one sync_period for hardware', 1e-3, 1.0),
     Declared('sync_period', 1e-3, 's', 'Time from one SYNC, and sample, to the next', 1e-4, 0.1),
     Declared('block_size', 1, 'samples', 'Samples that travel in one message', 1, 4096),
     Declared('late_sync_limit', 0.5, 's', 'A SYNC later than this is left out, and its sample '
@@ -159,6 +184,11 @@ def contradiction(of: dict[str, Any]) -> str:
                 f"limit.position_upper = {of['limit.position_upper']} rad")
     if len(of['joint_names']) != 2:
         return f"joint_names = {list(of['joint_names'])}; it holds two names, motor and load"
+    if of['protocol'] == 'mit':
+        for gain in ('kd', 'brake'):
+            if not of[f'device.{gain}'] > 0.0:
+                return (f"device.{gain} = {of[f'device.{gain}']:g} N m s/rad; a drive in MIT mode "
+                        'needs one above 0: it has no speed loop or quick stop of its own')
     micros = of['sync_period'] * 1e6
     if abs(micros - round(micros)) > 1e-6:
         return (f"sync_period = {of['sync_period']} s; the nodes count it in microseconds (object "

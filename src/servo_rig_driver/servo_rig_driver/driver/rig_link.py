@@ -1,15 +1,15 @@
 """
-The thread between the driver and the bus: brings the rig up, paces SYNC, takes the answers.
+The thread between the driver and the bus: brings the rig up, paces requests, takes the answers.
 
     reopen ----> listen ----> wake ----> stream ----> idle
        ^            |           |          |           |
        |            +--> yield <+----------+    (start) wake
        +---- the bus is gone ---+----------+
 
-``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the nodes
-are stopped and started, see node_start.py; where two have one id, ``refuse`` until stop(). SYNC k
-goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one packet with
-what the drive shall hold from then on.
+``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the
+device is started as its protocol has it; where two nodes have one id, ``refuse`` until stop().
+Request k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one
+packet with what the drive shall hold from then on.
 """
 
 from __future__ import annotations
@@ -25,17 +25,14 @@ import can
 
 from ..can_bus.bus_opening import Wire
 from ..can_bus.bus_port import BusPort, Frames
-from ..devices.cia402 import Controlword
-from ..devices.node_start import NodeStart, Outcome
-from ..devices.pdo_table import HEARTBEAT_ID
-from .rig_health import Heartbeats, Level, RigHealth
+from ..devices.device import Outcome
+from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder, SampleBlock
 from .sampler import Sampler
 
 SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
-HEARTBEAT_EVERY = SECOND // 10
 FOREIGN_SILENCE = SECOND
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
@@ -51,7 +48,6 @@ class LinkSettings:
     late_limit: float
     listen_time: float
     retry_period: float
-    node: int
     priority: int = 0
 
 
@@ -78,13 +74,10 @@ class RigLink:
         self.latest = 0
         self._publish = publish
         self._port = BusPort(open_wire, self._take)
-        self._starting = NodeStart(self._port, sampler.frames, watch, settings.period,
-                                   settings.retry_period, self.now)
         self._offset = clock() - monotonic_ns()
         self._origin: int | None = None
         self._next = 0
         self._checked = 0
-        self._beaten = 0
         self._active = False
         self._closing = False
         self._idle = Event()
@@ -104,7 +97,7 @@ class RigLink:
 
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
-        self.sampler.master.tries = 0
+        self.sampler.master.begin()
         self._idle.clear()
         self._active = True
 
@@ -206,7 +199,7 @@ class RigLink:
 
     def _waking(self) -> Callable:
         self.state = 'waiting for the rig'
-        outcome = self._starting.run(lambda: self._active)
+        outcome = self.sampler.device.start(self._port, self.now, lambda: self._active)
         if outcome is Outcome.CALLED_OFF:
             return self._idling
         if outcome is Outcome.FOREIGN:
@@ -220,7 +213,7 @@ class RigLink:
     def _refusing(self) -> Callable:
         """Leave a bus with two nodes of one id alone until somebody has looked at it."""
         self.state = 'refusing a bus with two nodes of one id'
-        who = ', '.join(self.watch.name(node) for node in self._starting.doubled)
+        who = ', '.join(self.watch.name(node) for node in self.sampler.device.doubled)
         self.health.trouble('nodes.doubled', f'two nodes of one id, or two rigs, are on this bus: '
                             f'{who} answers twice. Take one away or give it another id, then '
                             'deactivate and activate the driver; until then the drive stays off',
@@ -242,10 +235,9 @@ class RigLink:
         self.sampler.master.enable = True
         while self._active:
             now = self.now()
-            due = self._origin + self._next * period
-            if now < due:
-                self._port.receive((due - now) * 1e-9)
+            if self._waits(now):
                 continue
+            due = self._origin + self._next * period
             if now - due > period:
                 self._port.receive(0.0)
             self._tick(due, now)
@@ -256,6 +248,13 @@ class RigLink:
         self._wind_down()
         return self._idling
 
+    def _waits(self, now: int) -> bool:
+        """Wait for the next instant, or for frames, where it is not yet time to ask."""
+        due = self._origin + self._next * self.settings.period
+        if now < due:
+            self._port.receive((due - now) * 1e-9)
+        return now < due
+
     def _tick(self, due: int, now: int) -> None:
         late = now - due
         if late > self.settings.late_limit * SECOND:
@@ -263,9 +262,6 @@ class RigLink:
             return
         self.latest = max(self.latest, late)
         frames = self.sampler.tick(self._next, due, now)
-        if now - self._beaten > HEARTBEAT_EVERY:
-            self._beaten = now
-            frames.append((HEARTBEAT_ID + self.settings.node, bytes([Heartbeats.OPERATIONAL])))
         self._next += 1
         self._port.send(frames)
 
@@ -291,8 +287,8 @@ class RigLink:
             self._rest()
             return self._waking
         if self.sampler.waiting * self.settings.period > UNANSWERED_AT_MOST:
-            self.health.event('samples.stuck', f'{self.sampler.waiting} SYNCs are not answered in '
-                              'full; the nodes are started again', now)
+            self.health.event('samples.stuck', f'{self.sampler.waiting} requests are not '
+                              'answered in full; the device is started again', now)
             self._rest()
             return self._waking
         return None
@@ -302,18 +298,16 @@ class RigLink:
         master.enable = False
         until = self.now() + round(self._down_within * SECOND)
         while self.now() < until:
-            due = self._origin + self._next * self.settings.period
             now = self.now()
-            if now < due:
-                self._port.receive((due - now) * 1e-9)
+            if self._waits(now):
                 continue
-            self._tick(due, now)
+            self._tick(self._origin + self._next * self.settings.period, now)
             if self.sampler.down:
                 break
         self._rest()
 
     def _rest(self) -> None:
-        self._port.send(self.sampler.rest(self._next, Controlword.DISABLE_VOLTAGE))
+        self._port.send(self.sampler.rest(self._next, self.now()))
 
     def _listen(self) -> None:
         self.watch.foreign = ''
@@ -325,7 +319,4 @@ class RigLink:
         return bool(self.watch.foreign) and self.now() - self.watch.foreign_at < FOREIGN_SILENCE
 
     def _take(self, received: Frames) -> None:
-        now = self.now()
-        if received[0][0] in self.sampler.frames.answers:
-            self._starting.answered_at = now
-        self.sampler.take(received, now)
+        self.sampler.take(received, self.now())

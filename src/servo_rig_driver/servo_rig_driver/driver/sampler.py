@@ -1,7 +1,7 @@
 """
-One tick: what goes out with a SYNC, and what comes back.
+One tick: what goes out with a request, and what comes back.
 
-The hot path of the driver: everything here runs at the rate of SYNC, in the link's thread.
+The hot path of the driver: everything here runs at the rate of samples, in the link's thread.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections import deque
 
 from ..can_bus.bus_port import Frames
-from ..devices.canopen_rig import RigFrames
-from ..devices.cia402 import DriveMaster, DriveState
+from ..devices.device import Device
+from ..devices.drive_master import DriveMaster, MAY_PUSH
 from ..devices.pdo_table import FrameError
 from .answer_joining import SampleJoiner
 from .rig_health import Level, RigHealth
@@ -18,101 +18,101 @@ from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
 from .setpoints import Setpoint, SetpointPlayer
 
-_MAY_PUSH = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE,
-             DriveState.FAULT_REACTION_ACTIVE, DriveState.UNKNOWN)
-
 
 class Sampler:
     """
     Makes the frames of each tick and joins the answers to samples.
 
     A set-point is asked for only while the drive is enabled; in all other states the frames carry
-    zero. When the drive falls out of that state, what was queued is dropped.
+    zero. When the drive falls out of that state, what was queued is dropped. Where answers name
+    no request, one that has not come after ``patience`` ns is given up.
     """
 
-    def __init__(self, frames: RigFrames, player: SetpointPlayer, master: DriveMaster,
-                 watch: RigWatch, health: RigHealth) -> None:
-        self.frames = frames
+    def __init__(self, device: Device, player: SetpointPlayer, master: DriveMaster,
+                 watch: RigWatch, health: RigHealth, patience: int = 0) -> None:
+        self.device = device
         self.player = player
         self.master = master
         self.watch = watch
         self.health = health
         self.blocks: BlockBuilder | None = None
-        self.statusword = 0
         self.samples = 0
-        self._joiner = SampleJoiner(frames.kinds)
+        self._patience = patience
+        self._asked_at: deque[int] = deque()
+        self._joiner = SampleJoiner(device.kinds, device.on_request)
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
         self._expired, self._ended = player.expired, player.ended
         self._lost = 0
         self._unasked = 0
 
     def restart(self) -> None:
-        """Forget SYNCs that nobody will answer, and the state of a drive that was away."""
+        """Forget requests that nobody will answer, and the state of a drive that was away."""
         self._joiner.restart()
         self._begun.clear()
-        self.frames.forget()
+        self._asked_at.clear()
+        self.device.forget()
         self.master.forget()
         self.player.clear()
-        self.statusword = 0
 
     @property
     def waiting(self) -> int:
-        """Number of SYNCs not answered in full."""
+        """Number of requests not answered in full."""
         return self._joiner.waiting
 
     @property
     def down(self) -> bool:
         """Whether the drive has told that it gives no torque."""
-        return self.master.state not in _MAY_PUSH
+        return self.device.state not in MAY_PUSH
 
     def tick(self, number: int, instant: int, now: int) -> Frames:
         """Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``."""
-        control = self.master.step(self.statusword, now * 1e-9)
+        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop)
         point = self.player.at(instant, now) if self.master.enabled else None
+        if self.device.on_request:
+            self._give_up(now)
+            self._asked_at.append(now)
         self._joiner.ask(number)
         self._begun.append((number, point))
-        return self.frames.command(number, control, point)
+        return self.device.ask(number, order, point, now)
 
-    def rest(self, number: int, control: int) -> Frames:
-        """Return the frames that bring the motor to zero at once, without a SYNC."""
+    def rest(self, number: int, now: int) -> Frames:
+        """Return the frames that bring the motor to zero at once, without a request."""
         self.player.clear()
-        return self.frames.command(number, control, None)[:-1]
+        return self.device.rest(number, now)
 
     def take(self, received: Frames, now: int) -> None:
         """Take the frames that came in, in their order."""
-        answers = self.frames.answers
         for identifier, data in received:
-            known = answers.get(identifier)
-            if known is None:
-                self.watch.take(identifier, data, now)
-                continue
-            answer, frame = known
             try:
-                values = answer.take(frame, data)
+                answer = self.device.take(identifier, data, now)
             except FrameError as error:
                 self.health.event('samples.wrong_length', f'{error}; left out', now)
                 continue
-            if values is None:
+            if answer is None:
                 continue
-            word = self.frames.statusword(answer, values)
-            if word is not None:
-                self.statusword = word
-            place = answer.counter_at
-            sample = self._joiner.answer(answer.kind, values,
-                                         None if place is None else int(values[place]))
+            sample = self._joiner.answer(*answer)
             if sample is not None:
                 self._pass_on(*sample)
+
+    def _give_up(self, now: int) -> None:
+        """Lose the samples whose answers are too late: a later one would be taken for another."""
+        asked = self._asked_at
+        while len(asked) > self._joiner.waiting:
+            asked.popleft()
+        while asked and now - asked[0] > self._patience:
+            asked.popleft()
+            self._joiner.give_up()
 
     def _pass_on(self, number: int, answers: list[list[float]]) -> None:
         begun, point = self._begun.popleft()
         while begun < number:
             begun, point = self._begun.popleft()
         self.samples += 1
-        self.blocks.add(number, self.frames.row(answers, point))
+        self.blocks.add(number, self.device.row(answers, point))
 
     def check(self, now: int) -> None:
         """Say what the last ticks brought to light; called some ten times a second."""
-        if self.watch.drive(self.master, now):
+        if self.watch.drive(self.master, self.device.fault, now):
             self.player.clear()
         lost = self._joiner.lost + (self.blocks.dropped if self.blocks else 0)
         if lost > self._lost:
@@ -122,7 +122,7 @@ class Sampler:
             self._lost = lost
         if self._joiner.unasked > self._unasked:
             self.health.count('samples.unasked_answers', self._joiner.unasked - self._unasked)
-            self.health.event('samples.unasked', 'answers came that no SYNC had asked for', now)
+            self.health.event('samples.unasked', 'answers came that nobody had asked for', now)
             self._unasked = self._joiner.unasked
         if self.player.expired > self._expired:
             self._expired = self.player.expired

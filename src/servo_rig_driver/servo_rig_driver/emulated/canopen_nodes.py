@@ -45,6 +45,8 @@ class RigNodes:
     SYNCs answered.
     """
 
+    fd = False
+
     def __init__(self, bench: Bench, frames: FrameTable,
                  send: Send) -> None:
         self.bench = bench
@@ -69,6 +71,12 @@ class RigNodes:
         self._paced_since = 0.0
         self._warned = False
         self._values: dict[str, dict[str, float]] = {name: {} for name in frames.ids}
+        self.beats = {HEARTBEAT_ID + number: name for name, number in frames.ids.items()}
+
+    @property
+    def gives_torque(self) -> bool:
+        """Whether the motor has current."""
+        return self.drive.gives_torque
 
     def boot(self) -> None:
         """Announce all nodes on the bus."""

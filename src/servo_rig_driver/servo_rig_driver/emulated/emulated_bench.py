@@ -20,6 +20,7 @@ COLUMNS = ('t', 'voltage', 'current_reference', 'current', 'motor_position', 'lo
 MODES = {'off': sampling.OFF, 'voltage': sampling.VOLTAGE_MODE, 'current': sampling.CURRENT_MODE,
          'velocity': sampling.VELOCITY_MODE, 'position': sampling.POSITION_MODE}
 _BLOCK = 1024
+COMMANDS = 7
 
 # column -> (node, name on the wire, column of an answer)
 _MEASURED = {
@@ -48,7 +49,7 @@ class Bench:
         self._physics = rig.physics
         self.state = self._physics.fresh_state(rig.values, seed)
         self.out = np.zeros(sampling.ANSWERS)
-        self._command = np.zeros(3)
+        self._command = np.zeros(COMMANDS)
         self._random = np.random.default_rng(seed)
         self._noise = np.zeros((0, sampling.NOISES))
         self._used = 0
@@ -72,7 +73,7 @@ class Bench:
         """
         if self._used == len(self._noise):
             self._noise, self._used = self.noise(_BLOCK), 0
-        self._command[:] = mode, reference, external
+        self._command[:3] = mode, reference, external
         self._physics.answer(self.parameters, self.state, self.period, self.rig.step,
                              self._command, self._noise[self._used], self.out)
         self._used += 1
@@ -90,7 +91,11 @@ class Bench:
         self.parameters = self.rig.parameters()
 
     def record(self, commands: np.ndarray) -> np.ndarray:
-        """Return the answers (n, 9) to commands (n, 3): mode, reference, external torque."""
+        """
+        Return the answers (n, 9) to commands (n, 3): mode, reference, external torque.
+
+        Further columns are those of rig_sampling.py's impedance mode, which some drives have.
+        """
         out = np.empty((len(commands), sampling.ANSWERS))
         done = 0
         while done < len(commands):

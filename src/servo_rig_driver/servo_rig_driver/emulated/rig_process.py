@@ -11,20 +11,26 @@ the effects of the running rig; a bus that goes away is opened again when it is 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import replace
 import logging
 from pathlib import Path
 import random
 import signal
 import time
+from typing import Any
 
 import can
+import numpy as np
 
 from ..can_bus.bus_opening import BusSettings, INTERFACES, open_bus, Wire
+from ..devices.device import DeviceError
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
-from ..devices.pdo_table import HEARTBEAT_ID, load_frames
+from ..devices.pdo_table import load_frames
 from ..ending import Ending
 from .canopen_nodes import RigNodes
-from .emulated_bench import Bench
+from .drives.by_protocol import driver_parameters, emulated_drive
+from .emulated_bench import Bench, COMMANDS
 from .rig_file import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
@@ -39,20 +45,24 @@ class EmulatedRig:
     """
     One rig on one bus, from serve() until stop().
 
-    Raises RigFileError or DictionaryError when rig file or object dictionaries cannot be used.
+    ``driver`` are parameters of the driver by name, which say what the drive speaks: CANopen
+    where they say nothing. ``period``, s, is that of the samples, which CANopen nodes are told.
+    Raises RigFileError, DictionaryError or DeviceError when a file cannot be used.
     """
 
     def __init__(self, rig_file: str | Path, bus: BusSettings, overrides: list[str] | None = None,
-                 seed: int = 0, ids: dict[str, int] | None = None) -> None:
+                 seed: int = 0, ids: dict[str, int] | None = None,
+                 driver: Mapping[str, Any] | None = None, period: float = 1e-3) -> None:
         self.rig_file = Path(rig_file)
         self.bus = bus
         self.overrides = overrides or []
         rig = load_rig(rig_file, self.overrides)
-        self.bench = Bench(rig, seed)
+        self.bench = Bench(rig, seed, period)
         self._wire: Wire | None = None
         self._random = random.Random(seed)
-        self.nodes = RigNodes(self.bench, load_frames(rig.dictionaries, ids or NODE_IDS),
-                              self._send)
+        self.nodes = emulated_drive(driver or {}, self.bench, self._send) or RigNodes(
+            self.bench, load_frames(rig.dictionaries, ids or NODE_IDS), self._send)
+        self.bus = replace(bus, fd=self.nodes.fd)
         self._stopped = False
         self._ends_at: float | None = None
         self._first = True
@@ -70,7 +80,7 @@ class EmulatedRig:
     @property
     def _over(self) -> bool:
         ends = self._ends_at is not None and (
-            not self.nodes.drive.gives_torque or time.monotonic() >= self._ends_at)
+            not self.nodes.gives_torque or time.monotonic() >= self._ends_at)
         return self._stopped or ends
 
     def reread(self) -> None:
@@ -114,13 +124,13 @@ class EmulatedRig:
     def _others(self) -> bool:
         """Whether a node with an id of this rig is heard, which is said."""
         until = time.monotonic() + LISTENS
-        mine = {HEARTBEAT_ID + number: name for name, number in self.nodes.frames.ids.items()}
+        mine = self.nodes.beats
         while time.monotonic() < until:
             for identifier, _ in self._wire.recv(POLL):
                 if identifier in mine:
-                    log.error('another %s with node id %d is on %s %s: end the other rig, or give '
-                              'this one another --channel or --node ids',
-                              mine[identifier].replace('_', ' '), identifier - HEARTBEAT_ID,
+                    log.error('another %s speaks under 0x%03X on %s %s: end the other rig, or '
+                              'give this one another --channel or id',
+                              mine[identifier].replace('_', ' '), identifier,
                               self.bus.interface, self.bus.channel)
                     return True
         return False
@@ -159,6 +169,7 @@ class EmulatedRig:
         bench = Bench(self.bench.rig)
         bench.answer(0.0, 0.0, 0.0)
         bench.advance()
+        bench.record(np.zeros((1, COMMANDS)))
 
 
 def _node(text: str) -> tuple[str, int]:
@@ -180,22 +191,28 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--channel', default=defaults.channel)
     parser.add_argument('--bitrate', type=int, default=defaults.bitrate, help='bit/s')
     parser.add_argument('--node', action='append', default=[], type=_node, metavar='NODE=ID')
+    parser.add_argument('--driver', metavar='D.yaml',
+                        help='parameter file of the driver: the drive speaks its protocol')
+    parser.add_argument('--period', type=float, metavar='S', help='of the samples, for a drive '
+                        'that is asked for each (default: the sync_period of --driver)')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
     options = parser.parse_args(arguments)
     logging.basicConfig(format='emulated_rig: %(message)s', level=logging.INFO)
     logging.getLogger('canopen').setLevel(logging.WARNING)
     try:
+        driver = driver_parameters(options.driver) if options.driver else {}
         rig = EmulatedRig(options.rig, BusSettings(options.interface, options.channel,
                                                    options.bitrate),
-                          options.set, options.seed, {**NODE_IDS, **dict(options.node)})
-    except (RigFileError, DictionaryError, ValueError) as error:
+                          options.set, options.seed, {**NODE_IDS, **dict(options.node)}, driver,
+                          options.period or driver.get('sync_period', 1e-3))
+    except (RigFileError, DictionaryError, DeviceError, ValueError) as error:
         log.error('%s', error)
         return 1
     Ending(rig.end)
     signal.signal(signal.SIGUSR1, lambda *_: rig.reread())
     if not rig.serve():
         return 1
-    log.info('%d SYNCs answered, %d frames refused', rig.nodes.syncs, rig.nodes.refused)
+    log.info('%d requests answered, %d frames refused', rig.nodes.syncs, rig.nodes.refused)
     return 0
 
 

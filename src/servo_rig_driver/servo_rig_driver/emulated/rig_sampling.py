@@ -21,12 +21,13 @@ from .rig_state import fresh_state
 __all__ = ['advance', 'answer', 'fresh_state', 'record']
 
 # columns of a command, of the noise (standard normal) and of an answer
-MODE, REFERENCE, EXTERNAL = range(3)
+MODE, REFERENCE, EXTERNAL, SPEED_REFERENCE, KP, KD, FEED_FORWARD = range(7)
 NOISES = 6
 (MOTOR, LOAD, SPEED, TORQUE, CURRENT, TEMPERATURE, EXTERNAL_NOW, VOLTAGE,
  CURRENT_REFERENCE) = range(9)
 ANSWERS = 9
 OFF, VOLTAGE_MODE, CURRENT_MODE, VELOCITY_MODE, POSITION_MODE = 0.0, 1.0, 2.0, 3.0, 4.0
+IMPEDANCE_MODE = 5.0  # REFERENCE is the position, rad at the load; the others are used in it alone
 
 _advance = substeps.advance
 
@@ -95,6 +96,13 @@ def _loops(P, S, period, command, out):
         if mode == CURRENT_MODE:
             return min(max(reference / P.drive_gain, -limit), limit)
         return 0.0
+    if mode == IMPEDANCE_MODE:
+        S.integral = 0.0
+        torque = (command[KP] * (reference - angle)
+                  + command[KD] * (command[SPEED_REFERENCE] - S.speed_estimate)
+                  + command[FEED_FORWARD])
+        u = torque / (P.machine_torque_constant * P.machine_ratio * P.drive_gain)
+        return min(max(u, -limit), limit)
     wanted = reference
     if mode == POSITION_MODE:
         top = P.drive_velocity_limit

@@ -33,7 +33,7 @@ class Bench:
     turned: tuple[str, ...]
     namespace: str
     mode: str
-    rate: float
+    rate: float | None
     block: int
     family: str
     command: str | None
@@ -78,7 +78,10 @@ def record(bench: Bench) -> Outcome:
 def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> None:
     say = Console().print
     say('starting: ' + ('' if bench.rig is None else 'bus, rig, ') + 'recorder, twin, driver')
-    driver = {'sync_period': 1.0 / bench.rate, 'block_size': bench.block, 'autostart': False}
+    driver = {'block_size': bench.block, 'autostart': False}
+    period = [] if bench.rate is None else ['--period', str(1.0 / bench.rate)]
+    if bench.rate is not None:
+        driver['sync_period'] = 1.0 / bench.rate
     if bench.rig is not None:
         driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus)}
         processes.start('can_hub', _python('servo_rig_driver.can_bus.can_hub', str(bus)))
@@ -86,8 +89,7 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
         turned = [word for one in bench.turned for word in ('--set', one)]
         processes.start('emulated_rig', _python(
             'servo_rig_driver.emulated.rig_process', '--rig', str(bench.rig), '--interface',
-            'unix_bus',
-            '--channel', str(bus), *turned))
+            'unix_bus', '--channel', str(bus), '--driver', str(bench.driver), *period, *turned))
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
     processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {

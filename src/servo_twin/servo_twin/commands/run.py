@@ -3,6 +3,7 @@ Run a rig, its driver, its twin and a recorder side by side, then replay what wa
 
   servo-twin run                                      the emulated bench, driven for 20 s
   servo-twin run --family speed_ladder --duration 24  another excitation
+  servo-twin run --driver odrive                      an emulated ODrive (robstride, moteus ...)
   servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
   servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
 
@@ -52,10 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rig.add_argument('--no-emulator', action='store_true',
                      help='a real drive, on the bus that the driver file names')
     rig.add_argument('--driver', type=Path, metavar='D.yaml',
-                     help='parameter file of the driver (default: ../drivers/R.yaml from the rig '
-                     'file, else the shipped driver.yaml)')
+                     help='parameter file of the driver, or the name of a shipped one, such as '
+                     'odrive, with its own rig and servo file (default: ../drivers/R.yaml from '
+                     'the rig file, else the shipped driver.yaml)')
     rig.add_argument('--namespace', default='rig', help='of all nodes (default %(default)s)')
-    rig.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples a second')
+    rig.add_argument('--rate', type=float, metavar='HZ',
+                     help='samples a second (default: as the driver file has it, else 1000)')
     rig.add_argument('--block', type=int, default=10,
                      help='samples a message (default %(default)s)')
     what = parser.add_argument_group('what it does')
@@ -142,10 +145,15 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
-    rig = None if arguments.no_emulator else _rig_at(arguments.rig or Path('rv_bench'))
+    driver = None if arguments.driver is None else _driver_at(arguments.driver)
+    rig = None
+    if not arguments.no_emulator:
+        rig = _rig_of(driver) if arguments.rig is None else _rig_at(arguments.rig)
+    servo = arguments.servo
+    if servo is None:
+        servo = _servo_of(driver) if arguments.rig is None else 'rv_bench'
     return Bench(
-        folder=folder, servo=servo_at(arguments.servo or 'rv_bench'),
-        driver=arguments.driver or _driver_of(rig), rig=rig,
+        folder=folder, servo=servo_at(servo), driver=driver or _driver_of(rig), rig=rig,
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
         settings=tuple(settings), duration=arguments.duration)
@@ -157,6 +165,30 @@ def _rig_at(given: Path) -> Path:
 
     named = not given.suffix and len(given.parts) == 1 and not given.is_file()
     return shipped(f'rigs/{given}.yaml') if named else given
+
+
+def _driver_at(given: Path) -> Path:
+    """Return the driver file that a person names: a path, or the name of a shipped one."""
+    if given.is_file() or len(given.parts) > 1:
+        return given
+    from ..description.shipped import shipped
+
+    return shipped(f'drivers/{given.stem}.yaml')
+
+
+def _rig_of(driver: Path | None) -> Path:
+    """Return the machine that an emulated drive sits on: that of the same name beside its file."""
+    from ..description.shipped import shipped
+
+    own = None if driver is None else driver.resolve().parent.parent / 'rigs' / driver.name
+    return own if own is not None and own.exists() else shipped('rigs/rv_bench.yaml')
+
+
+def _servo_of(driver: Path | None) -> str:
+    """Return the name of the shipped servo file of a driver file's name, else rv_bench."""
+    from ..description.shipped import shipped_servos
+
+    return driver.stem if driver is not None and driver.stem in shipped_servos() else 'rv_bench'
 
 
 def _driver_of(rig: Path | None) -> Path:

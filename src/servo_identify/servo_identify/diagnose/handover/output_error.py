@@ -149,9 +149,10 @@ def _compared(problem: Problem, y: list[np.ndarray]) -> dict[str, tuple[np.ndarr
     it an error of the transmission shows that the drift of both shafts would drown.
     """
     error = problem.raw(y) * problem.noise
-    found = {name: (problem.measured[:, c], error[:, c], problem.noise[:, c])
-             for c, name in enumerate(CHANNELS)}
-    ratio = float(problem.shooting.servo.values['mechanism.ratio'])
+    found: dict[str, tuple[np.ndarray, ...]] = {
+        name: (problem.measured[:, c], error[:, c], problem.noise[:, c])
+        for c, name in enumerate(CHANNELS)}
+    ratio = problem.shooting.servo.numbers['mechanism.ratio']
     (motor, motor_error, motor_noise), (load, load_error, load_noise) = (
         found[name] for name in ('motor_position', 'load_position'))
     found[TORSION] = (load - motor / ratio, load_error - motor_error / ratio,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -45,13 +46,14 @@ class Builder:
             -one.motion.direction[:, None] * budget(one)))
 
     def resistance(self, mechanism: Mechanism, form: Form, signs: Sequence[int],
-                   knots: Sequence = (), **more) -> Hypothesis | None:
+                   knots: Sequence[Any] | np.ndarray = (), **more: Any) -> Hypothesis | None:
         """Return the hypothesis of friction whose size is a curve over one variable."""
         columns = self.resisting(mechanism.site, lambda one: form.shape(form.of(one)))
         return self.hypothesis(mechanism, columns, signs, knots, form=form, **more)
 
     def hypothesis(self, mechanism: Mechanism, columns: Columns, signs: Sequence[int],
-                   knots: Sequence = (), form: Form | None = None, **more) -> Hypothesis | None:
+                   knots: Sequence[Any] | np.ndarray = (), form: Form | None = None,
+                   **more: Any) -> Hypothesis | None:
         """Return a hypothesis without the columns that move nothing; None when none is left."""
         size = np.sqrt(np.mean(columns.table**2, axis=0)) if len(columns.table) else np.zeros(
             columns.size)
@@ -59,7 +61,7 @@ class Builder:
         if not len(kept):
             return None
         if len(knots) == columns.size:
-            knots = tuple(knots[k] for k in kept)
+            knots = tuple(knots[int(k)] for k in kept)
         return Hypothesis(mechanism, columns.only(kept), np.asarray(signs)[kept],
                           knots=tuple(knots), form=form and form.only(kept), **more)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from scipy.signal import lfilter
 
+from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
@@ -28,16 +30,17 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
     if not top > 0.0:
         return
 
-    def shaped(name, change, signs, knots):
+    def shaped(name: str, change: Callable[[np.ndarray], np.ndarray], signs: list[int],
+               knots: tuple[float, ...]) -> Hypothesis | None:
         mechanism = Mechanism(name, 'drive', 'command', ('command',), 'odd')
         form = Form('command', 'V', 'V', _command, change)
         return builder.hypothesis(mechanism, _through(builder, lambda u, period: change(u)),
                                   signs, knots, form=form)
 
-    def band(command):
+    def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
 
-    def ceiling(command):
+    def ceiling(command: np.ndarray) -> np.ndarray:
         return -np.sign(command)[:, None] * np.column_stack(
             [np.maximum(np.abs(command) - s * top, 0.0) for s in CEILINGS])
 
@@ -51,32 +54,37 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         site = 'current' if name == 'current_lag' else 'command'
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
         for share in shares:
-            columns = _through(builder, lambda command, step, share=share, late=late: (
-                late(command, share * period, step) - command)[:, None])
+            columns = _through(builder, partial(_change, late, share * period))
             one = builder.hypothesis(mechanism, columns, [1], (share * period,), tried=len(shares))
             if one:
                 yield one
 
 
-def _command(one) -> np.ndarray:
+def _change(late: Callable[[np.ndarray, float, float], np.ndarray], time: float,
+            command: np.ndarray, step: float) -> np.ndarray:
+    """Return what a lag or a delay of some time (s) changes of a command, (samples, 1)."""
+    return (late(command, time, step) - command)[:, None]
+
+
+def _command(one: EquationErrors) -> np.ndarray:
     reach = one.motion.test.reach
     return one.regressor_command[reach:reach + len(one.motion.rows)]
 
 
-def _through(builder: Builder, change) -> Columns:
+def _through(builder: Builder, change: Callable[[np.ndarray, float], np.ndarray]) -> Columns:
     """
     Columns of changes of the command, V, as the drive turns them into current.
 
     ``change(command, period)`` returns (samples, n).
     """
-    def current(one):
+    def current(one: EquationErrors) -> np.ndarray:
         command, theta = one.regressor_command, one.servo.theta
         table = change(command, one.measured.period)
         before = one.drive_current(theta, command)
         return np.column_stack([one.drive_current(theta, command + more) - before
                                 for more in table.T])
 
-    def unmeasured(one):
+    def unmeasured(one: EquationErrors) -> np.ndarray:
         return np.zeros_like(current(one)) if 'current' in one.measured.channels else (
             current(one))
 

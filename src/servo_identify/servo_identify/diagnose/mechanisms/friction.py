@@ -7,10 +7,11 @@ with it ever faster, that grows with the load.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import stop_operator
@@ -37,21 +38,21 @@ def shaft_equation(builder: Builder, site: str) -> str:
     return site if site in builder.samples.present else 'torque'
 
 
-def _speed(one, site: str) -> np.ndarray:
+def _speed(one: EquationErrors, site: str) -> np.ndarray:
     return np.abs(one.motion[f'{site}_speed'])
 
 
-def _over_speed(site: str, shape) -> Form:
+def _over_speed(site: str, shape: Callable[[np.ndarray], np.ndarray]) -> Form:
     return Form('speed', 'rad/s', 'N m', lambda one: _speed(one, site), shape)
 
 
-def _coulomb(builder, site):
+def _coulomb(builder: Builder, site: str) -> Hypothesis | None:
     mechanism = Mechanism('coulomb_friction', 'friction', site, ('direction',), 'odd')
     form = _over_speed(site, lambda x: np.ones((len(x), 1)))
     return builder.resistance(mechanism, form, [0])
 
 
-def _viscous(builder, site):
+def _viscous(builder: Builder, site: str) -> Hypothesis | None:
     """Friction that grows with speed, in proportion or ever less."""
     top = builder.scales.top(f'{site}_speed')
     knots = (top, *(share * top for share in SPEEDS))
@@ -61,7 +62,7 @@ def _viscous(builder, site):
     return builder.resistance(mechanism, form, [1] * len(knots), knots, either=True)
 
 
-def _stribeck(builder, site):
+def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
     """Friction that falls with speed: a mixture of bells, which holds exponentials too."""
     name = f'{site}_speed'
     top, low = builder.scales.top(name), builder.scales.slowest(name)
@@ -73,12 +74,12 @@ def _stribeck(builder, site):
     return builder.resistance(mechanism, form, [1] * FADES, knots, either=True)
 
 
-def _drag(builder, site):
+def _drag(builder: Builder, site: str) -> Hypothesis | None:
     """Friction that grows ever faster with speed."""
     top = builder.scales.top(f'{site}_speed')
     mechanism = Mechanism('quadratic_drag', 'friction', site, ('speed',), 'odd')
 
-    def budget(speed):
+    def budget(speed: np.ndarray) -> np.ndarray:
         share = speed / top
         return top * np.column_stack((*(share**power for power in POWERS),
                                       np.maximum(share - 0.5, 0.0)))
@@ -87,11 +88,11 @@ def _drag(builder, site):
                               either=True)
 
 
-def _asymmetric(builder, site):
+def _asymmetric(builder: Builder, site: str) -> Hypothesis | None:
     """Friction with another level, and growth, in one direction."""
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
 
-    def torque(one):
+    def torque(one: EquationErrors) -> np.ndarray:
         return -np.column_stack((np.ones(len(one.motion.rows)), _speed(one, site),
                                  one.motion.direction))
 
@@ -100,16 +101,16 @@ def _asymmetric(builder, site):
                               form=form)
 
 
-def _by_load(builder, site):
+def _by_load(builder: Builder, site: str) -> Hypothesis | None:
     """Friction that grows with the transmitted torque."""
     top = builder.scales.load
     if not top > 0.0:
         return None
     mechanism = Mechanism('load_dependent_friction', 'friction', site, ('load', 'direction'),
                           'odd')
-    lever = builder.samples.servo.values['mechanism.ratio'] if site == 'motor' else 1.0
+    lever = builder.samples.servo.numbers['mechanism.ratio'] if site == 'motor' else 1.0
 
-    def budget(load):
+    def budget(load: np.ndarray) -> np.ndarray:
         bends = [np.minimum(load, share * top) for share in LOADS]
         grows = [np.maximum(load - share * top, 0.0) for share in LOADS]
         return np.column_stack((load, *bends, *grows)) / lever
@@ -119,14 +120,14 @@ def _by_load(builder, site):
     return builder.resistance(mechanism, form, [1] * len(knots), knots, either=True)
 
 
-def _drift(builder, site):
+def _drift(builder: Builder, site: str) -> Hypothesis | None:
     """Friction that settles with time, or follows a temperature."""
     times = [share * builder.scales.duration for share in TIMES]
     mechanism = Mechanism('friction_drift', 'friction', site, ('time', 'temperature'), 'odd')
     warm = np.concatenate([one.motion['temperature'] for one in builder.samples.errors])
     mean, span = float(np.mean(warm)), float(np.ptp(warm))
 
-    def budget(one):
+    def budget(one: EquationErrors) -> np.ndarray:
         fading = [np.exp(-one.motion.time / settling) for settling in times]
         if span > 0.0:
             fading.append((mean - one.motion['temperature']) / span)
@@ -138,7 +139,7 @@ def _drift(builder, site):
                               [1] * (len(times) + (span > 0.0)), times, either=True, form=form)
 
 
-def _presliding(builder, site):
+def _presliding(builder: Builder, site: str) -> Hypothesis | None:
     """
     Friction that builds up over the travel after a reversal.
 
@@ -153,9 +154,9 @@ def _presliding(builder, site):
     stops = np.geomspace(low, high, STOPS)
     mechanism = Mechanism('presliding_friction', 'friction', site, ('travel since reversal',),
                           'odd', memory=True)
-    ratio = builder.samples.servo.values['mechanism.ratio'] if site == 'motor' else 1.0
+    ratio = builder.samples.servo.numbers['mechanism.ratio'] if site == 'motor' else 1.0
 
-    def torque(one):
+    def torque(one: EquationErrors) -> np.ndarray:
         way = one.motion.direction[:, None]
         elements = np.column_stack([stop_operator(one.motion[name], stop) for stop in stops])
         decays = way * np.exp(-ratio * one.motion.travel[:, None] / stops)

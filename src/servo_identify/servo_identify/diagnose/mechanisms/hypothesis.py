@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -108,7 +109,7 @@ class Hypothesis:
     columns: Columns
     signs: np.ndarray
     either: bool = False
-    knots: tuple = ()
+    knots: tuple[Any, ...] = ()
     path: str = ''
     room: tuple[float, float] = (-np.inf, np.inf)
     tried: int = 1

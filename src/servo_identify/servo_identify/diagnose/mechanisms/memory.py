@@ -35,7 +35,7 @@ def resonator(acceleration: np.ndarray, period: float, frequency: float,
 
 
 @njit(cache=True, nogil=True)
-def _stop(x, width):
+def _stop(x: np.ndarray, width: float) -> np.ndarray:
     out = np.zeros(len(x))
     z = 0.0
     for k in range(1, len(x)):

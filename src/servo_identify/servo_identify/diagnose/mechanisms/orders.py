@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS
 
 from .builder import Builder
-from .hypothesis import Form, Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism, Series
 
 LARGEST_ORDER = 200
 MOST = 3  # orders that one hypothesis takes in
 FEWEST = 50  # samples that say anything
 
 
-def waves(angle: np.ndarray, orders) -> np.ndarray:
+def waves(angle: np.ndarray, orders: Iterable[float]) -> np.ndarray:
     """Return cosine and sine of an angle (rad) at each order, shape (samples, 2 orders)."""
     return np.column_stack([wave for order in orders
                             for wave in (np.cos(order * angle), np.sin(order * angle))])
+
+
+def _waving(factor: Series, angle: str, orders: Sequence[float]) -> Series:
+    return lambda one: factor(one)[:, None] * waves(one.motion[angle], orders)
 
 
 def hats(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -28,7 +33,7 @@ def hats(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equation: str,
-             angle: str, signal: str, times: str, factor, y_unit: str, least: float = 1.0,
+             angle: str, signal: str, times: str, factor: Series, y_unit: str, least: float = 1.0,
              mean: bool = False) -> Iterator[Hypothesis]:
     """
     Yield hypotheses of waves over an angle.
@@ -47,11 +52,10 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
     for some in dict.fromkeys(((first,), harmonics, *((p, *(p * k for k in (2, 3)))
                                                       for p in parts), found)):
         orders = (0.0, *some)[not mean:]
-        columns = builder.place(signal, lambda one, orders=orders: (
-            factor(one)[:, None] * waves(one.motion[angle], orders)))
+        columns = builder.place(signal, _waving(factor, angle, orders))
         knots = tuple(order for order in orders for _ in range(2))
         form = Form('angle', 'rad', y_unit, lambda one: one.motion[angle],
-                    lambda x, orders=orders: waves(x, orders))
+                    partial(waves, orders=orders))
         one = builder.hypothesis(mechanism, columns, [0] * len(knots), knots, tried=tried,
                                  form=form)
         if one:
@@ -107,7 +111,8 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
     return tuple(found), len(tried)
 
 
-def _periodogram(angle, target, factor, orders) -> np.ndarray:
+def _periodogram(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
+                 orders: np.ndarray) -> np.ndarray:
     """Square that cosine and sine of each order, times a factor, take from a target."""
     turn = np.exp(1j * angle)
     wave = turn ** int(orders[0])

@@ -15,6 +15,7 @@ import numpy as np
 
 from servo_twin.balances.equation_terms import UNITS
 
+from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism, UNKNOWN
 from .orders import hats
@@ -64,7 +65,7 @@ def _pattern(builder: Builder, equation: str, variable: Variable, edges: np.ndar
     signal, site = PLACES[equation]
     by_flank = equation == 'transmission' and variable.name in ('load', 'angle')
 
-    def of(one):
+    def of(one: EquationErrors) -> np.ndarray:
         curve = hats(variable.sized(one), edges)
         if symmetry == 'even':
             return curve

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
-from .hypothesis import Hypothesis, Mechanism
+from .hypothesis import Hypothesis, Mechanism, Series
 from .orders import waves
 
 
@@ -16,12 +17,13 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
     """Yield the hypotheses of the sensors that every recording has."""
     has = frozenset.intersection(*(one.measured.channels for one in builder.samples.errors))
 
-    def off(name, channel, variables, symmetry, of, size=1):
+    def off(name: str, channel: str, variables: tuple[str, ...], symmetry: str, of: Series,
+            size: int = 1) -> Hypothesis | None:
         mechanism = Mechanism(name, 'sensor', channel, variables, symmetry)
         columns = builder.place(channel, of, -1.0)  # what a reading has too much is not true
         return builder.hypothesis(mechanism, columns, [0] * size)
 
-    def full(one):
+    def full(one: EquationErrors) -> int:
         return len(one.measured.recording)
 
     for channel, sensor in (('current', 'current_sensor'), ('torque', 'torque_sensor')):
@@ -61,6 +63,6 @@ def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
         mechanism, replace(columns, table=np.where(drive, made.table, columns.table)), [0])
 
 
-def _speed(one) -> np.ndarray:
+def _speed(one: EquationErrors) -> np.ndarray:
     test, angle = one.measured.fast, np.nan_to_num(one.angles()[1])
     return np.pad(test.smooth(angle, 1), test.reach, mode='edge')

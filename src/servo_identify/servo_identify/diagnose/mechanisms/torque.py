@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .friction import shaft_equation
-from .hypothesis import Form, Hypothesis, Mechanism
+from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import resonator
 from .orders import periodic, waves
 
@@ -33,7 +34,7 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from _payload(builder, residual)
 
 
-def _gravity(builder):
+def _gravity(builder: Builder) -> Hypothesis | None:
     mechanism = Mechanism('gravity', 'torque', 'load', ('angle',), 'even')
     form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'],
                 lambda x: waves(x, (1.0,)))
@@ -41,14 +42,14 @@ def _gravity(builder):
                               (1.0, 1.0), form=form)
 
 
-def _spring(builder):
+def _spring(builder: Builder) -> Hypothesis | None:
     low, high = builder.scales.travel('load_angle')
     if not high > low:
         return None
     mechanism = Mechanism('spring_load', 'torque', 'load', ('angle',), 'even')
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
-    def torque(angle):
+    def torque(angle: np.ndarray) -> np.ndarray:
         place = (angle - middle) / half
         ends = [np.maximum(way * place - (1.0 - 2.0 * share), 0.0) * -way
                 for share in STOPS for way in (1.0, -1.0)]
@@ -59,13 +60,13 @@ def _spring(builder):
                               [0, 1, 1, *[1] * 2 * len(STOPS)], form=form)
 
 
-def _saturation(builder):
+def _saturation(builder: Builder) -> Hypothesis | None:
     top = builder.scales.current
     if not top > 0.0:
         return None
     mechanism = Mechanism('torque_saturation', 'torque', 'motor', ('current',), 'odd')
 
-    def torque(current):
+    def torque(current: np.ndarray) -> np.ndarray:
         size = np.abs(current) / top
         lost = [size**3, *(np.maximum(size - knee, 0.0) for knee in KNEES)]
         return -np.sign(current)[:, None] * np.column_stack(lost)
@@ -85,8 +86,8 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     if not high > low:
         return
 
-    def columns(tones, damping):
-        def torque(one):
+    def columns(tones: np.ndarray, damping: float) -> Columns:
+        def torque(one: EquationErrors) -> np.ndarray:
             test, ratio = one.motion.test, one.servo.values['mechanism.ratio']
             has = one.measured.channels
             angle = one.angles()[1] if 'load_position' in has else one.angles()[0] / ratio

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
-from .hypothesis import Columns, Form, Hypothesis, Mechanism
+from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .memory import stop_operator
 from .orders import LARGEST_ORDER, periodic
 
@@ -41,17 +42,17 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     error = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
     yield from periodic(builder, error, residual, 'transmission', 'load_angle', 'torsion', '',
                         lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
-    ratio = builder.samples.servo.values['mechanism.ratio']
+    ratio = builder.samples.servo.numbers['mechanism.ratio']
     if 1.0 < ratio < LARGEST_ORDER and ratio != round(ratio) or ratio > LARGEST_ORDER:
         yield from periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
                             '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
 
 
-def _torsion(builder, of) -> Columns:
+def _torsion(builder: Builder, of: Series) -> Columns:
     return builder.place('torsion', of)
 
 
-def _compliance(builder):
+def _compliance(builder: Builder) -> Hypothesis | None:
     """
     The elasticity that a rigid twin lacks: torsion in proportion to torque and its rate.
 
@@ -60,9 +61,9 @@ def _compliance(builder):
     resonance would be too small beside its own torsion.
     """
     mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load',), 'odd')
-    inertia = builder.samples.servo.values['mechanism.load_inertia']
+    inertia = builder.samples.servo.numbers['mechanism.load_inertia']
 
-    def torsion(one):
+    def torsion(one: EquationErrors) -> np.ndarray:
         torque, period = one.transmitted(), one.measured.period
         if 'torque' not in one.measured.channels:
             torque = torque - inertia * one.motion['load_acceleration']
@@ -73,7 +74,7 @@ def _compliance(builder):
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1, 1])
 
 
-def _backlash(builder):
+def _backlash(builder: Builder) -> Hypothesis | None:
     mechanism = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd')
     columns = _torsion(builder, lambda one: 0.5 * one.flank(one.motion)[:, None])
     form = Form('load', 'N m', 'rad', lambda one: np.abs(one.transmitted()),
@@ -86,10 +87,10 @@ def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
     return [np.minimum(torque / (share * top), 1.0) for share in BENDS]
 
 
-def _bent(builder, top):
+def _bent(builder: Builder, top: float) -> Hypothesis | None:
     mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'odd')
 
-    def torsion(torque):
+    def torsion(torque: np.ndarray) -> np.ndarray:
         return np.sign(torque)[:, None] * np.column_stack(_bends(np.abs(torque), top))
 
     form = Form('load', 'N m', 'rad', lambda one: one.transmitted(), torsion)
@@ -97,13 +98,13 @@ def _bent(builder, top):
                               tuple(s * top for s in BENDS), either=True, form=form)
 
 
-def _by_load(builder, top):
+def _by_load(builder: Builder, top: float) -> Hypothesis | None:
     """A clearance that grows with the load; where the servo has one already, its growth alone."""
     mechanism = Mechanism('load_dependent_backlash', 'clearance', 'mesh', ('load',), 'odd')
     known = builder.known('clearance')
     edges = (0.0, *BENDS, 1.0)
 
-    def width(torque):
+    def width(torque: np.ndarray) -> np.ndarray:
         share = np.abs(torque) / top
         grown = [np.clip((share - low) / (high - low), 0.0, 1.0)
                  for low, high in zip(edges[:-1], edges[1:], strict=True)]
@@ -117,13 +118,13 @@ def _by_load(builder, top):
                               knots if known else (0.0, *knots), form=form)
 
 
-def _hysteresis(builder, top):
+def _hysteresis(builder: Builder, top: float) -> Hypothesis | None:
     mechanism = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
 
-    def torsion(one):
+    def torsion(one: EquationErrors) -> np.ndarray:
         torque = one.transmitted()
         return -np.column_stack([stop_operator(torque, share * top) for share in LOOPS])
 
-    stiffness = builder.samples.servo.values.get('mechanism.stiffness', 1.0)
+    stiffness = builder.samples.servo.numbers.get('mechanism.stiffness', 1.0)
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(LOOPS),
                               tuple(s * top for s in LOOPS), detail={'stiffness': stiffness})

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
 
 from servo_twin.physics.catalogue import registered
+from servo_twin.physics.effect import Effect
 from servo_twin.physics.servo import Placed, ServoError
 
 from ..residuals.equation_errors import EquationErrors
@@ -22,7 +23,8 @@ def user_effects_of(builder: Builder) -> Iterator[Hypothesis]:
     for effect in registered():
         amplitudes, shapes = effect.amplitudes(), effect.shapes()
         grids = [effect.parameters[name].grid or tuple(
-            share * effect.parameters[name].default for share in SHAPES) for name in shapes]
+            share * float(np.asarray(effect.parameters[name].default)) for share in SHAPES)
+            for name in shapes]
         tried = int(np.prod([len(grid) for grid in grids])) if grids else 1
         for site in effect.sites:
             for some in product(*grids):
@@ -39,11 +41,12 @@ def user_effects_of(builder: Builder) -> Iterator[Hypothesis]:
                     yield one
 
 
-def _columns(builder: Builder, effect, site: str, amplitudes, values) -> np.ndarray | None:
+def _columns(builder: Builder, effect: type[Effect], site: str, amplitudes: Sequence[str],
+             values: Mapping[str, float]) -> np.ndarray | None:
     """Return what one unit of each amplitude does to all residuals, (samples, n)."""
     samples, name = builder.samples, f'{effect.name}_tried'
     placed, columns = Placed(name, effect, site), []
-    off = {n: effect.parameters[n].off for n in amplitudes}
+    off = {n: value for n in amplitudes if (value := effect.parameters[n].off) is not None}
     try:
         servo = samples.servo.with_effects(placed, values=placed.paths({**off, **values}))
     except ServoError:
@@ -51,7 +54,7 @@ def _columns(builder: Builder, effect, site: str, amplitudes, values) -> np.ndar
     errors = [EquationErrors(servo, one.measured) for one in samples.errors]
     before = [one.residuals(servo.theta) for one in errors]
     for amplitude in amplitudes:
-        step = float(effect.parameters[amplitude].default) or 1.0
+        step = float(np.asarray(effect.parameters[amplitude].default)) or 1.0
         moved = servo.with_values(placed.paths({amplitude: step})).theta
         change = {}
         for number, (one, base) in enumerate(zip(errors, before, strict=True)):

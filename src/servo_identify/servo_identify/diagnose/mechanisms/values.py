@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
+
+from servo_twin.physics.effect import Parameter
+from servo_twin.physics.servo import Placed
 
 from ..residuals.nuisance import slope
 from .builder import Builder
@@ -37,7 +40,7 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
             continue  # the number of teeth is known
         if section == 'effects' and parameter.off is None:
             continue
-        value = float(servo.values[path])
+        value = servo.numbers[path]
         least, most = parameter.bounds
         step = SLOPE * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
         column = slope(samples, path, step, (least, most))
@@ -66,12 +69,12 @@ def _line(path: str, mechanism: Mechanism) -> Form | None:
     return None
 
 
-def _default(parameter) -> float:
+def _default(parameter: Parameter) -> float:
     default = parameter.default
     return float(max(map(abs, default)) if isinstance(default, tuple) else default)
 
 
-def _of_value(path: str, sites) -> Mechanism:
+def _of_value(path: str, sites: Mapping[str, Placed]) -> Mechanism:
     leaf = path.rpartition('.')[2]
     if path.startswith('effects.'):
         placed = sites[path.split('.')[1]]
@@ -95,7 +98,7 @@ def _controller(builder: Builder) -> Iterator[Hypothesis]:
     columns, names = [], []
     for path, parameter in servo.declarations():
         if path.startswith('controller.') and parameter.off is not None:
-            value = float(servo.values[path])
+            value = servo.numbers[path]
             step = 0.25 * abs(value) or 0.1 * abs(_default(parameter)) or 0.1
             columns.append(slope(samples, path, step, parameter.bounds))
             names.append(path)

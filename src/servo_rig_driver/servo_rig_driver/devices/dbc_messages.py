@@ -1,0 +1,70 @@
+"""Messages of one device by a DBC file, which cantools reads: names and values, no bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import cantools
+
+from .device import DeviceError
+from .pdo_table import FrameError
+from .tables import table_path
+
+
+class DbcMessages:
+    """
+    The messages of a DBC file whose identifiers are those of node 0.
+
+    Raises DeviceError for a file that is missing or no DBC.
+    """
+
+    def __init__(self, name: str, device: str = 'Axis') -> None:
+        self.file = table_path(name, '.dbc')
+        self._device = device
+        try:
+            database = cantools.database.load_file(self.file)
+            self._by_name = {message.name: message for message in database.messages}
+        except Exception as error:  # textparser's, cantools' and plain ValueErrors alike
+            raise DeviceError(f'{self.file} is no DBC file that can be read: {error}') from error
+        self._by_id = {message.frame_id: name for name, message in self._by_name.items()}
+
+    def need(self, name: str, *signals: str) -> None:
+        """Raise DeviceError for a message or a signal that the file lacks."""
+        if name not in self._by_name:
+            raise DeviceError(f"{self.file} has no message '{name}'; it has "
+                              f'{sorted(self._by_name)}')
+        known = self._by_name[name].signal_tree
+        for signal in signals:
+            if signal not in known:
+                raise DeviceError(f"{self.file}: message '{name}' has no signal '{signal}'; it "
+                                  f'has {known}')
+
+    def identifier(self, name: str) -> int:
+        """Return the identifier of a message, that of node 0."""
+        return self._by_name[name].frame_id
+
+    def name_of(self, identifier: int) -> str | None:
+        """Return the message with this identifier, that of node 0; None where there is none."""
+        return self._by_id.get(identifier)
+
+    def from_device(self, name: str) -> bool:
+        """Whether the device sends a message."""
+        return self._device in self._by_name[name].senders
+
+    def encode(self, name: str, values: Mapping[str, float | str]) -> tuple[int, bytes]:
+        """Return (identifier of node 0, data) of a message; words stand for choices."""
+        message = self._by_name[name]
+        return message.frame_id, message.encode(values)
+
+    def decode(self, name: str, data: bytes) -> dict[str, float]:
+        """Return the values of a message; raises FrameError for a wrong length."""
+        message = self._by_name[name]
+        if len(data) != message.length:
+            raise FrameError(f'frame 0x{message.frame_id:03X} ({name}) has {len(data)} bytes, '
+                             f'expected {message.length}')
+        return message.decode(data, decode_choices=False)
+
+    def words(self, name: str, signal: str, value: int) -> str:
+        """Return a value in words, by the choices of its signal."""
+        choices = self._by_name[name].get_signal_by_name(signal).choices or {}
+        return str(choices.get(value, f'{signal} 0x{value:X}'))

@@ -1,0 +1,154 @@
+"""
+Leads a drive up and down, one order at a time, whatever protocol it speaks.
+
+The states are those of CiA 402, the finest that drives here have; a protocol that knows fewer
+states uses those that it has. Pure logic: no bus, no clock; time is handed in, in seconds.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from math import inf
+
+
+class DriveState(Enum):
+    """How a drive stands, in the words of CiA 402; UNKNOWN until it has told."""
+
+    NOT_READY = 'not ready'
+    SWITCH_ON_DISABLED = 'switch on disabled'
+    READY_TO_SWITCH_ON = 'ready to switch on'
+    SWITCHED_ON = 'switched on'
+    OPERATION_ENABLED = 'operation enabled'
+    QUICK_STOP_ACTIVE = 'quick stop active'
+    FAULT_REACTION_ACTIVE = 'fault reaction active'
+    FAULT = 'fault'
+    UNKNOWN = 'unknown'
+
+    @property
+    def words(self) -> str:
+        """The name as people write it."""
+        return self.value
+
+
+MAY_PUSH = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE,
+            DriveState.FAULT_REACTION_ACTIVE, DriveState.UNKNOWN)
+"""States in which a motor has, or may have, torque."""
+
+
+class Order(Enum):
+    """What a master wants of a drive."""
+
+    NO_TORQUE = 'no torque'
+    QUICK_STOP = 'brake to rest'
+    ENABLE = 'one step towards following the reference'
+    RESET = 'clear the fault'
+
+
+_LEADS_UP = (DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON,
+             DriveState.OPERATION_ENABLED)
+
+
+class DriveMaster:
+    """
+    Leads a drive to OPERATION ENABLED, or away from it.
+
+    A fault is reset by an order that stands for ``pulse`` seconds; before each
+    try the master waits ``pause`` seconds, and after ``resets`` tries it gives up. Tries are
+    forgiven once the drive has been enabled for ``forgive`` seconds on end.
+
+    A drive that somebody has stopped while it was enabled is ``held``: it is not reset, and stays
+    down until begin().
+
+    A drive that follows its reference is taken down in order: quick stop, by which it brakes under
+    its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
+    seconds after.
+    """
+
+    def __init__(self, resets: int = 5, pause: float = 0.5, pulse: float = 0.05,
+                 forgive: float = 10.0, quick_stop: float = 0.5) -> None:
+        self.resets = resets
+        self.pause = pause
+        self.pulse = pulse
+        self.forgive = forgive
+        self.quick_stop = quick_stop
+        self.enable = False
+        self.state = DriveState.UNKNOWN
+        self.tries = 0
+        self._enabled_since: float | None = None
+        self._stopping_since: float | None = None
+        self._followed = False  # whether it has since begin()
+        self.held = False
+        self._no_fault()
+
+    def begin(self) -> None:
+        """Note that a person wants the drive up: all tries are there again."""
+        self.tries = 0
+        self._followed = self.held = False
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the drive follows its reference, as far as it has told."""
+        return self.enable and self.state is DriveState.OPERATION_ENABLED
+
+    @property
+    def given_up(self) -> bool:
+        """Whether the drive is in fault, and held or all resets have been tried."""
+        return self.held or (self.state is DriveState.FAULT and self.tries >= self.resets
+                and self._retry_at is None)
+
+    def forget(self) -> None:
+        """Start over, as after a restart of the rig; the tries used up stay used up."""
+        self.state = DriveState.UNKNOWN
+        self._enabled_since = None
+        self._no_fault()
+
+    def step(self, state: DriveState, now: float, emergency_stop: bool = False) -> Order:
+        """
+        Return the order that answers a state of the drive.
+
+        ``now`` is any steady time, s. With ``enable`` false the drive is led by a quick stop to
+        a state without torque, and a fault is left as it is.
+        """
+        self.state = state
+        if self.state is not DriveState.OPERATION_ENABLED:
+            self._enabled_since = None
+        elif self._enabled_since is None:
+            self._enabled_since = now
+            self._followed = True
+        elif now - self._enabled_since >= self.forgive:
+            self.tries = 0
+        if not self.enable:
+            return self._down(now)
+        self._stopping_since = None
+        if self.state is DriveState.FAULT:
+            self.held |= emergency_stop and self._followed
+            return Order.NO_TORQUE if self.held else self._reset(now)
+        self._no_fault()
+        return Order.ENABLE if state in _LEADS_UP else Order.NO_TORQUE
+
+    def _down(self, now: float) -> Order:
+        if self.state not in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
+            return Order.NO_TORQUE
+        if self._stopping_since is None:
+            self._stopping_since = now
+        stopping = now - self._stopping_since < self.quick_stop
+        return Order.QUICK_STOP if stopping else Order.NO_TORQUE
+
+    def _reset(self, now: float) -> Order:
+        if now < self._pulse_until:
+            return Order.RESET
+        if self._retry_at is None and self.tries < self.resets:
+            self._retry_at = now + self.pause
+        if self._retry_at is None or now < self._retry_at:
+            return Order.NO_TORQUE
+        if self.tries >= self.resets:
+            self._retry_at = None
+            return Order.NO_TORQUE
+        self.tries += 1
+        self._pulse_until = now + self.pulse
+        self._retry_at = self._pulse_until + self.pause
+        return Order.RESET
+
+    def _no_fault(self) -> None:
+        self._retry_at = None
+        self._pulse_until = -inf

@@ -1,0 +1,143 @@
+"""
+Actuators in MIT mode (RobStride, CyberGear, CubeMars): five numbers out, a state back.
+
+The drive's own law, at its output shaft and at its own rate, is
+
+    torque = kp (position - measured) + kd (velocity - measured) + feed-forward
+
+so that each command of this driver is a choice of these five. Source: the vendors' manuals, named
+in devices/tables. One table a model holds identifiers, bits and ranges; this class knows none.
+"""
+
+from __future__ import annotations
+
+from math import nan
+
+from ..can_bus.bus_port import Frames
+from ..can_bus.unix_frames import EXTENDED
+from ..driver.rig_watch import RigWatch
+from ..driver.setpoints import Mode, Setpoint
+from .drive_master import DriveState, Order
+from .mit_table import MitTable
+from .on_request import DriveSettings, OnRequest
+
+_ZERO = {'position': 0.0, 'velocity': 0.0, 'kp': 0.0, 'kd': 0.0, 'torque': 0.0}
+
+
+class MitMode(OnRequest):
+    """One actuator in MIT mode, by its table."""
+
+    def __init__(self, table: MitTable, settings: DriveSettings, watch: RigWatch) -> None:
+        super().__init__(settings, watch)
+        self.table = table
+        self._ids = {'drive': settings.node, 'host': settings.host}
+        self._flag = EXTENDED if table.extended else 0
+        self.forget_told()
+
+    def forget_told(self) -> None:
+        """Forget the state, what was asked last, and the turns counted."""
+        self._state = DriveState.UNKNOWN
+        self._fault = ''
+        self._sent = ''
+        self._last_order: Order | None = None
+        self._turns = 0.0
+        self._last_angle: float | None = None
+
+    @property
+    def state(self) -> DriveState:
+        """How the drive stands by its last answer."""
+        return self._state
+
+    @property
+    def fault(self) -> str:
+        """What the last answer says is wrong."""
+        return self._fault
+
+    def _frame(self, name: str, **values: float) -> Frames:
+        self._sent = name
+        identifier, data = self.table.frames[name].pack(self._ids | values)
+        return [(identifier | self._flag, data)]
+
+    def query(self) -> Frames:
+        """Return a command of zero torque, which every state answers."""
+        return self._frame('control', **_ZERO)
+
+    def off(self) -> Frames:
+        """Return the stop frame."""
+        return self._frame('stop')
+
+    def greeting(self) -> Frames:
+        """Return the watchdog's time, where a model takes it over the bus."""
+        if 'watchdog' not in self.table.frames:
+            return []
+        return self._frame('watchdog', time=round(
+            self.settings.watchdog * self.table.watchdog_rate))
+
+    def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
+        """Return the one frame that gives the order; the drive answers each."""
+        cleared, self._last_order = self._last_order is Order.RESET, order
+        if self.up(self._state, order):
+            return self._frame('control', **self._law(order, point))
+        if order is Order.ENABLE:
+            return self._frame('enable')
+        if order is Order.RESET and not cleared:
+            return self._frame('clear')
+        if self._state is DriveState.FAULT:  # a stop frame might clear it
+            return self.query()
+        return self.off()
+
+    def _law(self, order: Order, point: Setpoint | None) -> dict[str, float]:
+        own = self.settings
+        if order is Order.QUICK_STOP:
+            return _ZERO | {'kd': own.brake}
+        if point is None or point.mode is Mode.OFF:
+            return _ZERO
+        if point.mode is Mode.CURRENT:
+            return _ZERO | {'torque': point.reference * own.torque_per_ampere}
+        if point.mode is Mode.VELOCITY:
+            return _ZERO | {'velocity': point.reference, 'kd': own.kd}
+        return _ZERO | {'position': point.reference, 'kp': own.kp, 'kd': own.kd}
+
+    def hear(self, identifier: int, data: bytes) -> bool | None:
+        """Keep what a feedback frame tells."""
+        if bool(identifier & EXTENDED) != self.table.extended:
+            return None
+        told = self.table.frames['feedback'].unpack(identifier & ~EXTENDED, data)
+        if told is None or any(told.get(who, number) != number
+                               for who, number in self._ids.items()):
+            return None
+        self._state, self._fault = self.table.state(told, self._sent, self._state)
+        own, reading = self.settings, self.reading
+        reading.motor_position = self._unwrapped(told['position']) * own.ratio
+        reading.load_speed = told['velocity']
+        reading.current = told['torque'] / own.torque_per_ampere
+        reading.temperature = told['temperature']
+        return True
+
+    def _unwrapped(self, angle: float) -> float:
+        """
+        Return the angle with its turns counted, where the field goes on at its other end.
+
+        A field that is held at its ends says nothing there: NaN.
+        """
+        ends = self.table.ranges['position']
+        if not self.table.wraps and not ends.low < angle < ends.high:
+            return nan
+        if self.table.wraps:
+            span = ends.high - ends.low
+            if self._last_angle is not None and abs(angle - self._last_angle) > 0.5 * span:
+                self._turns += span if angle < self._last_angle else -span
+            self._last_angle = angle
+        return angle + self._turns
+
+    def foreign(self, identifier: int, data: bytes) -> str:
+        """Return which of a driver's frames was heard."""
+        if bool(identifier & EXTENDED) != self.table.extended:
+            return ''
+        for name in self.table.commands:
+            frame = self.table.frames[name]
+            told = frame.identifier.unpack(identifier & ~EXTENDED)
+            if told is not None and told.get('drive') == self._ids['drive'] \
+                    and len(data) == frame.length:
+                return f'{name} (0x{identifier & ~EXTENDED:X})'
+        return ''

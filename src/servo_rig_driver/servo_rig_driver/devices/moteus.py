@@ -1,0 +1,125 @@
+"""
+A moteus controller: one CAN FD frame writes the command and reads the state.
+
+All commands use its position mode, whose watchdog then guards each of them; a pure current is a
+feed-forward torque with both gains scaled to zero. Source: mjbots moteus, docs/protocol.
+"""
+
+from __future__ import annotations
+
+from math import nan, tau
+
+from ..can_bus.bus_port import Frames
+from ..can_bus.unix_frames import EXTENDED, FD
+from ..driver.rig_watch import RigWatch
+from ..driver.setpoints import Mode, Setpoint
+from .drive_master import DriveState, Order
+from .moteus_registers import FAULTED, identifier, MoteusTable, padded, TIMEOUT
+from .on_request import DriveSettings, OnRequest
+
+LIMITING = 96
+"""From this `fault` on, a code says what limits the power, and is none."""
+
+
+class Moteus(OnRequest):
+    """One controller, by a table of registers."""
+
+    fd = True
+
+    def __init__(self, table: MoteusTable, settings: DriveSettings, watch: RigWatch) -> None:
+        super().__init__(settings, watch)
+        self.table = table
+        self._to_drive = identifier(settings.host, settings.node, reply=True)
+        self._reads = table.read(table.reads)
+        self.forget_told()
+
+    def forget_told(self) -> None:
+        """Forget the state."""
+        self._state = DriveState.UNKNOWN
+        self._fault = ''
+        self._last_order: Order | None = None
+        self._holds = False  # whether the last command closed the position loop
+
+    @property
+    def state(self) -> DriveState:
+        """How the drive stands by its register `mode`."""
+        return self._state
+
+    @property
+    def fault(self) -> str:
+        """What its register `fault` says, or that its watchdog saw no command."""
+        return self._fault
+
+    def _frame(self, values: dict[str, float]) -> Frames:
+        return [(self._to_drive, padded(self.table.write(values) + self._reads))]
+
+    def query(self) -> Frames:
+        """Return a frame that reads alone."""
+        return self._frame({})
+
+    def greeting(self) -> Frames:
+        """Return nothing: the drive needs no word before it is enabled."""
+        return []
+
+    def off(self) -> Frames:
+        """Return the stop command."""
+        return self._frame({'mode': self.table.modes['stopped']})
+
+    def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
+        """Return the command and the request in one frame."""
+        cleared, self._last_order = self._last_order is Order.RESET, order
+        if self.up(self._state, order) or order is Order.ENABLE:
+            return self._frame(self._command(order, point))
+        if order is Order.RESET and not cleared:
+            return self.off()
+        if self._state is DriveState.FAULT:  # a stop command would clear it
+            return self.query()
+        return self.off()
+
+    def _command(self, order: Order, point: Setpoint | None) -> dict[str, float]:
+        own = self.settings
+        if order is Order.QUICK_STOP:
+            return {'mode': self.table.modes['zero_velocity'], 'watchdog_timeout': own.watchdog}
+        held, position, velocity, torque, gains = self._holds, nan, 0.0, 0.0, 0.0
+        if point is not None and point.mode is Mode.CURRENT:
+            torque = point.reference * own.torque_per_ampere
+        elif point is not None and point.mode is Mode.VELOCITY:
+            velocity, gains = point.reference / tau, 1.0
+            if not held:  # its position loop would go on from where it was closed last
+                position = self.reading.motor_position / own.ratio / tau
+        elif point is not None and point.mode is Mode.POSITION:
+            position, gains = point.reference / tau, 1.0
+        self._holds = gains > 0.0
+        return {'mode': self.table.modes['position'], 'command_position': position,
+                'command_velocity': velocity, 'feedforward_torque': torque, 'kp_scale': gains,
+                'kd_scale': gains, 'watchdog_timeout': own.watchdog, 'ilimit_scale': gains}
+
+    def hear(self, identifier: int, data: bytes) -> bool | None:
+        """Keep what a reply tells."""
+        if not identifier & FD or (identifier & ~(FD | EXTENDED)) != (
+                self.settings.node << 8 | self.settings.host):
+            return None
+        told, _ = self.table.parse(data)
+        if any(one.name not in told for one in self.table.reads):
+            return False
+        mode, code = int(told['mode']), int(told['fault'])
+        self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
+        self._fault = ''
+        if mode == TIMEOUT:
+            self._fault = self.table.timeout
+        elif mode == FAULTED or 0 < code < LIMITING:
+            self._fault = self.table.faults.get(code, f'fault code {code}')
+        own, reading = self.settings, self.reading
+        reading.motor_position = told['position'] * tau * own.ratio
+        reading.load_speed = told['velocity'] * tau
+        reading.current = told['q_current']
+        reading.current_reference = told['control_torque'] / own.torque_per_ampere
+        reading.temperature = told['temperature']
+        return True
+
+    def foreign(self, identifier: int, data: bytes) -> str:
+        """Return the frame that another driver sent to this drive."""
+        number = identifier & ~(FD | EXTENDED)
+        if not identifier & FD or number & 0xFF != self.settings.node:
+            return ''
+        return f'a command (0x{number:04X})'

@@ -1,0 +1,191 @@
+"""
+An ODrive axis over CAN Simple: set-points out, estimates and current back by remote frames.
+
+The table is devices/tables/odrive_cansimple.dbc. Positions are revolutions of the motor, torques
+N m at the motor. Source: ODrive documentation, CAN Protocol.
+"""
+
+from __future__ import annotations
+
+from math import tau
+
+from ..can_bus.bus_port import Frames
+from ..can_bus.unix_frames import EXTENDED, FD, REMOTE
+from ..driver.rig_watch import RigWatch
+from ..driver.setpoints import Mode, Setpoint
+from .dbc_messages import DbcMessages
+from .drive_master import DriveState, Order
+from .on_request import DriveSettings, OnRequest
+
+NODES = 32
+"""Identifiers of one axis; the upper bits are its id, the lower five the command."""
+ANSWERS = ('Get_Encoder_Estimates', 'Get_Iq')
+SELDOM = 'Get_Temperature'
+SELDOM_EVERY = 50  # requests
+ESTOP = 'emergency stop requested'
+"""The error, in the words of the table, that a button leaves."""
+ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
+
+_STATES = {'idle': DriveState.SWITCH_ON_DISABLED,
+           'closed loop control': DriveState.OPERATION_ENABLED}
+
+
+class Odrive(OnRequest):
+    """One axis, by the messages of a DBC file."""
+
+    def __init__(self, messages: DbcMessages, settings: DriveSettings, watch: RigWatch) -> None:
+        super().__init__(settings, watch)
+        self.messages = messages
+        self._base = settings.node * NODES
+        self._requests = [self._request(name) for name in ANSWERS]
+        self._seldom = self._request(SELDOM)
+        self._asks = 0
+        self.forget_told()
+
+    def forget_told(self) -> None:
+        """Forget the state, the mode that was told, and half an answer."""
+        self._state = DriveState.UNKNOWN
+        self._fault = ''
+        self._mode = ''
+        self._estimates = 0  # that have come without their current
+        self._wanted = ''
+        self._wanted_at = 0
+        self._last_order: Order | None = None
+
+    @property
+    def state(self) -> DriveState:
+        """How the axis stands by its last heartbeat."""
+        return self._state
+
+    @property
+    def fault(self) -> str:
+        """The errors of the last heartbeat."""
+        return self._fault
+
+    def _message(self, name: str, **values: float | str) -> tuple[int, bytes]:
+        identifier, data = self.messages.encode(name, values)
+        return self._base + identifier, data
+
+    def _request(self, name: str) -> tuple[int, bytes]:
+        return self._base + self.messages.identifier(name) | REMOTE, b''
+
+    def query(self) -> Frames:
+        """Return the remote frames that make an answer."""
+        self._asks += 1
+        return self._requests + ([self._seldom] if self._asks % SELDOM_EVERY == 1 else [])
+
+    def greeting(self) -> Frames:
+        """Return nothing: the drive needs no word before it is enabled."""
+        return []
+
+    def off(self) -> Frames:
+        """Return the request for the state without torque."""
+        self._wanted = ''
+        return [self._message('Set_Axis_State', Axis_Requested_State='idle')]
+
+    def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
+        """Return what gives the order, and the request."""
+        cleared, self._last_order = self._last_order is Order.RESET, order
+        if self.up(self._state, order):
+            told = self._input(order, point)
+        elif order is Order.ENABLE:
+            told = self._input(order, None) + self._ask_state('closed loop control', now)
+        elif order is Order.RESET:
+            told = [] if cleared else [self._message('Clear_Errors', Identify=0)]
+        elif self._state is DriveState.FAULT:
+            told = []
+        else:
+            told = self._ask_state('idle', now)
+        return told + self.query()
+
+    def _ask_state(self, name: str, now: int) -> Frames:
+        """Return the request for a state; not each time, since an axis then enters it again."""
+        if self._wanted == name and now - self._wanted_at < ASK_STATE_EVERY:
+            return []
+        if name == 'idle' and self._state is DriveState.SWITCH_ON_DISABLED:
+            return []
+        self._wanted, self._wanted_at = name, now
+        return [self._message('Set_Axis_State', Axis_Requested_State=name)]
+
+    def _input(self, order: Order, point: Setpoint | None) -> Frames:
+        own = self.settings
+        to_motor = own.ratio / tau
+        if order is Order.QUICK_STOP:
+            mode, sent = 'velocity', self._message('Set_Input_Vel', Input_Vel=0.0,
+                                                   Input_Torque_FF=0.0)
+        elif point is None or point.mode is Mode.OFF:
+            mode, sent = 'torque', self._message('Set_Input_Torque', Input_Torque=0.0)
+        elif point.mode is Mode.CURRENT:
+            mode, sent = 'torque', self._message(
+                'Set_Input_Torque', Input_Torque=point.reference * own.torque_constant)
+        elif point.mode is Mode.VELOCITY:
+            mode, sent = 'velocity', self._message(
+                'Set_Input_Vel', Input_Vel=point.reference * to_motor, Input_Torque_FF=0.0)
+        else:
+            mode, sent = 'position', self._message(
+                'Set_Input_Pos', Input_Pos=point.reference * to_motor, Vel_FF=0.0, Torque_FF=0.0)
+        if mode == self._mode:
+            return [sent]
+        self._mode = mode
+        return [self._message('Set_Controller_Mode', Control_Mode=mode,
+                              Input_Mode='passthrough'), sent]
+
+    def hear(self, identifier: int, data: bytes) -> bool | None:
+        """Keep what a message of the axis tells; the last of ANSWERS makes the answer whole."""
+        name = self.messages.name_of(identifier - self._base)
+        if name is None or not self.messages.from_device(name):
+            return None
+        told = self.messages.decode(name, data)
+        own, reading = self.settings, self.reading
+        if name == 'Heartbeat':
+            self._take_heartbeat(int(told['Axis_Error']), int(told['Axis_State']))
+        elif name == 'Get_Encoder_Estimates':
+            reading.motor_position = told['Pos_Estimate'] * tau
+            reading.load_speed = told['Vel_Estimate'] * tau / own.ratio
+        elif name == 'Get_Iq':
+            reading.current = told['Iq_Measured']
+            reading.current_reference = told['Iq_Setpoint']
+        elif name == SELDOM:
+            reading.temperature = told['Motor_Temperature']
+        return self._whole(name)
+
+    def _whole(self, name: str) -> bool:
+        """Whether a message is the second one of an answer whose first one has come."""
+        if name == ANSWERS[0]:
+            self._estimates += 1
+        elif name == ANSWERS[1] and self._estimates:
+            self._estimates -= 1
+            return True
+        return False
+
+    def _take_heartbeat(self, errors: int, state: int) -> None:
+        words = self.messages.words('Heartbeat', 'Axis_State', state)
+        self._state = _STATES.get(words, DriveState.NOT_READY)
+        self._fault = ', '.join(
+            self.messages.words('Heartbeat', 'Axis_Error', 1 << bit)
+            for bit in range(errors.bit_length()) if errors >> bit & 1)
+        self.emergency_stop = ESTOP in self._fault
+        if errors and self._state is DriveState.SWITCH_ON_DISABLED:
+            self._state = DriveState.FAULT
+
+    def foreign(self, identifier: int, data: bytes) -> str:
+        """Return which request or command of another driver was heard; anybody may press Estop."""
+        if identifier & (EXTENDED | FD):
+            return ''
+        name = self.messages.name_of((identifier & ~REMOTE) - self._base)
+        if name is None or name == 'Estop':
+            return ''
+        return f'{name} (0x{identifier & ~REMOTE:03X})'
+
+
+def load_odrive(name: str) -> DbcMessages:
+    """Return the messages of a shipped DBC file or of another one; raises DeviceError."""
+    messages = DbcMessages(name)
+    messages.need('Heartbeat', 'Axis_Error', 'Axis_State')
+    messages.need('Get_Encoder_Estimates', 'Pos_Estimate', 'Vel_Estimate')
+    messages.need('Get_Iq', 'Iq_Setpoint', 'Iq_Measured')
+    messages.need(SELDOM, 'Motor_Temperature')
+    for command in ('Set_Axis_State', 'Set_Controller_Mode', 'Set_Input_Pos', 'Set_Input_Vel',
+                    'Set_Input_Torque', 'Clear_Errors'):
+        messages.need(command)
+    return messages

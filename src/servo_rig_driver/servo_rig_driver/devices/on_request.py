@@ -1,0 +1,247 @@
+"""
+One drive that is asked for each sample and answers once: what ODrive, MIT mode and moteus share.
+
+An answer names no request; it is that of the oldest one that is open. None of these drives has a
+quick stop of its own: the driver brakes it to rest by its speed loop, and then takes the torque
+away.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import isfinite, isnan, nan
+
+from ..can_bus.bus_port import BusPort, Frames
+from ..driver.rig_watch import RigWatch
+from ..driver.sample_blocks import COLUMNS
+from ..driver.setpoints import Mode, Setpoint
+from .device import Answer, Device, DeviceError, Outcome
+from .drive_master import DriveState, Order
+
+ECHO = 20_000_000  # ns within which two drives of one id have both answered
+PROOFS = 3
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """
+    One drive on its bus and on its machine.
+
+    ``node`` and ``host`` are the ids of drive and driver, ``ratio`` the turns of the motor for one
+    of the load, ``torque_constant`` in N m/A at the motor. ``kp`` (N m/rad), ``kd`` and ``brake``
+    (N m s/rad) are gains at the load for drives that take them with each command. ``rest_speed``,
+    rad/s at the load, ends a quick stop; ``watchdog``, s, is after what silence the drive stops by
+    itself, for drives that are told so over the bus. ``retry`` in s.
+    """
+
+    node: int
+    host: int
+    ratio: float
+    torque_constant: float
+    rest_speed: float
+    kp: float = 0.0
+    kd: float = 0.0
+    brake: float = 0.0
+    watchdog: float = 0.1
+    retry: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Raise DeviceError for what a data sheet has to say and nobody has."""
+        for name, unit in (('ratio', ''), ('torque_constant', ' N m/A'), ('rest_speed', ' rad/s')):
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0.0):
+                raise DeviceError(f'device.{name} = {value:g}{unit}; it must be given, above 0')
+
+    @property
+    def torque_per_ampere(self) -> float:
+        """Torque at the load for one ampere, N m/A."""
+        return self.torque_constant * self.ratio
+
+
+@dataclass
+class Reading:
+    """What a drive has told last: rad at the motor, rad/s at the load, A and degC; NaN: not."""
+
+    motor_position: float = nan
+    load_speed: float = nan
+    current: float = nan
+    current_reference: float = nan
+    temperature: float = nan
+
+
+class OnRequest(Device):
+    """A drive asked by one frame or a few; a protocol says which, and reads what comes back."""
+
+    on_request = True
+    kinds = 1
+
+    def __init__(self, settings: DriveSettings, watch: RigWatch) -> None:
+        self.settings = settings
+        self.watch = watch
+        self.nodes: Mapping[int, str] = watch.nodes
+        self.doubled: list[int] = []
+        self.reading = Reading()
+        self._sampling = False  # whether answers are samples
+        self._answers = 0
+        self._braked = 0
+        self._rested = False
+
+    @abstractmethod
+    def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
+        """Return an order with its set-point, and the request for an answer; ``now`` in ns."""
+
+    @abstractmethod
+    def query(self) -> Frames:
+        """Return a request for an answer that changes nothing in a drive, and gives no torque."""
+
+    @abstractmethod
+    def off(self) -> Frames:
+        """Return the frames that take the torque away."""
+
+    @abstractmethod
+    def hear(self, identifier: int, data: bytes) -> bool | None:
+        """
+        Keep what a frame of the drive tells; whether the answer is whole now.
+
+        None for a frame that is not the drive's. Raises FrameError for a wrong length.
+        """
+
+    @abstractmethod
+    def foreign(self, identifier: int, data: bytes) -> str:
+        """Return in words what another driver told this drive by a frame, empty for all others."""
+
+    @abstractmethod
+    def greeting(self) -> Frames:
+        """Return what a drive has to be told once, before it is enabled; [] for nothing."""
+
+    def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
+        """Ask until the drive answers; then tell it what it has to know."""
+        self.watch.beats.expect(now())
+        while True:
+            answers = self._asked(port, now)
+            if not wanted():
+                return Outcome.CALLED_OFF
+            if self.watch.foreign:
+                return Outcome.FOREIGN
+            if answers:
+                break
+            self.watch.silent(now())
+        if answers > 1 and all(self._asked_quietly(port, now) > 1 for _ in range(PROOFS)):
+            self.doubled = list(self.nodes)
+            return Outcome.DOUBLED
+        self._greet(port, now)
+        return Outcome.STARTED
+
+    def _greet(self, port: BusPort, now: Callable[[], int]) -> None:
+        """Tell the drive what it has to know, and let what it answers pass."""
+        frames = self.greeting()
+        if not frames:
+            return
+        port.send(frames)
+        until = now() + ECHO
+        while now() < until:
+            port.receive(0.005)
+
+    def _asked_quietly(self, port: BusPort, now: Callable[[], int]) -> int:
+        """Return how many answers one request gets, once no earlier one is under way."""
+        quiet_since = now()
+        while now() - quiet_since < 5 * ECHO:
+            self._answers = 0
+            port.receive(0.01)
+            if self._answers:
+                quiet_since = now()
+        return self._asked(port, now)
+
+    def _asked(self, port: BusPort, now: Callable[[], int]) -> int:
+        """Return how many answers one request gets."""
+        self._answers, self._sampling = 0, False
+        port.send(self.query())
+        until = now() + max(ECHO, round(self.settings.retry * 1e9))
+        while now() < until and not self.watch.foreign:
+            port.receive(0.005)
+            if self._answers == 1:
+                until = min(until, now() + ECHO)
+        return self._answers
+
+    def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:
+        """Return the order, the set-point and the request."""
+        self._sampling = True
+        return self.frames(self._settled(order), point, now)
+
+    def _settled(self, order: Order) -> Order:
+        """Return the order, or that to take the torque away once a quick stop has come to rest."""
+        if order is not Order.QUICK_STOP:
+            if order is Order.ENABLE:
+                self._braked, self._rested = 0, False
+            return order
+        slow = abs(self.reading.load_speed) <= self.settings.rest_speed
+        self._rested |= self._braked > 1 and slow
+        self._braked += 1
+        return Order.NO_TORQUE if self._rested else order
+
+    def rest(self, number: int, now: int) -> Frames:
+        """Return the frames that take the torque away; what they are answered is no sample."""
+        self._sampling = False
+        return self.off()
+
+    def take(self, identifier: int, data: bytes, now: int) -> Answer | None:
+        """Take a frame of the drive, or note that another driver speaks."""
+        whole = self.hear(identifier, data)
+        if whole is None:
+            words = self.foreign(identifier, data)
+            if words:
+                self.watch.hear_foreign(words, now)
+            return None
+        self.watch.beats.beat(self.settings.node, 0, now)
+        if not whole:
+            return None
+        self._answers += 1
+        return Answer(0, self._measured(), None) if self._sampling else None
+
+    def _measured(self) -> list[float]:
+        """
+        Return what was read by COLUMNS.
+
+        The command that a drive received, ``voltage``, is its current reference: one volt is one
+        ampere (drive.gain = 1 A/V in a servo file). One that does not tell it follows it at once.
+        """
+        told = self.reading
+        row = [nan] * len(COLUMNS)
+        row[_MOTOR], row[_CURRENT], row[_WANTED], row[_TEMPERATURE] = (
+            told.motor_position, told.current, told.current_reference, told.temperature)
+        row[_VOLTAGE] = told.current if isnan(told.current_reference) else told.current_reference
+        return row
+
+    def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
+        """Return one sample by COLUMNS: what was measured, and the reference it began with."""
+        row = answers[0]
+        if point is not None and point.mode in _REFERENCES:
+            row[_REFERENCES[point.mode]] = point.reference
+        return row
+
+    def modes(self) -> list[Mode]:
+        """Return the modes of command: all but the voltage at the winding."""
+        return [Mode.OFF, Mode.CURRENT, Mode.VELOCITY, Mode.POSITION]
+
+    def forget(self) -> None:
+        """Forget what the drive was told and has told."""
+        self.reading = Reading()
+        self._braked, self._rested = 0, False
+        self.forget_told()
+
+    @abstractmethod
+    def forget_told(self) -> None:
+        """Forget what a protocol keeps beside the reading."""
+
+    @staticmethod
+    def up(state: DriveState, order: Order) -> bool:
+        """Whether an order is to be given to a drive that follows its reference."""
+        return state is DriveState.OPERATION_ENABLED and order in (Order.ENABLE, Order.QUICK_STOP)
+
+
+_MOTOR, _CURRENT, _WANTED, _TEMPERATURE, _VOLTAGE = (COLUMNS.index(name) for name in (
+    'motor_position', 'current', 'current_reference', 'temperature', 'voltage'))
+_REFERENCES = {Mode.VELOCITY: COLUMNS.index('reference_velocity'),
+               Mode.POSITION: COLUMNS.index('reference_position')}

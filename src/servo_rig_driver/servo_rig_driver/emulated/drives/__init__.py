@@ -1,0 +1,1 @@
+"""Drives that answer requests, as people buy them, around the emulated machine."""

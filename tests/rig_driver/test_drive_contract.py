@@ -1,0 +1,253 @@
+"""One contract for all protocols: each drive is led, sampled, limited and stopped alike."""
+
+import logging
+from time import monotonic, sleep
+
+from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE
+from driver_bench import wait_for
+import numpy as np
+import pytest
+
+from servo_rig_driver.can_bus.bus_opening import BusSettings
+from servo_rig_driver.can_bus.can_hub import CanHub
+from servo_rig_driver.devices.drive_master import DriveState
+from servo_rig_driver.devices.on_request import OnRequest
+from servo_rig_driver.driver.rig_link import ForeignDriver
+from servo_rig_driver.driver.setpoints import Mode
+from servo_rig_driver.emulated.rig_process import EmulatedRig
+
+DOWN_WITHIN = 3.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
+ASKED = tuple(name for name in NAMES if name != 'canopen')
+logging.getLogger('canopen').setLevel(logging.WARNING)
+
+
+@pytest.fixture(params=NAMES)
+def name(request):
+    return request.param
+
+
+def turning(link, speed=1.0):
+    """Let the motor turn, and wait until its samples say so."""
+    speed = min(speed, link.of['limit.velocity'])
+
+    def turns():
+        link.play(Mode.VELOCITY, speed)
+        angle = link.column('motor_position')[-60:]
+        return np.ptp(angle) > 0.02
+    wait_for(turns, 'the motor turns')
+
+
+def went_down(made, link, since):
+    """Check that the drive braked, then had no torque, and nothing after that."""
+    wait_for(lambda: not made.pushes, 'the motor has no torque')
+    assert monotonic() - since < DOWN_WITHIN
+    said = [word for word in made.tap.said if word != 'drive']
+    assert said[:2] == ['brake', 'off'], made.tap.said
+    assert 'enable' not in said
+    assert said[2:] in ([], ['off'])
+
+
+def test_it_follows_and_loses_no_sample_without_a_word(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        before = len(link.blocks)
+        wait_for(lambda: len(link.blocks) > before + 100, 'a hundred samples')
+        numbers = np.array([block.sequence for block in link.blocks])
+        assert (np.diff(numbers) > 0).all()
+        missing = numbers[-1] - numbers[0] + 1 - len(numbers)
+        counted = sum(link.health.counted(f'samples.{why}') for why in ('not_asked', 'unanswered'))
+        assert missing <= counted
+        assert len({block.stamp - block.sequence * round(link.of['sync_period'] * 1e9)
+                    for block in link.blocks}) == 1
+        for column in ('motor_position', 'current', 'voltage'):
+            assert np.isfinite(link.column(column)[-100:]).all(), column
+        seen = made.rig.bench.state['motor_angle'][0]
+        assert abs(link.column('motor_position')[-1] - seen) < 0.5 + 0.05 * abs(seen)
+
+
+def test_it_is_taken_down_by_a_quick_stop_and_then_no_torque_and_stays_down(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        made.tap.said.clear()
+        since = monotonic()
+        assert link.link.stop()
+        went_down(made, link, since)
+        made.tap.said.clear()
+        sleep(0.4)
+        assert made.tap.said in ([], ['off'])
+        assert not made.pushes
+        link.link.start()
+        link.enabled()
+
+
+def test_a_stop_ends_at_rest_however_long_the_quick_stop_may_take(name, tmp_path):
+    with driven(name, tmp_path, quick_stop_time=5.0) as (made, link):
+        turning(link)
+        since = monotonic()
+        assert link.link.stop()
+        assert monotonic() - since < DOWN_WITHIN
+        assert not made.pushes
+
+
+def test_a_driver_that_dies_leaves_a_drive_that_stops_by_itself(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        link.link._port._wire.send = lambda frames: None
+        wait_for(lambda: not made.pushes, 'the drive stops by itself')
+
+
+def test_no_set_point_older_than_the_timeout_reaches_the_motor(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        wait_for(lambda: not link.player.playing, 'the stream has ended')
+        link.says('the motor is at zero')
+        made.tap.counts.clear()
+        sleep(0.1)
+        zero_by_drive = name in ('canopen', 'odrive', 'moteus')  # a command of zero torque
+        assert set(made.tap.counts) <= {'drive' if zero_by_drive else None}
+        assert link.state is DriveState.OPERATION_ENABLED
+        wait_for(lambda: abs(link.column('current')[-1]) < 0.3, 'the motor has no current')
+
+
+def test_references_beyond_the_limits_are_held_there(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        top = link.of['limit.velocity']
+        receipt = link.player.add(link.link.now(), Mode.VELOCITY, 0.01, [top * 3.0] * 50, [],
+                                  link.link.now())
+        assert receipt.clamped == 50
+
+        def played():
+            return np.nanmax(link.column('reference_velocity'), initial=0.0)
+        wait_for(lambda: played() > 0.0, 'it plays')
+        assert played() == pytest.approx(top)
+
+
+@pytest.mark.parametrize('name', OVER_TEMPERATURE)
+def test_a_fault_is_named_in_words_reset_and_left_behind(name, tmp_path):
+    code, words = OVER_TEMPERATURE[name]
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        made.tap.fail(code)
+        link.says(f'({words}), reset ')
+        link.enabled()
+        assert link.master.tries >= 1
+        assert link.column('motor_position').size
+
+
+def test_a_drive_that_fails_again_and_again_is_given_up_and_stays_down(name, tmp_path):
+    code, _ = OVER_TEMPERATURE[name]
+    with driven(name, tmp_path, fault_resets=1, fault_reset_pause=0.05) as (made, link):
+        def gives_up():
+            if link.state is not DriveState.FAULT:
+                made.tap.fail(code)
+                sleep(0.1)
+            return link.master.given_up
+        wait_for(gives_up, 'it is given up')
+        link.says('given up; deactivate and activate the driver to try again')
+        made.tap.said.clear()
+        sleep(0.3)
+        assert not made.pushes
+        assert 'clear' not in made.tap.said and 'enable' not in made.tap.said
+        link.link.stop()
+        link.link.start()
+        link.enabled()
+
+
+def test_a_bus_that_goes_away_is_told_and_opened_again(name, tmp_path):
+    with bench(name, tmp_path) as made:
+        made.rig.stop()
+        made._serving.join(5.0)
+        channel = str(tmp_path / 'lost.can')
+        hub = CanHub(channel)
+        hub.__enter__()
+        made.rig.bus = BusSettings('unix_bus', channel, fd=made.rig.bus.fd)
+        made.rig._stopped = False
+        made._serving = type(made._serving)(target=made.rig.serve, daemon=True)
+        made._serving.start()
+        link = Link(channel, made.of)
+        try:
+            link.up()
+            hub.__exit__()
+            link.says('the bus is gone')
+            wait_for(lambda: not made.pushes, 'the drive stops without its bus')
+            hub = CanHub(channel)
+            hub.__enter__()
+            link.enabled()
+        finally:
+            link.link.close()
+            hub.__exit__()
+
+
+def test_a_drive_that_falls_silent_is_named_and_led_up_again_when_it_is_back(name, tmp_path):
+    with driven(name, tmp_path, heartbeat_timeout=0.3) as (made, link):
+        nodes = made.rig.nodes
+        said, nodes_send = [], made.rig._send
+        mute = lambda frames: said.append(frames)  # noqa: E731
+        made.rig._send = nodes.send = nodes._send = mute
+        if name == 'canopen':
+            nodes._objects._network.bus._send = mute
+        link.says('is silent: no ')
+        made.rig._send = nodes.send = nodes._send = nodes_send
+        if name == 'canopen':
+            nodes._objects._network.bus._send = nodes_send
+        link.enabled()
+
+
+def test_another_driver_is_left_alone(name, tmp_path):
+    with driven(name, tmp_path) as (made, _):
+        second = Link(made.channel, made.of | {'listen_time': 10.0})
+        with pytest.raises(ForeignDriver, match='another driver is on this bus, it sends'):
+            second.link.open()
+
+
+def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_path):
+    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
+        turning(link)
+        made.tap.wire.send([(0x22, b'')])  # Estop, from anybody on the bus
+        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
+        made.tap.said.clear()
+        sleep(0.5)
+        assert not made.pushes
+        assert 'clear' not in made.tap.said and 'enable' not in made.tap.said
+        assert link.link.stop()
+        link.link.start()
+        link.enabled()
+
+
+@pytest.mark.parametrize('asked', ASKED)
+def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path):
+    with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:
+        other.rig.stop()
+        other._serving.join(5.0)
+        second = EmulatedRig(other.rig.rig_file, other.rig.bus, driver=other.of)
+        second.bus = BusSettings('unix_bus', made.channel, fd=other.rig.bus.fd)
+        second._first = False
+        serving = type(made._serving)(target=second.serve, daemon=True)
+        serving.start()
+        link = Link(made.channel, made.of)
+        try:
+            wait_for(lambda: second._wire is not None, 'both are on the bus')
+            link.link.open()
+            link.link.start()
+            link.says('two nodes of one id')
+            assert not made.pushes and not second.nodes.gives_torque
+        finally:
+            link.link.close()
+            second.stop()
+            serving.join(5.0)
+
+
+@pytest.mark.parametrize('asked', ASKED)
+def test_each_mode_moves_the_motor_its_way(asked, tmp_path):
+    with driven(asked, tmp_path) as (_, link):
+        assert isinstance(link.device, OnRequest)
+        ratio = link.of['device.ratio']
+
+        def at(mode, reference):
+            link.play(mode, reference)
+            return link.column('motor_position')[-1] / ratio
+        wait_for(lambda: abs(at(Mode.POSITION, 0.4) - 0.4) < 0.05, 'it is at 0.4 rad')
+        wait_for(lambda: at(Mode.VELOCITY, -1.0) < 0.2, 'it turns back')
+        wait_for(lambda: abs(at(Mode.POSITION, 0.0)) < 0.05, 'it is at 0')
+        wait_for(lambda: at(Mode.CURRENT, 2.0) > 0.3, 'two amperes push it on')
+        link.play(Mode.OFF, 0.0)

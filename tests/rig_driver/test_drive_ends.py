@@ -1,0 +1,113 @@
+"""The driver node beside the emulated drives that people own: it ends with the motor off."""
+
+from contextlib import contextmanager
+import signal
+from time import monotonic, sleep
+
+from drive_bench import bench, CONFIG, OVER_TEMPERATURE, WATCHDOG
+from driver_bench import DriverProcess, Listener, wait_for
+from lifecycle_msgs.msg import Transition
+import pytest
+from test_driver_lifecycle import Hands
+
+pytestmark = pytest.mark.ros
+
+DRIVES = ('odrive', 'robstride', 'cubemars', 'moteus')
+DOWN_WITHIN = 2.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
+QUICK = {'block_size': 10, 'retry_period': 0.1, 'listen_time': 0.05, 'heartbeat_timeout': 5.0,
+         'device__watchdog': WATCHDOG,
+         'fault_reset_pause': 0.1}
+
+
+@contextmanager
+def driving(name, folder):
+    """Give a bench, the driver process whose drive is enabled, and a node that listens."""
+    with bench(name, folder) as made:
+        ears = Listener(name)
+        driver = DriverProcess(name, CONFIG / 'drivers' / f'{name}.yaml',
+                               bus__channel=made.channel, **QUICK)
+        try:
+            ears.all_well()
+            yield made, driver, ears
+        finally:
+            driver.close()
+            ears.close()
+
+
+def turning(made, ears):
+    """Let the motor turn."""
+    wait_for(lambda: ears.encoder, 'samples are heard')
+
+    def turns():
+        ears.command(3, [1.0] * 50, ears.now(), 0.01)
+        return abs(made.rig.bench.state['load_speed'][0]) > 0.3
+    wait_for(turns, 'the motor turns')
+    made.tap.said.clear()
+
+
+def went_down(made, since):
+    """Check that the drive braked, then had no torque."""
+    wait_for(lambda: not made.pushes, 'the motor has no torque')
+    assert monotonic() - since < DOWN_WITHIN
+    assert [word for word in made.tap.said if word != 'drive'][:2] == ['brake', 'off']
+
+
+@pytest.mark.parametrize('name', DRIVES)
+def test_it_is_led_by_its_lifecycle_and_ends_in_order_by_two_interrupts(name, tmp_path):
+    code, words = OVER_TEMPERATURE[name]
+    with driving(name, tmp_path) as (made, driver, ears):
+        hands = Hands(ears)
+        with ears.every_sample():
+            turning(made, ears)
+        since = monotonic()
+        assert hands.change(Transition.TRANSITION_DEACTIVATE)
+        went_down(made, since)
+        assert hands.change(Transition.TRANSITION_CLEANUP)
+        made.tap.said.clear()
+        sleep(0.5)
+        assert not made.pushes
+        assert made.tap.said in ([], ['off'])
+        assert hands.change(Transition.TRANSITION_CONFIGURE)
+        assert hands.change(Transition.TRANSITION_ACTIVATE)
+        ears.all_well()
+        made.tap.fail(code)
+        ears.has_heard(f'the drive is in fault ({words})')
+        ears.all_well()
+        turning(made, ears)
+        since = monotonic()
+        for _ in range(2):
+            driver.process.send_signal(signal.SIGINT)
+            sleep(0.1)
+        went_down(made, since)
+        status, said = driver.wait()
+        assert status == 0, said
+        assert 'Traceback' not in said
+
+
+@pytest.mark.parametrize('name', ('robstride', 'moteus'))
+def test_it_is_taken_down_by_a_service_manager_and_stops_when_its_driver_is_killed(name, tmp_path):
+    with driving(name, tmp_path) as (made, driver, ears):
+        turning(made, ears)
+        since = monotonic()
+        driver.process.send_signal(signal.SIGTERM)
+        went_down(made, since)
+        assert driver.wait()[0] == 0
+        second = DriverProcess(name, CONFIG / 'drivers' / f'{name}.yaml',
+                               bus__channel=made.channel, **QUICK)
+        try:
+            wait_for(lambda: made.pushes, 'the drive is enabled')
+            second.process.kill()
+            wait_for(lambda: not made.pushes, 'the drive stops by its own watchdog')
+        finally:
+            second.close()
+
+
+def test_what_a_drive_lacks_is_named_when_it_is_configured():
+    ears = Listener('lacking')
+    driver = DriverProcess('lacking', CONFIG / 'drivers' / 'robstride.yaml', retry_period=0.1,
+                           device__kd=0.0)
+    try:
+        ears.hears('bus', 'device.kd = 0 N m s/rad; a drive in MIT mode needs one above 0', 2)
+    finally:
+        driver.close()
+        ears.close()

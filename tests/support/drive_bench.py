@@ -1,0 +1,273 @@
+"""
+A driver's link beside the emulated drive of each protocol, without ROS, and what the bus says.
+
+The meaning of the frames is read here by `struct`, from the vendors' documents and not by the
+tables of the package: the bus is an oracle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import itertools
+from pathlib import Path
+from struct import unpack_from
+from threading import Event, Thread
+from time import time_ns
+from typing import Any
+
+from can import CanError
+from driver_bench import wait_for
+import numpy as np
+
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
+from servo_rig_driver.can_bus.can_hub import CanHub
+from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
+from servo_rig_driver.devices.protocols import PROTOCOLS
+from servo_rig_driver.driver.driver_parameters import DECLARED, limits
+from servo_rig_driver.driver.rig_health import RigHealth
+from servo_rig_driver.driver.rig_link import LinkSettings, RigLink
+from servo_rig_driver.driver.sampler import Sampler
+from servo_rig_driver.driver.setpoints import SetpointPlayer
+from servo_rig_driver.emulated import canopen_nodes
+from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
+from servo_rig_driver.emulated.rig_process import EmulatedRig
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+WATCHDOG = 1.0  # s; a busy machine stands still for longer than a drive's usual 0.1 s
+canopen_nodes.SYNC_LOST = WATCHDOG
+EXTENDED, REMOTE, FD = 1 << 31, 1 << 30, 1 << 32
+FAIL_ID = 0x7EF
+OVER_TEMPERATURE = {'canopen': (0x4310, 'over-temperature of the motor'),
+                    'odrive': (0x2000, 'motor over-temperature'),
+                    'robstride': (0b100, 'over-temperature'),
+                    'cybergear': (0b100, 'over-temperature'),
+                    'cubemars': (6, 'over-temperature of the motor'),
+                    'moteus': (38, 'over-temperature')}
+"""A fault of each drive, and its words."""
+NAMES = tuple(name for name in OVER_TEMPERATURE if name != 'cybergear')
+"""One of each class; CyberGear is RobStride with another table."""
+_channels = itertools.count()
+
+
+def parameters(name: str, **changed: Any) -> dict[str, Any]:
+    """Return the driver's parameters of a shipped drive, by their dotted names."""
+    of = {one.name: one.default for one in DECLARED}
+    if name == 'canopen':
+        of |= {'sync_period': 2e-3}
+    else:
+        file = 'robstride' if name == 'cybergear' else name
+        of |= driver_parameters(CONFIG / 'drivers' / f'{file}.yaml')
+    if name == 'cybergear':
+        of['device.table'] = 'cybergear'
+    return of | {'retry_period': 0.1, 'listen_time': 0.05, 'fault_reset_pause': 0.1,
+                 'command_timeout': 0.2, 'heartbeat_timeout': 5.0,
+                 'device.watchdog': WATCHDOG} | changed
+
+
+def rig_file(name: str) -> Path:
+    """Return the rig that the emulated drive sits on."""
+    other = {'canopen': 'rv_bench', 'cybergear': 'robstride'}
+    return CONFIG / 'rigs' / f'{other.get(name, name)}.yaml'
+
+
+def meaning(name: str, identifier: int, data: bytes) -> str | None:
+    """Return what a frame on the bus of a drive says: drive, brake, off, clear, or None."""
+    return _MEANINGS.get(name, _canopen)(identifier, data)
+
+
+def _canopen(identifier: int, data: bytes) -> str | None:
+    if identifier != 0x201:
+        return None
+    return {0x0F: 'drive', 0x02: 'brake', 0x00: 'off', 0x80: 'clear'}.get(data[0])
+
+
+def _odrive(identifier: int, data: bytes) -> str | None:
+    command = identifier - 32
+    if command == 0x07:
+        return {1: 'off', 8: 'enable'}.get(data[0])
+    if command == 0x0D:
+        return 'brake' if unpack_from('<f', data)[0] == 0.0 else 'drive'
+    return {0x0C: 'drive', 0x0E: 'drive', 0x18: 'clear', 0x02: 'estop'}.get(command)
+
+
+def _robstride(identifier: int, data: bytes) -> str | None:
+    if not identifier & EXTENDED or identifier & 0xFF != 1:
+        return None
+    kind = identifier >> 24 & 0x1F
+    if kind == 1:
+        _, speed, kp, kd = unpack_from('>HHHH', data)
+        torque = identifier >> 8 & 0xFFFF
+        still = speed == kp == 0 or (abs(speed - 32767) < 2 and kp == 0)
+        return 'brake' if still and kd and torque == 32767 else 'drive' if kd or kp else None
+    return {3: 'enable', 4: 'clear' if data[0] else 'off'}.get(kind)
+
+
+def _cubemars(identifier: int, data: bytes) -> str | None:
+    if identifier != 1:
+        return None
+    last = {0xFC: 'enable', 0xFD: 'off', 0xFE: 'zero'}.get(data[7])
+    if data[:7] == b'\xff' * 7 and last:
+        return last
+    bits = int.from_bytes(data, 'big')
+    speed, kp, kd = bits >> 36 & 0xFFF, bits >> 24 & 0xFFF, bits >> 12 & 0xFFF
+    if not kp and not kd:
+        return None
+    return 'brake' if not kp and abs(speed - 2047) < 2 else 'drive'
+
+
+def _moteus(identifier: int, data: bytes) -> str | None:
+    if identifier & 0xFFFF != 0x8001 or data[0] != 0x01 or data[1] != 0x00:
+        return None
+    return {0: 'off', 10: 'drive', 12: 'brake'}.get(data[2])
+
+
+_MEANINGS = {'odrive': _odrive, 'robstride': _robstride, 'cybergear': _robstride,
+             'cubemars': _cubemars, 'moteus': _moteus}
+
+
+class Wiretap:
+    """Keeps what the bus of a drive says, each meaning once as it changes."""
+
+    def __init__(self, name: str, channel: str) -> None:
+        self.name = name
+        self.wire = Wire(open_bus(BusSettings('unix_bus', channel), 20.0))
+        self.said: list[str] = []
+        self.counts: dict[str, int] = {}
+        self._stop = Event()
+        self._thread = Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def _listen(self) -> None:
+        while not self._stop.is_set():
+            try:
+                frames = self.wire.recv(0.05)
+            except CanError:
+                return
+            for identifier, data in frames:
+                said = meaning(self.name, identifier, data)
+                if said:
+                    self.counts[said] = self.counts.get(said, 0) + 1
+                    if self.said[-1:] != [said]:
+                        self.said.append(said)
+
+    def fail(self, code: int) -> None:
+        """Make the emulated drive fail with a code of its own."""
+        if self.name == 'canopen':
+            self.wire.send([(0x601, b'\x2b\x11\x20\x00' + code.to_bytes(4, 'little'))])
+        else:
+            self.wire.send([(FAIL_ID, code.to_bytes(4, 'little'))])
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._stop.set()
+        self._thread.join(5.0)
+        self.wire.bus.shutdown()
+
+
+class Link:
+    """A driver's link without ROS: parameters in, blocks of samples out."""
+
+    def __init__(self, channel: str, of: dict[str, Any]) -> None:
+        self.of = of
+        self.health = RigHealth()
+        self.blocks: list[Any] = []
+        device, watch = PROTOCOLS[of['protocol']](of, self.health)
+        self.player = SetpointPlayer(of['command_timeout'], limits(of))
+        self.master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
+                                  quick_stop=of['quick_stop_time'])
+        self.device = device
+        self.sampler = Sampler(device, self.player, self.master, watch, self.health,
+                               round(of['answer_timeout'] * 1e9))
+        settings = LinkSettings(round(of['sync_period'] * 1e9), 1, of['late_sync_limit'],
+                                of['listen_time'], of['retry_period'])
+        bus = BusSettings('unix_bus', channel, fd=device.fd)
+        self.link = RigLink(settings, self.sampler, watch, self.health,
+                            lambda: Wire(open_bus(bus, 5.0)), self.blocks.append, time_ns)
+
+    def up(self) -> None:
+        """Open, start, and wait until the drive follows."""
+        self.link.open()
+        self.link.start()
+        self.enabled()
+
+    def enabled(self) -> None:
+        """Wait until the drive follows its reference."""
+        try:
+            wait_for(lambda: self.master.enabled and self.link.state == 'streaming' and self.blocks
+                     and self.link.now() - self.blocks[-1].stamp < 50_000_000, 'it follows')
+        except AssertionError as error:
+            raise AssertionError(f'{error}: {self.link.state}, {self.device.state}, '
+                                 f'{[t.text for t in self.health.troubles]}') from None
+
+    def play(self, mode: int, reference: float, seconds: float = 0.5) -> None:
+        """Queue a constant reference from now on."""
+        now = self.link.now()
+        self.player.add(now, mode, 0.01, [reference] * round(seconds * 100), [], now)
+
+    def column(self, name: str) -> np.ndarray:
+        """Return a column of all samples until now."""
+        return np.concatenate([np.array(block.columns[name]) for block in list(self.blocks)])
+
+    def says(self, words: str) -> None:
+        """Wait until the health says these words."""
+        try:
+            wait_for(lambda: any(words in trouble.text for trouble in
+                                 (*self.health.troubles, *self.health.past)), words)
+        except AssertionError as error:
+            raise AssertionError(f'{error}: {[t.text for t in self.health.troubles]}') from None
+
+    @property
+    def state(self) -> DriveState:
+        """How the drive stands."""
+        return self.device.state
+
+
+class Bench:
+    """Hub, emulated drive and wiretap of one protocol; ``rig`` is the emulated rig."""
+
+    def __init__(self, name: str, channel: str) -> None:
+        self.name = name
+        self.channel = channel
+        self.of = parameters(name)
+        self.rig = EmulatedRig(rig_file(name), BusSettings('unix_bus', channel), seed=1,
+                               driver=self.of, period=self.of['sync_period'])
+        self.rig._first = False  # there is no other rig: it need not listen for one
+        self._serving = Thread(target=self.rig.serve, daemon=True)
+        self._serving.start()
+        self.tap = Wiretap(name, channel)
+
+    @property
+    def pushes(self) -> bool:
+        """Whether the motor has torque, as the emulated drive knows."""
+        return self.rig.nodes.gives_torque
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.tap.close()
+        self.rig.stop()
+        self._serving.join(5.0)
+
+
+@contextmanager
+def bench(name: str, folder: Path) -> Iterator[Bench]:
+    """Give a bus with the emulated drive of a protocol on it."""
+    channel = str(folder / f'{name}{next(_channels)}.can')
+    with CanHub(channel):
+        made = Bench(name, channel)
+        try:
+            yield made
+        finally:
+            made.close()
+
+
+@contextmanager
+def driven(name: str, folder: Path, **changed: Any) -> Iterator[tuple[Bench, Link]]:
+    """Give a bench and a link whose drive follows."""
+    with bench(name, folder) as made:
+        link = Link(made.channel, made.of | changed)
+        try:
+            link.up()
+            yield made, link
+        finally:
+            link.link.close()
