@@ -34,8 +34,9 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         rig = graph('rig', 'catch:=0.1')
         rig.wait(lambda: all(t.get_subscription_count() == 2 for t in rig.topics.values())
                  and rig.told)
-        rig.wait(lambda: 'recorder' in [info.node_name for info in (
-            rig.node.get_subscriptions_info_by_topic('/rig/twin/prediction'))])
+        rig.wait(lambda: all('recorder' in [info.node_name for info in (
+            rig.node.get_subscriptions_info_by_topic(f'/rig/{topic}'))]
+            for topic in ('twin/prediction', 'events')))
         for k in range(0, 300, 10):
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 30)
