@@ -32,8 +32,9 @@ def configuration():
     """Return the files of config/ that the rig's side reads; servo_twin installs all of them."""
     return [(target, kept) for target, files in shared_files('../../config') if (kept := [
         file for file in files
-        if Path(file).parent.name in ('rigs', 'drivers') or Path(file).name in (
-            'driver.yaml', 'recorder.yaml')])]
+        if Path(file).parent.name in ('rigs', 'drivers', 'imports', 'robots')
+        or Path(file).name in ('adapter.yaml', 'diagnostics.yaml', 'driver.yaml',
+                               'recorder.yaml')])]
 
 
 setup(
@@ -53,9 +54,12 @@ setup(
     ],
     python_requires='>=3.11',
     install_requires=REQUIRES,
+    # `colcon test` looks here for pytest, and in setup.cfg for the tests
+    extras_require={'test': ['pytest']},
     zip_safe=False,
     entry_points={
         'console_scripts': [
+            'adapter = servo_rig_driver.adapter.adapter_node:main',
             'driver = servo_rig_driver.driver.driver_node:main',
             'recorder = servo_rig_driver.record.recorder_node:main',
             'emulated_rig = servo_rig_driver.emulated.rig_process:main',

@@ -37,7 +37,8 @@ setup(
     ],
     python_requires='>=3.11',
     install_requires=REQUIRES,
-    extras_require=EXTRAS,
+    # `colcon test` looks here for pytest, and in setup.cfg for the tests
+    extras_require=EXTRAS | {'test': ['pytest']},
     zip_safe=False,
     entry_points={
         'servo_identify.commands': [

@@ -4,6 +4,10 @@ The live chain, rig - driver - twin - recorder, as processes: loss, latency and 
     python tests/benchmarks/bench_chain.py                          1 kHz, one a message, 60 s
     python tests/benchmarks/bench_chain.py --rate 4000 --block 20
     python tests/benchmarks/bench_chain.py --driver moteus          a shipped drive, at its rate
+    python tests/benchmarks/bench_chain.py --busy 6                 the machine loaded on purpose
+
+With --busy so many processes take the cores for the middle half of the time. What the twin says
+of itself in its diagnostics is printed below.
 
 All figures are read off the bag: latency is from the instant of the last sample in a message to
 the recorder's taking of it. A residual is late by half a filter window by design; its second
@@ -13,9 +17,13 @@ figure is what comes on top. Reference: DESIGN.md's measurement of driver, twin 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import signal
+import subprocess
+import sys
 import tempfile
 from time import monotonic
 
@@ -45,6 +53,7 @@ def main() -> int:
     parser.add_argument('--block', type=int, default=1, help='samples a message')
     parser.add_argument('--seconds', type=float, default=60.0)
     parser.add_argument('--mode', default='measured_input')
+    parser.add_argument('--busy', type=int, default=0, help='processes that only take the cores')
     parser.add_argument('--driver', metavar='NAME', help='a drive of config/drivers')
     parser.add_argument('--rig', help='rig file (default: that of the drive, else rv_bench)')
     asked = parser.parse_args()
@@ -120,7 +129,10 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
         spin(5.0)
         before = {name: cpu_seconds(process.pid) for name, process in running.items()}
         begun = monotonic()
-        spin(asked.seconds)
+        spin(0.25 * asked.seconds)
+        with taken(asked.busy):
+            spin(0.5 * asked.seconds)
+        spin(0.25 * asked.seconds)
         elapsed = monotonic() - begun
         return {name: (cpu_seconds(process.pid) - before[name]) / elapsed
                 for name, process in running.items()}
@@ -132,6 +144,35 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
                 spin(0.5)
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+@contextmanager
+def taken(count: int) -> Iterator[None]:
+    """Have so many processes compute and do nothing else."""
+    busy = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
+def said(bag: Path) -> str:
+    """Return the most that the twin was behind, and what it did about it, by its diagnostics."""
+    behind, facts, words = 0.0, {}, set()
+    with AnyReader([bag], default_typestore=own_types()) as reader:
+        for connection, _, data in reader.messages(
+                [c for c in reader.connections if c.topic == '/diagnostics']):
+            for status in reader.deserialize(data, connection.msgtype).status:
+                if status.name == '/bench/twin: twin':
+                    facts = {value.key: value.value for value in status.values}
+                    behind = max(behind, float(facts.get('seconds behind, at worst', 0.0)))
+                    words |= {word for word in ('catching up by larger blocks', 'began again at '
+                                                'the newest sample') if word in status.message}
+    counts = ', '.join(f'{key} {facts.get(key)}' for key in (
+        'blocks joined to catch up', 'left out, overload', 'restarts'))
+    return f'the twin says: {behind:.2f} s behind at worst; {counts}; {"; ".join(sorted(words))}'
 
 
 def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> int:
@@ -165,6 +206,7 @@ def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> in
     for topic in ('twin/prediction', 'twin/residual'):
         unanswered = len(heard - set(numbers[topic]))
         print(f'{topic}: {unanswered} of {len(heard)} recorded samples have no answer')
+    print(said(bag))
     print('CPU, % of a core: ' + ', '.join(f'{name} {100 * share:.0f}'
                                            for name, share in shares.items()))
     print(f'reference: {REFERENCE}')

@@ -132,6 +132,27 @@ def test_the_lock_holds_what_requirements_pin():
             assert held == number, f'{package}=={number}, the lock has {held}; run make lock'
 
 
+@pytest.mark.parametrize('package', PACKAGES)
+def test_colcon_runs_its_tests_as_make_test_does(package):
+    import configparser
+    import tomllib
+    here = configparser.ConfigParser()
+    here.read(SOURCES / package / 'setup.cfg')
+    ours = here['tool:pytest']
+    root = SOURCES.parent
+    everywhere = tomllib.loads((root / 'pyproject.toml').read_text())['tool']['pytest']
+    everywhere = everywhere['ini_options']
+    assert "'test': ['pytest']" in (SOURCES / package / 'setup.py').read_text()
+    folder = (SOURCES / package / ours['testpaths']).resolve()
+    assert folder == root / 'tests' / package.removeprefix('servo_')
+    assert list(folder.glob('test_*.py'))
+    assert [(SOURCES / package / path).resolve() for path in ours['pythonpath'].split()] == [
+        root / path for path in everywhere['pythonpath']]
+    assert ours['addopts'] == everywhere['addopts']
+    assert [line.partition(':')[0] for line in ours['markers'].strip().splitlines()] == [
+        line.partition(':')[0] for line in everywhere['markers']]
+
+
 def test_every_package_and_the_citation_say_the_version_of_the_changelog():
     root = SOURCES.parent
     changes = (root / 'CHANGELOG.md').read_text()

@@ -7,7 +7,9 @@ from identify_graph import CONFIG, emulated, Graph
 import pytest
 
 from servo_identify.cli import main
+from servo_twin.nodes.topic_qos import EVENTS
 from servo_twin_msgs.action import Diagnose, Retrain
+from servo_twin_msgs.msg import Event
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(900)]  # jobs give way to all else that runs
 FRICTION = ['effects.coulomb.level', 'effects.viscous.slope']
@@ -122,8 +124,11 @@ def test_it_names_the_balance_within_seconds_of_an_effect_being_switched_on(grap
     bag = emulated(tmp_path, 'bag', 40, '--rig', str(file))
     rig = graph('watch.learn:=20.0')
     rig.feed(bag, 2.0)
+    events = []
+    rig.node.create_subscription(Event, 'events', events.append, EVENTS)
     rig.wait(rig.says('identify: changes', 'changed: '))
     assert rig.said['identify: changes'][0].startswith('changed: load')
+    rig.wait(lambda: any((e.kind, e.content) == ('change', 'load') for e in events))
     seen = int(rig.fact('identify: changes', 'load').rpartition(' ')[2])
     assert 30_000 < seen <= 35_000
     assert ('identify: changes', 'no balance changed') in rig.history

@@ -146,7 +146,9 @@ def test_it_ships_a_file_with_all_its_parameters():
         flat.update({f'{key}.{name}': value for name, value in entry.items()}
                     if isinstance(entry, dict) else {key: entry})
     expected = {declared.name: declared.default for declared in DECLARED}
-    assert flat == expected
+    # a value of the bench, which another drive must not get by default
+    assert flat == expected | {'motor_torque_constant': 0.4878}
+    assert expected['motor_torque_constant'] == 0.0
 
 
 def test_it_settles_which_of_two_drivers_stays_when_both_start_at_once(tmp_path):

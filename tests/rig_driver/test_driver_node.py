@@ -109,6 +109,17 @@ def test_it_publishes_fewer_joint_states_with_velocities(bench):
     assert 0 < len(states) <= (len(bench.ears.current) - before) * 5 * PERIOD * 1e-9 * 50 + 2
     assert states[-1].name == ['motor', 'load']
     assert states[-1].velocity[1] == pytest.approx(0.5, rel=0.01)  # 1e-3 rad a sample of 2 ms
+    same = next(m for m in reversed(bench.ears.current) if instant(m) <= instant(states[-1]))
+    k = (instant(states[-1]) - instant(same)) // PERIOD
+    assert states[-1].effort[0] == pytest.approx(0.4878 * same.current[k])
+    torque = next(m for m in bench.ears.torque if m.sequence == same.sequence)
+    assert states[-1].effort[1] == torque.torque[k]
+
+
+def test_its_frame_is_one_of_the_bench_and_not_the_namespace(bench):
+    frames = {kept[-1].header.frame_id for kept in (
+        bench.ears.encoder, bench.ears.torque, bench.ears.current, bench.ears.joint_states)}
+    assert frames == {f'{bench.ears.node.get_namespace()[1:]}/base_link'}
 
 
 def test_it_plays_a_setpoint_at_its_very_sample(bench):

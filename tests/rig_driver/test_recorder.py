@@ -176,3 +176,32 @@ def test_it_counts_gaps_and_restarts():
     for first in (10, 15, 30, 35, 0, 5):
         watch.take(first, 5)
     assert (watch.samples, watch.lost, watch.gaps, watch.restarts) == (30, 10, 1, 1)
+
+
+def test_its_bags_tell_the_unit_of_each_field_and_number_the_messages(tmp_path):
+    import os
+
+    from mcap.reader import make_reader
+
+    from servo_rig_driver.record.growing_bag import RecordingFile
+    from servo_twin.bag.message_definitions import own_types
+    types = own_types()
+    header = types.types['std_msgs/msg/Header'](
+        types.types['builtin_interfaces/msg/Time'](3, 4), '')
+    data = bytes(types.serialize_cdr(types.types['servo_twin_msgs/msg/Torque'](
+        header, 7, 1e-3, np.zeros(5), np.zeros(5)), 'servo_twin_msgs/msg/Torque'))
+    shares = [Path(prefix) / 'share' for prefix in os.environ['AMENT_PREFIX_PATH'].split(':')]
+    bag = RecordingFile(tmp_path / 'bag', {
+        '/torque': 'servo_twin_msgs/msg/Torque', '/joint_states': 'sensor_msgs/msg/JointState'},
+        shares, chunk_bytes=4096)
+    for k in range(200):
+        bag.write('/torque', k, data)
+    bag.close()
+    with (tmp_path / 'bag' / 'bag.mcap').open('rb') as file:
+        reader = make_reader(file)
+        schemas = {s.name: s.data.decode() for s in reader.get_summary().schemas.values()}
+        numbers = [message.sequence for _, _, message in reader.iter_messages(['/torque'])]
+    assert 'N m, on the load, at the load shaft' in schemas['servo_twin_msgs/msg/Torque']
+    assert 'Nm or N' in schemas['sensor_msgs/msg/JointState']
+    assert 'MSG: std_msgs/Header\n' in schemas['sensor_msgs/msg/JointState']
+    assert numbers == list(range(200))

@@ -32,6 +32,12 @@ def test_nonsense_in_a_rig_file_is_named(content, words):
         rig_settings(content)
 
 
+def test_a_rig_is_named_as_a_servo_is():
+    assert load_rig('rv_plain') == load_rig(RIGS / 'rv_plain.yaml')
+    with pytest.raises(RigFileError, match=r"'rv_plane' is no shipped rig; there are \["):
+        load_rig('rv_plane')
+
+
 def test_an_override_must_name_a_property():
     assert rig_settings({}, ['mesh.backlash=2']).values['mesh.backlash'] == 2.0
     with pytest.raises(RigFileError, match='path=value'):

@@ -1,23 +1,32 @@
 """Changes of a running twin travel as events, stand in the bag, and a replay obeys them."""
 
+from dataclasses import replace
 import signal
 import subprocess
 import sys
+from time import sleep
 
+from bench_recording import bench_recording, SERVO
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
+from std_msgs.msg import String
 from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 
 from servo_twin.bag import read_changes
+from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
+from servo_twin.description.servo_file import load
+from servo_twin.lockstep.whole_recording import answer, differences, seen_by
+from servo_twin.nodes.topic_qos import EVENTS
+from servo_twin_msgs.msg import Event
 
 pytestmark = pytest.mark.ros
 
 
 def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         graph, servo_files, tmp_path, capsys):  # noqa: F811
-    bag = tmp_path / 'bag'
+    bag, heard = tmp_path / 'bag', []
     recorder = subprocess.Popen(
         [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args', '-r',
          '__ns:=/rig', '-p', f'output:={bag}', '-p', f'servo_file:={servo_files}/bench.yaml'],
@@ -26,11 +35,18 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         rig = graph('rig', 'catch:=0.1')
         rig.wait(lambda: all(t.get_subscription_count() == 2 for t in rig.topics.values())
                  and rig.told)
-        rig.wait(lambda: rig.node.count_subscribers('/rig/twin/prediction') == 2)
+        rig.wait(lambda: all('recorder' in [info.node_name for info in (
+            rig.node.get_subscriptions_info_by_topic(f'/rig/{topic}'))]
+            for topic in ('twin/prediction', 'events')))
+        sleep(2.0)  # seen by this node; the recorder and the twin find each other later
         for k in range(0, 300, 10):
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 30)
         assert rig.set('drive.gain', 0.2).successful
+        notes = rig.node.create_publisher(String, '/rig/note', 10)
+        rig.node.create_subscription(Event, '/rig/events', heard.append, EVENTS)
+        rig.wait(lambda: {'note', 'parameters'} <= {e.kind for e in heard} or notes.publish(
+            String(data='oil changed')))  # again and again: the recorder may not hear the first
         for k in range(300, 600, 10):
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 60)
@@ -41,5 +57,27 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         recorder.send_signal(signal.SIGINT)
         recorder.wait(20.0)
     assert [(c.sequence, c.values) for c in read_changes(bag)] == [(300, {'drive.gain': 0.2})]
-    main(['replay', str(bag), '--compare'])
-    assert 'identical to the last bit' in capsys.readouterr().out
+    main(['replay', str(bag), '--compare', '--page', str(tmp_path / 'page.html')])
+    told = capsys.readouterr().out
+    assert 'identical to the last bit' in told
+    assert 'drive.gain = 0.2' in told and 'oil changed' in told
+    page = (tmp_path / 'page.html').read_text()
+    assert '<td>/rig/twin</td><td>parameter</td><td>drive.gain = 0.2</td>' in page
+    assert '<td>/rig/recorder</td><td>note</td><td>oil changed</td>' in page
+
+
+def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen():
+    servo = load(SERVO)
+    recording = bench_recording(coulomb=30.0)
+    whole = answer(recording, servo)
+    half = half_of(WINDOW, recording.period)
+    cut = len(whole) - 3 * half
+
+    def until(end):
+        return replace(whole, **{part: {name: column[:end] for name, column in getattr(
+            whole, part).items()} for part in ('prediction', 'residual')})
+
+    live = until(cut)  # its last residuals are there: the twin had seen half a window more
+    assert len(seen_by(recording, live)) == cut + half
+    assert not any(differences(live, answer(seen_by(recording, live), servo)).values())
+    assert len(seen_by(recording, until(len(whole)))) == len(whole)

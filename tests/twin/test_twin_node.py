@@ -111,7 +111,7 @@ class Rig:
         return self.ask(SetParameters, 'twin/set_parameters',
                         SetParameters.Request(parameters=[parameter])).results[0]
 
-    def say(self, sequence: int, samples: np.ndarray, lack: str = '') -> None:
+    def say(self, sequence: int, samples: np.ndarray, lack: str = '', frame: str = '') -> None:
         """Publish a block of samples, on all topics but one."""
         columns = {name: array('d', column.tobytes())
                    for name, column in zip(CHANNELS, samples.T, strict=True)}
@@ -120,6 +120,7 @@ class Rig:
                 field: columns[field] for field in kind.get_fields_and_field_types()
                 if field in columns})
             message.header.stamp = to_time(10**18 + round(sequence * PERIOD * 1e9))
+            message.header.frame_id = frame
             if topic != lack:
                 self.topics[topic].publish(message)
 
@@ -334,3 +335,28 @@ def test_its_service_follows_the_remaps_of_the_process_under_a_name_of_its_own()
         loading.close()
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+def test_it_answers_in_the_frame_of_the_samples(graph):
+    rig = graph('rig').ready()
+    for k in range(0, 100, 10):
+        rig.say(k, samples(10), frame='rig/base_link')
+    rig.wait(lambda: rig.predictions and rig.residuals)
+    assert rig.predictions[-1].header.frame_id == rig.residuals[-1].header.frame_id == (
+        'rig/base_link')
+
+
+def test_the_qos_of_its_topics_can_be_overridden(graph):
+    override = 'qos_overrides./rig/twin/prediction.publisher.reliability:=best_effort'
+    rig = graph('rig', override)
+    rig.wait(lambda: rig.told and rig.node.get_publishers_info_by_topic('/rig/twin/prediction'))
+    infos = [rig.node.get_publishers_info_by_topic(f'/rig/twin/{topic}')[0].qos_profile
+             for topic in ('prediction', 'residual')]
+    assert [info.reliability.name for info in infos] == ['BEST_EFFORT', 'RELIABLE']
+
+
+def test_a_value_that_it_has_can_be_set_though_it_is_read_on_configure(graph, servo_files):
+    rig = graph('rig').ready()
+    assert rig.set('balance_window', 0.04).successful
+    assert rig.set('servo_file', f'{servo_files}/bench.yaml').successful
+    assert not rig.set('balance_window', 0.05).successful

@@ -73,3 +73,16 @@ def test_launch_sends_as_many_samples_a_message_as_the_command_does():
     launch = yaml.safe_load((ROOT / 'src/servo_rig_driver/launch/rig.launch.yaml').read_text())
     given = {e['arg']['name']: e['arg'].get('default') for e in launch['launch'] if 'arg' in e}
     assert int(given['block_size']) == parser.get_default('block')
+
+
+def test_what_waited_on_its_way_to_the_twin_counts_though_few_samples_did():
+    from servo_twin.nodes.twin_health import TwinHealth, WARN
+    for first, told in ((0.002, True), (1e9, False)):  # stamps of our own clock, and of another
+        health, waiting = TwinHealth(), WaitingBlocks()
+        health.predicted(1, first)
+        health.report(None, 0, (), waiting)
+        health.predicted(1, first + 15.0)
+        level, said, facts = health.report(None, 0, (), waiting)
+        assert ('behind the rig by 15.0' in said) is told
+        assert (level == WARN) is told
+        assert (float(facts['seconds behind, at worst']) > 1.0) is told

@@ -31,10 +31,10 @@ def emulated_bench(processes: Processes, namespace: str, rig: Path, driver: Path
             '--channel', str(bus), *words))
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
-        processes.start('driver', [*python('servo_rig_driver.driver.driver_node'), *ros(namespace,
-                                                                                        {
-            'bus.interface': 'unix_bus', 'bus.channel': str(bus), 'sync_period': 1.0 / rate,
-            'autostart': 'true'}, driver)])
+        values = {'bus.interface': 'unix_bus', 'bus.channel': str(bus), 'sync_period': 1.0 / rate,
+                  'autostart': 'true'}
+        processes.start('driver', [*python('servo_rig_driver.driver.driver_node'),
+                                   *ros(namespace, values, driver)])
         yield
 
 

@@ -21,7 +21,6 @@ import numpy as np
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from servo_twin.description import servo_file
@@ -29,10 +28,11 @@ from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import spin, started
+from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.sample_joining import Joiner
-from servo_twin_msgs.msg import Estimate, Residual
+from servo_twin_msgs.msg import Estimate, Event, Residual
 
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
@@ -45,8 +45,6 @@ from .identify_parameters import value
 from .jobs_node import Jobs
 from .message_conversion import OK, STALE, WARN
 
-SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
-                     reliability=ReliabilityPolicy.RELIABLE)
 REPORT_EVERY = 1.0  # s
 _GATHERED = 0.1  # s of samples that estimator and detector are given at once
 
@@ -73,11 +71,14 @@ class IdentifyNode(Node):
         self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
                          self._on_loaded)
         for topic, kind in twin_conversion.TOPICS.items():
-            self.create_subscription(kind, topic, partial(self._take, topic), SAMPLES)
-        self.create_subscription(Residual, 'twin/residual', self._compare, SAMPLES)
+            self.create_subscription(kind, topic, partial(self._take, topic), sample_qos(),
+                                     qos_overriding_options=OVERRIDABLE)
+        self.create_subscription(Residual, 'twin/residual', self._compare, sample_qos(),
+                                 qos_overriding_options=OVERRIDABLE)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._events = self.create_publisher(Event, 'events', EVENTS)
         self.create_service(Trigger, 'identify/relearn', self._relearn)
         self.create_timer(REPORT_EVERY, self._report)
         self.create_timer(value(self, 'online.period'), self._tell)
@@ -143,8 +144,18 @@ class IdentifyNode(Node):
                 rows, message.period, self._servo.values['mechanism.ratio']))
         for alarm in found:
             self.get_logger().warning(f'balance {alarm.balance} changed')
+            self._happened(alarm, message)
         if found:
             self._report()
+
+    def _happened(self, alarm: Alarm, seen: Residual) -> None:
+        """Tell a change as an event, which the recorder keeps; ``seen`` is the last residual."""
+        event = Event(
+            source=self.get_fully_qualified_name(), kind='change', content=alarm.balance,
+            text=f'balance {alarm.balance} changed: {alarm.feature} by {alarm.deviations:.1f} '
+                 f'deviations since sample {alarm.since}')
+        event.header.stamp = seen.header.stamp
+        self._events.publish(event)
 
     def _relearn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._detector is not None:

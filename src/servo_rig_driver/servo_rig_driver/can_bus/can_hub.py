@@ -33,6 +33,7 @@ log = logging.getLogger('can_hub')
 
 
 class _Client:
+
     def __init__(self, number: int, connection: socket.socket) -> None:
         self.number = number
         self.socket = connection

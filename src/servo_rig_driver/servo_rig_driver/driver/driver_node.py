@@ -23,6 +23,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
@@ -48,6 +49,7 @@ from .setpoints import Mode, Refused, SetpointPlayer
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 LOOK_EVERY = 0.1
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 
 
 def sample_qos(period: float, block_size: int, history: float) -> QoSProfile:
@@ -99,16 +101,21 @@ class Driver(LifecycleNode):
         self.health.over('bus.configure', self._ros_now())
         self.health.over('bus.closed', self._ros_now())
         self._led = True
-        frame = self.get_namespace().strip('/')
+        frame = of['frame_id'] or f'{self.get_namespace()}/base_link'.strip('/')
         self._messages = conversion.SampleMessages(frame)
-        self._joint_states = conversion.JointStates(of['joint_names'], of['joint_states_rate'],
-                                                    frame)
-        qos = sample_qos(of['sync_period'], of['block_size'], of['history'])
-        self._topics = [self.create_lifecycle_publisher(kind, name, qos) for kind, name in (
-            (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
-        self._topics.append(self.create_lifecycle_publisher(JointState, 'joint_states', 10))
+        self._joint_states = conversion.JointStates(
+            of['joint_names'], of['joint_states_rate'], frame, of['motor_torque_constant'])
+        # a profile each: ROS writes into it what it is overridden with
+        self._topics = [
+            self.create_lifecycle_publisher(kind, name, sample_qos(
+                of['sync_period'], of['block_size'], of['history']),
+                qos_overriding_options=OVERRIDABLE)
+            for kind, name in ((Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
+        self._topics.append(self.create_lifecycle_publisher(
+            JointState, 'joint_states', 10, qos_overriding_options=OVERRIDABLE))
         self._subscription = self.create_subscription(
-            Command, 'command', self._take_command, sample_qos(of['sync_period'], 1, 1.0))
+            Command, 'command', self._take_command, sample_qos(of['sync_period'], 1, 1.0),
+            qos_overriding_options=OVERRIDABLE)
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -101,6 +101,11 @@ DECLARED = (
     Declared('joint_states_rate', 50.0, 'Hz', 'At most this many joint_states a second; 0: none',
              0.0, 1000.0),
     Declared('joint_names', ['motor', 'load'], '', 'Names of the two joints in joint_states'),
+    Declared('motor_torque_constant', 0.0, 'N m/A', 'Of the motor: times the current it is the '
+             'effort of the motor joint in joint_states; 0: not known, the effort is NaN',
+             0.0, 1e4),
+    Declared('frame_id', '', '', 'TF frame of the samples: what the bench stands on; empty: '
+             'base_link below the namespace of the node'),
     Declared('command_timeout', 0.1, 's', 'No set-point older than this reaches the motor; the '
              "age counts from the set-point's own instant", 1e-3, 10.0, live=True),
     Declared('limit.voltage', 10.0, 'V', 'Largest voltage command in size', 0.0, 1000.0,

@@ -11,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from servo_twin_msgs.msg import Event
 
-from .message_conversion import to_diagnostics, to_time
+from .message_conversion import GROUPS, to_diagnostics, to_time
 from .rig_health import Level, RigHealth
 
 
@@ -19,12 +19,15 @@ class Diagnoser:
     """
     Publishes the health of a rig every ``period`` s, and at once when it changes.
 
-    ``facts`` returns what else is to be told, as text by name. /diagnostics is an absolute name by
-    the custom of ROS: one viewer sees all rigs, told apart by the name of the node.
+    ``facts`` returns what else is to be told, as text by name; ``groups`` are the parts that have
+    a status each. /diagnostics is an absolute name by the custom of ROS: one viewer sees all rigs,
+    told apart by the name of the node.
     """
 
-    def __init__(self, node: Node, health: RigHealth, facts: Callable[[], dict[str, str]]) -> None:
+    def __init__(self, node: Node, health: RigHealth, facts: Callable[[], dict[str, str]],
+                 groups: tuple[str, ...] = GROUPS) -> None:
         self.node = node
+        self.groups = groups
         self.health = health
         self.facts = facts
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -59,7 +62,7 @@ class Diagnoser:
             self._happened('over', key, self._troubles[key], now)
         self._troubles = {key: trouble.text for key, trouble in lasting.items()}
         self._publisher.publish(to_diagnostics(self.node.get_fully_qualified_name(), self.health,
-                                               self.facts(), now))
+                                               self.facts(), now, self.groups))
 
     def _happened(self, kind: str, key: str, text: str, now: int) -> None:
         event = Event(source=self.node.get_fully_qualified_name(), kind=kind, text=text,

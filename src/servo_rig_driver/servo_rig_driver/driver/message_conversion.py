@@ -63,13 +63,17 @@ class JointStates:
     """
     Thins blocks out to at most ``rate`` joint states a second, for people's tools.
 
-    The velocity of a state is the mean since the one before it; 0 Hz makes none.
+    The velocity of a state is the mean since the one before it; 0 Hz makes none. The effort of the
+    load is the measured torque, that of the motor the current times ``torque_constant``, N m/A;
+    0: not known, NaN.
     """
 
-    def __init__(self, names: list[str], rate: float, frame: str) -> None:
+    def __init__(self, names: list[str], rate: float, frame: str,
+                 torque_constant: float = 0.0) -> None:
         self.names = list(names)
         self.pause = SECOND / rate if rate > 0.0 else None
         self.frame = frame
+        self.torque_constant = torque_constant or float('nan')
         self._before: tuple[int, float, float] | None = None
 
     def from_block(self, block: SampleBlock) -> JointState | None:
@@ -82,11 +86,12 @@ class JointStates:
         velocity = [float('nan')] * 2
         if self._before:
             elapsed = (instant - self._before[0]) / SECOND
-            velocity = [(now - then) / elapsed for now, then in zip(here, self._before[1:],
-                                                                     strict=True)]
+            velocity = [(now - then) / elapsed
+                        for now, then in zip(here, self._before[1:], strict=True)]
         self._before = (instant, *here)
         state = JointState(name=self.names, position=array('d', here), velocity=velocity,
-                           effort=[float('nan'), block.columns['torque'][last]])
+                           effort=[self.torque_constant * block.columns['current'][last],
+                                   block.columns['torque'][last]])
         state.header.stamp = to_time(instant)
         state.header.frame_id = self.frame
         return state
@@ -98,10 +103,10 @@ def command_of(message: Command) -> tuple[int, int, float, array, array]:
             message.external_torque)
 
 
-def to_diagnostics(node: str, health: RigHealth, facts: dict[str, str], now: int
-                   ) -> DiagnosticArray:
+def to_diagnostics(node: str, health: RigHealth, facts: dict[str, str], now: int,
+                   groups: tuple[str, ...] = GROUPS) -> DiagnosticArray:
     """
-    Return the health of the rig: one status for the whole, then one for each of GROUPS.
+    Return the health of the rig: one status for the whole, then one for each of ``groups``.
 
     ``facts`` go into the first one as key and value, the counters into that of their group, and
     what passed lately into the first one as 'past 1', 'past 2', ...
@@ -116,7 +121,7 @@ def to_diagnostics(node: str, health: RigHealth, facts: dict[str, str], now: int
             f'{trouble.text} (from {_utc(trouble.since)} to {_utc(trouble.until)})')))
     said.status.append(whole)
     counters = health.counters
-    for group in GROUPS:
+    for group in groups:
         status = _status(f'{node}: {group}', [trouble for trouble in lasting
                                               if trouble.key.startswith(f'{group}.')], 'ok', now)
         status.values = [KeyValue(key=key.removeprefix(f'{group}.'), value=str(number))

@@ -63,19 +63,42 @@ class RigSettings:
 
 def load_rig(path: str | Path, overrides: Sequence[str] = ()) -> RigSettings:
     """
-    Read a rig file; ``overrides`` are texts like 'friction.level=1.5'.
+    Read a rig file, or the shipped one of a name.
+
+    ``overrides`` are texts like 'friction.level=1.5'.
 
     What the file leaves out is as on the bench of paper 000. Raises RigFileError for a file that
     is no YAML mapping, an unknown key, a value that is no number or out of range.
     """
+    path = rig_at(path)
     try:
-        content = yaml.safe_load(Path(path).read_text())
+        content = yaml.safe_load(path.read_text())
     except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
         raise RigFileError(f'{path} cannot be read: {error}') from error
     try:
         return rig_settings(content, overrides)
     except RigFileError as error:
         raise RigFileError(f'{path}: {error}') from error
+
+
+def rig_at(name_or_path: str | Path) -> Path:
+    """Return a path as it is, and for a bare name that of the shipped rig file."""
+    path = Path(name_or_path).expanduser()
+    if path.suffix or len(path.parts) != 1 or path.is_file():
+        return path
+    try:
+        from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+    except ImportError:  # without ROS there are paths only
+        return path
+    try:
+        folder = Path(get_package_share_directory('servo_rig_driver')) / 'config' / 'rigs'
+    except PackageNotFoundError:
+        return path
+    found = folder / f'{path.name}.yaml'
+    if not found.is_file():
+        known = sorted(file.stem for file in folder.glob('*.yaml'))
+        raise RigFileError(f'{path.name!r} is no shipped rig; there are {known}')
+    return found
 
 
 def rig_settings(content: object, overrides: Sequence[str] = ()) -> RigSettings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from os import SEEK_END
 from pathlib import Path
 from time import monotonic
 
@@ -16,9 +17,12 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+
+from .message_definitions import commented, typestore
 
 _FOREVER = QosTime(9223372036, 854775807)
+_HEAD = 31  # bytes of an MCAP message before its data
+_NUMBER = 11  # bytes before its running number, which rosbags leaves at 0
 
 
 class RecordingFile:
@@ -40,23 +44,31 @@ class RecordingFile:
         self.counts = dict.fromkeys(topics, 0)
         self._chunk_bytes, self._chunk_seconds = chunk_bytes, chunk_seconds
         self._began: float | None = None
-        types = _typestore(sorted(set(topics.values())), shares)
+        types = typestore(sorted(set(topics.values())), shares)
         self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
         self._connections: dict[str, Connection] = {
-            topic: self._writer.add_connection(topic, kind, typestore=types,
-                                               offered_qos_profiles=[_qos(topic in latched)])
+            topic: self._writer.add_connection(
+                topic, kind, msgdef=commented(types, kind, shares), rihs01=types.hash_rihs01(kind),
+                offered_qos_profiles=[_qos(topic in latched)])
             for topic, kind in topics.items()}
 
     def write(self, topic: str, time: int, data: bytes) -> None:
         """Write one serialized message received at ``time``, ns."""
+        chunk = self._writer.storage.chunk.bio
+        if self._began is not None and chunk.tell() + _HEAD + len(data) > self._chunk_bytes:
+            self.flush(now=True)
+            chunk = self._writer.storage.chunk.bio
+        begin = chunk.tell()
         self._writer.write(self._connections[topic], time, data)
+        if self._writer.storage.chunk.bio is chunk:  # rosbags closes a chunk of more than 1 MiB
+            chunk.seek(begin + _NUMBER)
+            chunk.write((self.counts[topic] & 0xFFFFFFFF).to_bytes(4, 'little'))
+            chunk.seek(0, SEEK_END)
         self.counts[topic] += 1
         if self._began is None:
             self._began = monotonic()
-        if self._writer.storage.chunk.bio.tell() > self._chunk_bytes:
-            self.flush(now=True)
 
     def flush(self, now: bool = False) -> None:
         """Write the pending chunk out when it is old enough, or ``now``."""
@@ -76,28 +88,6 @@ class RecordingFile:
         """Close without summary, leaving what is on disk; after an error in writing."""
         with suppress(OSError):
             self._writer.abort()
-
-
-def _typestore(kinds: list[str], shares: list[Path]):
-    """Return the types of Jazzy, and those of further packages from their .msg files."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    for package in sorted({kind.split('/')[0] for kind in kinds if kind not in store.fielddefs}):
-        folders = [share / package / 'msg' for share in shares]
-        files = [file for folder in folders for file in sorted(folder.glob('*.msg'))]
-        if not files:
-            raise FileNotFoundError(
-                f'no message definitions of {package}; looked in '
-                f'{", ".join(str(folder) for folder in folders) or "no folder"}; source the '
-                'workspace that has it')
-        found: dict = {}
-        for file in files:
-            found |= get_types_from_msg(file.read_text('utf8'), f'{package}/msg/{file.stem}')
-        store.register({name: fields for name, fields in found.items()
-                        if name not in store.fielddefs})
-    missing = [kind for kind in kinds if kind not in store.fielddefs]
-    if missing:
-        raise FileNotFoundError(f'no definition of {missing}; a type is written package/msg/Name')
-    return store
 
 
 def _qos(latched: bool) -> Qos:

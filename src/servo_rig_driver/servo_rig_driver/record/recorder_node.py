@@ -1,6 +1,10 @@
 """
 Recorder node: writes the topics of a rig and its twin to a bag until it is told to stop.
 
+What somebody publishes on `note` becomes an event of the recording, at its instant:
+
+    ros2 topic pub --once /rig/note std_msgs/msg/String "data: oil changed"
+
 Messages are taken as the bytes that travelled and written unseen. What is on disk survives a
 killed process up to the last whole chunk, half a second by default.
 """
@@ -20,12 +24,14 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from std_msgs.msg import String
 import yaml
 
-from servo_twin_msgs.msg import RecordingInfo
+from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
 from ..node_help import asked_for_help
@@ -50,6 +56,7 @@ DEFAULT_TOPICS = {
 }
 """What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
 
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 _SPIN = 0.2  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
 _WITHOUT = 2.0  # s without a sample after which a recorder records nothing that counts
 _TELLS = 10.0  # s for which a loss is a warning
@@ -85,13 +92,12 @@ class Recorder(Node):
         self._info_publisher = self.create_publisher(RecordingInfo, INFO, latched)
         self._info_publisher.publish(info)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        reliable = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
-                              reliability=ReliabilityPolicy.RELIABLE)
-        # what changed before the recording is needed to replay it
-        kept = QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._events = self.create_publisher(Event, 'events', _qos(EVENT, 100))
+        self.create_subscription(String, 'note', self._note, _qos('', 100))
         for topic, kind in topics.items():
             self.create_subscription(_message_class(kind), topic, self._taker(topic),
-                                     kept if kind == EVENT else reliable, raw=True)
+                                     _qos(kind, depth), raw=True,
+                                     qos_overriding_options=OVERRIDABLE)
         self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush)
         self.create_timer(_REPORT, self._report)
         self._began = monotonic()
@@ -157,6 +163,12 @@ class Recorder(Node):
                 watch.take(*block_of(data))
 
         return take
+
+    def _note(self, message: String) -> None:
+        """Make an event of what a user says, which is recorded as the others are."""
+        event = Event(source=self.get_fully_qualified_name(), kind='note', text=message.data)
+        event.header.stamp = self.get_clock().now().to_msg()
+        self._events.publish(event)
 
     def _flush(self) -> None:
         if not self.failure:
@@ -234,6 +246,14 @@ def _servo_name(path: str, content: str) -> str:
         raise ValueError(f'servo_file {path} is no YAML: {error}') from None
     named = fields.get('servo') if isinstance(fields, dict) else None
     return named if isinstance(named, str) else Path(path).stem
+
+
+def _qos(kind: str, depth: int) -> QoSProfile:
+    """Return the QoS of a topic: what changed before the recording is needed to replay it."""
+    kept = kind == EVENT
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE)
 
 
 def _message_class(kind: str) -> type:

@@ -126,8 +126,8 @@ forward motion, since where in its gap a mesh begins a run is not known.
 
 def _factors(found: Mapping) -> str:
     def scores(name: str, scale: float = 1.0) -> list[list[str]]:
-        return [[f'{v[k] * scale ** p:.5g}' for v in (found[name]['forward'],
-                                                     found[name]['reverse'])]
+        both = found[name]['forward'], found[name]['reverse']
+        return [[f'{v[k] * scale ** p:.5g}' for v in both]
                 for k, p in (('mse', 2), ('mae', 1))]
 
     load, motor = scores('friction'), scores('motor_friction', 1e3)

@@ -51,6 +51,7 @@ def command_delay(a, m, d, curve):
     beat: by a sawtooth from zero to twice that; Wittenmark, Nilsson, Törngren, ACC (1995)
     """
     late, seed, rate = a * FAST, d.integers(2**31), d.uniform(0.003, 0.02)
+
     def two(k):
         return late * (0.5 + np.random.default_rng(seed).integers(0, 2, len(k)))
     return Change(delay={'constant': lambda k: np.full(len(k), late), 'two_valued': two,

@@ -106,7 +106,6 @@ class Plant(NamedTuple):
     torque_count: float = 0.0      # N m
     current_count: float = 0.0     # A
 
-
     def as_record(self) -> np.record:
         """Return the same for compiled code, which passes a record by its address."""
         return np.array([tuple(self)], dtype=[(name, float) for name in self._fields])[0]

@@ -59,7 +59,7 @@ def _of_current(m, law):
 @mechanism('motor')
 def torque_constant_error(a, m, d, curve):
     """
-    Magnets that give less than the data sheet says: a share, which is 1 - exp(-amount), of
+    Magnets that give less than the data sheet says, by a share of 1 - exp(-amount).
 
     demagnetised: the torque; Ruoho, Dlala, Arkkio, IEEE Trans. Magn. 43 (2007)
     warming: the torque, by 1 - exp(-t / 0.2 to 0.5); Sebastian, IEEE Trans. Ind. Appl. 31 (1995)
@@ -184,5 +184,3 @@ def load_inertia(a, m, d, curve):
     picked_up: from 0.2 to 0.4 of the recording on; Khalil, Dombre, Robots, ch. 12 (2002)
     """
     return _inertia(a, m, d, curve, 'load_inertia')
-
-

@@ -74,6 +74,7 @@ def regeneration_limit(a, m, d, curve):
     share: 1 - exp(-amount) of a command against the motion is lost
     """
     lost = 1 - np.exp(-a)
+
     def against(way):
         return Term('command', (
             m.by('command', lambda u: -lost * np.where(u * way > 0, u, 0.0)),
@@ -126,6 +127,7 @@ def knocking_bearing(a, m, d, curve):
     knock: x times two swings of a sine within 0.4 rad
     """
     centre = d.uniform(-0.4, 0.4) * min(m.travel, np.pi)
+
     def window(q):
         near = (q - centre + np.pi) % (2 * np.pi) - np.pi
         return np.where(abs(near) < 0.2, np.sin(2 * np.pi * near / 0.2), 0.0)

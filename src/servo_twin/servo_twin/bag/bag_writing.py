@@ -13,7 +13,7 @@ import yaml
 from ..recording.recording import MAY_BE_EMPTY, Predictions, Recording
 from .cdr_layout import HEADER, lay_out, Layout
 from .mcap_writing import ChannelEntry, McapFile, MESSAGE_HEAD
-from .message_definitions import own_types, PACKAGE
+from .message_definitions import commented, own_types, PACKAGE
 
 CHUNK_BYTES = 1 << 22
 """Uncompressed size that a chunk aims at."""
@@ -170,7 +170,7 @@ class BagWriter:
             name = f'{PACKAGE}/msg/{message}'
             qos = [_QOS | {'durability': durability}]
             self._channels[topic] = self._file.add_channel(
-                self.prefix + topic, name, self._types.generate_msgdef(name, ros_version=2)[0],
+                self.prefix + topic, name, commented(name),
                 yaml.safe_dump(qos, sort_keys=False).strip())
             self._topics.append({
                 'name': self.prefix + topic, 'type': name, 'serialization_format': 'cdr',

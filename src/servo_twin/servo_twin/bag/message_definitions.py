@@ -57,6 +57,13 @@ def own_types() -> Typestore:
     return store
 
 
+def commented(kind: str) -> str:
+    """Return the definition of a message of the project as people wrote it, with its units."""
+    text = (definition_folder() / f'{kind.rpartition("/")[2]}.msg').read_text('utf8')
+    parts = own_types().generate_msgdef(kind, ros_version=2)[0].partition('=' * 80)
+    return text + ''.join(parts[1:])
+
+
 @cache
 def embedded_types(name: str, encoding: str, text: str) -> Typestore:
     """Return what a bag itself says of message ``name``; ``encoding`` is ros2msg or ros2idl."""

@@ -32,7 +32,7 @@ class Balances:
     """
 
     def __init__(self, servo: Servo, period: float, window: float = WINDOW) -> None:
-        self.half = max(3, round(window / period / 2.0))
+        self.half = half_of(window, period)
         self.channel_noise = np.array([servo.noise(name) for name in COMPARED])
         taps = balance_taps(servo, period, self.half)
         self.noise = balance_noise(servo, period, taps)
@@ -104,6 +104,11 @@ class Balances:
         out[:, self._silent] = np.nan
         self._tail = e[:, -2 * self.half:].copy()
         return out
+
+
+def half_of(window: float, period: float) -> int:
+    """Return half of a filter's length in samples; both arguments in s."""
+    return max(3, round(window / period / 2.0))
 
 
 def channel_residuals(samples: np.ndarray, y: np.ndarray) -> np.ndarray:

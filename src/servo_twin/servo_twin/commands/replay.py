@@ -74,10 +74,17 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _answered(arguments: argparse.Namespace) -> int:
-    from ..bag import read_changes, read_predictions, read_recording, write_predictions
+    from ..bag import (
+        read_changes,
+        read_events,
+        read_predictions,
+        read_recording,
+        write_predictions,
+    )
     from ..balances.goodness_of_fit import fit_of
     from ..lockstep.lockstep import Settings, warm_up
-    from ..lockstep.whole_recording import answer, differences, part_of
+    from ..lockstep.whole_recording import answer, differences, seen_by
+    from ..pages.event_table import event_table
     from ..pages.fit_table import balance_table, channel_table
 
     printed = arguments.json == '-'
@@ -90,7 +97,7 @@ def _answered(arguments: argparse.Namespace) -> int:
     live = None
     if arguments.compare:
         live = read_predictions(arguments.bag, arguments.namespace, arguments.stretch)
-        recording = part_of(recording, live.sequence, live.sequence + len(live))
+        recording = seen_by(recording, live)
     warm_up(servo)
     ready = perf_counter()
     # another servo file than the one that ran has no such changes
@@ -110,6 +117,9 @@ def _answered(arguments: argparse.Namespace) -> int:
     console.print(channel_table(fit))
     if fit.balances:
         console.print(balance_table(fit))
+    happened = read_events(arguments.bag, arguments.namespace)
+    if happened:
+        console.print(event_table(happened, recording.start))
     tell(arguments.json, {
         'recording': recording.name, 'servo': servo.name, 'period': recording.period,
         'duration': recording.duration, 'channels': [vars(one) for one in fit.channels],
@@ -117,7 +127,8 @@ def _answered(arguments: argparse.Namespace) -> int:
         'warnings': [*recording.warnings, *result.warnings]})
     if arguments.page:
         from ..pages.replay_page import write_page
-        page = write_page(arguments.page, servo, recording, result, arguments.mode)
+        page = write_page(arguments.page, servo, recording, result, arguments.mode,
+                          happened=happened)
         console.print(f'page: {page}', highlight=False, soft_wrap=True)
     if arguments.output:
         console.print(f'bag: {arguments.output}', highlight=False, soft_wrap=True)

@@ -46,7 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='the way the twin runs (default %(default)s)')
     rig = parser.add_argument_group('the rig')
     rig.add_argument('--rig', type=Path, metavar='R.yaml',
-                     help='rig file of the emulated rig (default: the shipped rv_bench)')
+                     help='rig file of the emulated rig, or the name of a shipped one (default '
+                          'rv_bench)')
     rig.add_argument('--set', action='append', default=[], metavar='PATH=VALUE',
                      help='turn a property of the emulated rig, such as friction.level=1.5')
     rig.add_argument('--no-emulator', action='store_true',
@@ -129,7 +130,9 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
     if folder.exists():
         raise ServoError(f'{folder} exists already; choose another folder')
     driver = None if arguments.driver is None else _driver_at(arguments.driver)
-    rig = None if arguments.no_emulator else arguments.rig or _rig_of(driver)
+    rig = None
+    if not arguments.no_emulator:
+        rig = _rig_of(driver) if arguments.rig is None else _rig_at(arguments.rig)
     servo = arguments.servo
     if servo is None:
         servo = _servo_of(driver) if arguments.rig is None else 'rv_bench'
@@ -139,6 +142,14 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
         settings=tuple(settings), duration=arguments.duration,
         page=Page(arguments.port, arguments.control) if arguments.view else None)
+
+
+def _rig_at(given: Path) -> Path:
+    """Return a path as it is, and for a bare name that of the shipped rig file."""
+    from ..description.shipped import shipped
+
+    named = not given.suffix and len(given.parts) == 1 and not given.is_file()
+    return shipped(f'rigs/{given}.yaml') if named else given
 
 
 def _driver_at(given: Path) -> Path:

@@ -116,8 +116,8 @@ class Still:
         """Return whether each of `memories` takes part in the linear form."""
         off = {'drive'} if issubclass(self.servo.drive, DigitalDrive) else set()
         off |= set() if self.servo.mechanism.correctable else {'mechanism'}
-        off |= set(self.left_out) | {p.name for p in self.servo.effects
-                                    if p.effect.name in _DEAD_TIMES}
+        off |= set(self.left_out)
+        off |= {p.name for p in self.servo.effects if p.effect.name in _DEAD_TIMES}
         return [owner not in off for owner, _ in self.memories()]
 
     def _begun_anew(self, x: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..balances.residual_filters import half_of, WINDOW
 from ..description import servo_file
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Change, SERVO_FILE
@@ -113,6 +114,17 @@ def part_of(recording: Recording, first: int, end: int) -> Recording:
     return replace(recording, columns={n: c[cut] for n, c in recording.columns.items()},
                    start=recording.start + cut.start * recording.period,
                    sequence=recording.sequence + cut.start)
+
+
+def seen_by(recording: Recording, live: Predictions, window: float = WINDOW) -> Recording:
+    """
+    Return the samples of a recording that the live twin had seen when it was last heard.
+
+    Its residuals come half a ``window``, s, late: a last one that is no NaN saw so much more.
+    """
+    late = any(np.isfinite(live.residual[name][-1]) for name in BALANCES)
+    ahead = half_of(window, live.period) if late else 0
+    return part_of(recording, live.sequence, live.sequence + len(live) + ahead)
 
 
 def differences(live: Predictions, again: Predictions) -> dict[str, int]:

@@ -67,14 +67,16 @@ class Outgoing:
     once, and making a message costs as much as sending it.
     """
 
-    def __init__(self, kind: type[Prediction] | type[Residual], frame: str) -> None:
+    def __init__(self, kind: type[Prediction] | type[Residual]) -> None:
         self.message = kind()
-        self.message.header.frame_id = frame
+        self.frame = ''
+        """TF frame: that of the samples which are answered."""
         self._fields = PREDICTED if kind is Prediction else COMPARED + BALANCES
 
     def filled(self, answer: Answer, period: float, **others: object) -> Prediction | Residual:
         """Return the message with an answer, the period in s, and ``others`` of its fields."""
         message, stamp = self.message, self.message.header.stamp
+        message.header.frame_id = self.frame
         stamp.sec, stamp.nanosec = divmod(answer.stamp, SECOND)
         message.sequence, message.period = answer.sequence, period
         for field, column in zip(self._fields, answer.values.T, strict=True):

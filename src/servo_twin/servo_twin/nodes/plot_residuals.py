@@ -22,16 +22,15 @@ class PlotResiduals:
     ``rate`` of publishing in Hz, 0: never. Sample times count, so a replay plots the same.
     """
 
-    def __init__(self, node: LifecycleNode, frame: str) -> None:
+    def __init__(self, node: LifecycleNode) -> None:
         self.publisher = node.create_lifecycle_publisher(PlotResidual, TOPIC,
                                                          QoSProfile(depth=100))
         self._message = PlotResidual()
-        self._message.header.frame_id = frame
         self._most = np.full(len(COMPARED) + len(BALANCES), np.nan)
         self._begin: int | None = None
 
-    def take(self, residual: Answer, period: float, rate: float) -> None:
-        """Take a block of residuals, with the period of its samples in s; publish when due."""
+    def take(self, residual: Answer, period: float, rate: float, frame: str = '') -> None:
+        """Take a block of residuals (period of its samples in s, TF frame); publish when due."""
         if not rate or not len(residual.values):
             return
         last = residual.stamp + round((len(residual.values) - 1) * period * 1e9)
@@ -41,7 +40,7 @@ class PlotResiduals:
         if (last - self._begin) * 1e-9 + period < (1.0 - 1e-6) / rate:
             return
         message = self._message
-        message.header.stamp = to_time(last)
+        message.header.stamp, message.header.frame_id = to_time(last), frame
         message.sequence = residual.sequence + len(residual.values) - 1
         for name, value in zip(COMPARED + BALANCES, self._most, strict=True):
             setattr(message, name, float(value))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 
 from ..lockstep.lockstep import Lockstep
@@ -10,6 +12,7 @@ from ..recording.waiting_blocks import JOINS_FROM, WaitingBlocks
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 HOLDS = 3
+LIVE = 1.0  # s: an answer so soon after its samples means stamps of our own clock
 PRACTICAL = 3.0
 """A balance stands out when its RMS over a report is more than this many noise floors."""
 
@@ -19,7 +22,9 @@ class TwinHealth:
     Counts over the life of a twin, and figures from one report to the next.
 
     Latencies are in s from the instant of a block's last sample to when its answer was published;
-    residuals answer half a filter window late by design.
+    residuals answer half a filter window late by design. How far a twin is behind is told by the
+    samples that wait and, where their stamps are of our own clock, by the latency: what has not
+    come to the twin yet waits too.
 
     A level is raised at once and falls when HOLDS reports in a row had a lower one, so that a rig
     on the edge of a limit does not blink.
@@ -29,7 +34,8 @@ class TwinHealth:
         self.samples_in = self.samples_out = self.malformed = 0
         self.why = ''
         self.loaded = 0
-        self._lag = 0.0
+        self._lag = self._late = 0.0
+        self._fastest = inf
         self._held = (OK, '')
         self._better = 0
         self._latencies: dict[str, list[float]] = {'prediction': [], 'residual': []}
@@ -39,6 +45,9 @@ class TwinHealth:
     def predicted(self, samples: int, latency: float) -> None:
         """Note that a prediction was published."""
         self.samples_in += samples
+        self._fastest = min(self._fastest, latency)
+        if self._fastest < LIVE:
+            self._late = max(self._late, latency)
         self._latencies['prediction'].append(latency)
 
     def compared(self, values: np.ndarray, latency: float) -> None:
@@ -68,12 +77,13 @@ class TwinHealth:
             'servos loaded': self.loaded, 'left out, overload': waiting.left_out,
             'blocks joined to catch up': waiting.joined,
         }
-        self._lag, waiting.worst = waiting.worst, 0.0
+        self._lag = max(waiting.worst, self._late)
+        behind, waiting.worst, self._late = waiting.worst, 0.0, 0.0
         new = {key: number - self._before.get(key, 0) for key, number in counts.items()}
         self._before = counts
         facts = {key: str(number) for key, number in counts.items()}
         period = twin.period if twin else 0.0
-        facts['samples behind, at worst'] = str(round(self._lag / period) if period else 0)
+        facts['samples behind, at worst'] = str(round(behind / period) if period else 0)
         facts['seconds behind, at worst'] = f'{self._lag:.3f}'
         for kind, latencies in self._latencies.items():
             if latencies:
@@ -109,8 +119,9 @@ class TwinHealth:
             said.append(f'too slow for the rig: {self._lag:.1f} s behind, began again at the '
                         f'newest sample, {new["left out, overload"]} left out')
         elif self._lag > JOINS_FROM:
-            said.append(f'behind the rig by {self._lag:.2f} s at worst, catching up by larger '
-                        'blocks')
+            said.append(f'behind the rig by {self._lag:.2f} s at worst'
+                        + (', catching up by larger blocks'
+                           if new['blocks joined to catch up'] > 0 else ''))
         if new['restarts'] > 0:
             said.append(f'began again {new["restarts"]} times: {twin.why}')
         if new['bridged'] > 0:

@@ -20,7 +20,6 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from servo_twin_msgs.msg import Event, Prediction, Residual
 
@@ -37,12 +36,10 @@ from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
 from .spinning import interruptible, spin, started
+from .topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from .twin_health import ERROR, OK, TwinHealth
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
-SAMPLES = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST,
-                     reliability=ReliabilityPolicy.RELIABLE)
-EVENTS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REPORT_EVERY = 1.0  # s
 
 
@@ -62,10 +59,8 @@ class TwinNode(LifecycleNode):
         self._active = False
         self._declaring = False
         self._told = self._failure = ''
-        frame = self.get_namespace().strip('/')
-        self._prediction = conversion.Outgoing(Prediction, frame)
-        self._residual = conversion.Outgoing(Residual, frame)
-        self._frame = frame
+        self._prediction = conversion.Outgoing(Prediction)
+        self._residual = conversion.Outgoing(Residual)
         self._plots: PlotResiduals | None = None
         self._outputs: list = []
         self._inputs: list = []
@@ -98,12 +93,14 @@ class TwinNode(LifecycleNode):
             self._declaring = False
         gc.freeze()  # the compiler's many objects stay: looking through them holds samples up
         for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
-            self._outputs.append(self.create_lifecycle_publisher(kind, topic, SAMPLES))
-        self._plots = PlotResiduals(self, self._frame)
+            self._outputs.append(self.create_lifecycle_publisher(
+                kind, topic, sample_qos(), qos_overriding_options=OVERRIDABLE))
+        self._plots = PlotResiduals(self)
         self._outputs.append(self._plots.publisher)
         for topic, kind in conversion.TOPICS.items():
-            self._inputs.append(self.create_subscription(kind, topic, partial(self._take, topic),
-                                                         SAMPLES))
+            self._inputs.append(self.create_subscription(
+                kind, topic, partial(self._take, topic), sample_qos(),
+                qos_overriding_options=OVERRIDABLE))
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -151,6 +148,7 @@ class TwinNode(LifecycleNode):
         if parts is None:
             return
         first = parts['encoder']
+        self._prediction.frame = self._residual.frame = first.header.frame_id
         try:
             samples = conversion.to_samples(parts)
         except ValueError as problem:
@@ -206,7 +204,8 @@ class TwinNode(LifecycleNode):
         self._outputs[1].publish(self._residual.filled(
             residual, lockstep.twin.period, channel_noise=lockstep.balances.channel_noise,
             balance_noise=lockstep.balances.noise))
-        self._plots.take(residual, lockstep.twin.period, self.get_parameter('plot_rate').value)
+        self._plots.take(residual, lockstep.twin.period, self.get_parameter('plot_rate').value,
+                         self._residual.frame)
         self._health.compared(residual.values, self._age(residual, now))
 
     def _close(self) -> None:
@@ -230,7 +229,7 @@ class TwinNode(LifecycleNode):
         if self._declaring:
             return SetParametersResult(successful=True)
         try:
-            twin_parameters.judge(parameters, self._servo)
+            twin_parameters.judge(self, parameters, self._servo)
             if self._servo is not None:
                 changed(self._servo, servo_parameters.changes_in(parameters, self._servo))
         except ServoError as problem:
@@ -245,11 +244,13 @@ class TwinNode(LifecycleNode):
             self._lockstep.follow(self.settings)
         if self._servo is None:
             return
-        changes = servo_parameters.changes_in(parameters, self._servo)
+        changes = {path: value for path, value in servo_parameters.changes_in(
+            parameters, self._servo).items() if value != self._servo.values[path]}
         if changes and self._lockstep is not None:
             self._lockstep.set(changes, servo_parameters.SOURCE)
         if changes:
-            self._happened(events.PARAMETERS, f'{", ".join(changes)} set', events.written(changes))
+            told = ', '.join(f'{path} = {value}' for path, value in changes.items())
+            self._happened(events.PARAMETERS, told, events.written(changes))
             self._servo = changed(self._servo, changes, servo_parameters.SOURCE)
 
     def exchange(self, servo: Servo) -> tuple[str, Servo]:

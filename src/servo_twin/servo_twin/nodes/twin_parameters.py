@@ -70,10 +70,12 @@ def servo_path(node: Node) -> Path:
     return servo_file(node.get_parameter('servo_file').value)
 
 
-def judge(parameters: Iterable[Parameter], servo: Servo | None) -> None:
+def judge(node: Node, parameters: Iterable[Parameter], servo: Servo | None) -> None:
     """Raise ServoError for a change that cannot be now; ``servo`` is None while unconfigured."""
     for parameter in parameters:
         name, value = parameter.name, parameter.value
+        if node.has_parameter(name) and value == node.get_parameter(name).value:
+            continue  # so that a dump of its parameters can be loaded while it runs
         if name == 'mode':
             check_mode(servo, value)
         if name in ('servo_file', 'balance_window') and servo is not None:

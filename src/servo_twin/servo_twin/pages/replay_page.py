@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.resources import files
 from math import isfinite, log10
 from pathlib import Path
@@ -12,7 +13,9 @@ import numpy as np
 
 from ..balances.goodness_of_fit import Fit, fit_of, speed_of
 from ..physics.servo import Servo
+from ..recording.events import Happened
 from ..recording.recording import BALANCES, COMPARED, Predictions, Recording
+from .event_table import rows_of
 from .svg_charts import line_chart
 
 CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
@@ -35,16 +38,22 @@ ANSWERS_TO = {
 
 
 def write_page(path: Path | str, servo: Servo, recording: Recording, answer: Predictions,
-               mode: str = 'measured_input', facts: dict[str, str] | None = None) -> Path:
-    """Write the page and return its path; ``facts`` are lines for its head, by name."""
+               mode: str = 'measured_input', facts: dict[str, str] | None = None,
+               happened: Sequence[Happened] = ()) -> Path:
+    """
+    Write the page and return its path.
+
+    ``facts`` are lines for its head, by name; ``happened`` is what was told beside the samples.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page_of(servo, recording, answer, mode, facts), 'utf8')
+    path.write_text(page_of(servo, recording, answer, mode, facts, happened), 'utf8')
     return path
 
 
 def page_of(servo: Servo, recording: Recording, answer: Predictions,
-            mode: str = 'measured_input', facts: dict[str, str] | None = None) -> str:
+            mode: str = 'measured_input', facts: dict[str, str] | None = None,
+            happened: Sequence[Happened] = ()) -> str:
     """Return the page as HTML that refers to nothing outside itself."""
     fit = fit_of(recording, answer, servo)
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
@@ -60,7 +69,7 @@ def page_of(servo: Servo, recording: Recording, answer: Predictions,
         width=_bar_width, channels=_channels(recording, answer, fit),
         balances=_balances(recording, answer), answers_to=ANSWERS_TO,
         warnings=[*recording.warnings, *answer.warnings], restarts=answer.restarts,
-        servo_file=recording.servo_file)
+        servo_file=recording.servo_file, happened=rows_of(happened, recording.start))
 
 
 def sentence(fit: Fit, mode: str) -> str:

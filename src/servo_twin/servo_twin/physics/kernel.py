@@ -154,8 +154,8 @@ def _source(servo: Servo) -> tuple[str, int]:
     parts.append(f'_mechanism = {place}')
     parts.append('mechanism_rest = compiled(_mechanism.rest)')
     parts.append('mechanism_pull = compiled(_mechanism.pull)')
-    parts.append(f"control_law = compiled(servo.CONTROLLERS["
-                 f"{_key_of('CONTROLLERS', servo.controller)!r}].law)\n")
+    law = _key_of('CONTROLLERS', servo.controller)
+    parts.append(f'control_law = compiled(servo.CONTROLLERS[{law!r}].law)\n')
     parts.append(ports_text)
     parts.append(_vanishing(servo, slots))
     for name, thing in _borrowed(servo).items():

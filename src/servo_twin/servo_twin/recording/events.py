@@ -37,6 +37,11 @@ class Happened:
     sequence: int = 0
     content: str = ''
 
+    @property
+    def time(self) -> float:
+        """Seconds since 1970."""
+        return self.stamp * 1e-9
+
 
 def written(values: Mapping[str, Value]) -> str:
     """Return values by path as the content of a change; floats come back to the last bit."""

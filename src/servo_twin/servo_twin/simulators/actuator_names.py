@@ -16,5 +16,3 @@ def reference_scale(joint: Joint) -> float:
 def scaled(joint: Joint) -> bool:
     """Whether the share of the reference speed has to be in the control."""
     return joint.kf > 1.0 or (not joint.kp and joint.kf != 1.0)
-
-

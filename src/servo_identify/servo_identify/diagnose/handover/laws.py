@@ -122,6 +122,7 @@ def _answer(effect: type[Effect], x: np.ndarray, variable: str, values: dict) ->
 
 
 class _Values:
+
     def __init__(self, values: dict) -> None:
         self.__dict__.update(values)
 
@@ -250,5 +251,3 @@ def _spline(effect: type[Effect], curve: Curve) -> Formed:
     if not around:
         values |= {'low': low, 'high': high if high > low else low + 1e-9}
     return Formed(effect, values, ('curve',), False)
-
-

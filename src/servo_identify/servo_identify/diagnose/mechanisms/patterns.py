@@ -44,6 +44,7 @@ PLACES = {'motor': ('motor_torque', 'motor'), 'load': ('load_torque', 'load'),
           'torque': ('load_torque', 'load'), 'transmission': ('torsion', 'mesh'),
           'drive': ('drive_current', 'drive')}
 
+
 def patterns_of(builder: Builder, without: Collection[str]) -> Iterator[Hypothesis]:
     """Yield a hypothesis for each equation, variable and symmetry."""
     for equation in builder.samples.present:

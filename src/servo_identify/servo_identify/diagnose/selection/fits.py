@@ -43,6 +43,7 @@ class Choice:
         """Return the set without one."""
         return Choice(tuple(m for m in self.members if m[0] != number))
 
+
 @dataclass(frozen=True, eq=False)
 class Fitted:
     """

@@ -296,6 +296,7 @@ class Search(Fits):
             most = np.maximum(most, 0.5 * np.einsum('di,ij,dj->d', part, scaled, part))
         return float(np.quantile(most, 1.0 - level))
 
+
 @dataclass(frozen=True)
 class Explanation:
     """The set that predicts best, and the smallest that does as well."""

@@ -94,8 +94,8 @@ def identified(servo: Servo, cases: Sequence[Case], recordings: Sequence[Recordi
             conditions, variants, thetas(x), strict=True)]
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return np.concatenate([(e[::THIN] * w).ravel() for e, w in zip(errors(x), weights,
-                                                                      strict=True)])
+        return np.concatenate([
+            (e[::THIN] * w).ravel() for e, w in zip(errors(x), weights, strict=True)])
 
     for turn in range(ROUNDS):
         for c, v, theta in zip(conditions, variants, thetas(x), strict=True):

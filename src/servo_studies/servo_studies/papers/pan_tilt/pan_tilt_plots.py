@@ -110,5 +110,3 @@ def _figure(rows: int, columns: int, size: tuple[float, float], **shared):
     for one in np.ravel(panels):
         one.grid(alpha=0.3)
     return figure, panels
-
-

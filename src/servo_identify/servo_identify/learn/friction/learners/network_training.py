@@ -77,6 +77,7 @@ def _network(kind: str):
             return x[:, -1]
 
     class Lstm(nn.Module):
+
         def __init__(self):
             super().__init__()
             self.cell, self.out = nn.LSTM(3, HIDDEN, batch_first=True), nn.Linear(HIDDEN, 1)
@@ -85,6 +86,7 @@ def _network(kind: str):
             return self.out(self.cell(x)[0][:, -1])[:, 0]
 
     class Transformer(nn.Module):
+
         def __init__(self):
             super().__init__()
             self.enter = nn.Linear(3, 32)
@@ -96,6 +98,7 @@ def _network(kind: str):
             return self.out(self.layer(self.enter(x) + self.at)[:, -1])[:, 0]
 
     class Convolution(nn.Module):
+
         def __init__(self):
             super().__init__()
             self.one, self.two = nn.Conv1d(3, 32, 5), nn.Conv1d(32, 32, 5)

@@ -1,0 +1,209 @@
+"""
+The adapter: a node between what another driver publishes and the samples of a rig.
+
+    adapter --ros-args -p mapping:=ros2_control -p joint:=hip -r __ns:=/hip
+
+It publishes `encoder`, `torque` and `current` as the driver does, so that twin, recorder and
+identification run beside a robot whose drives they never touch. It commands nothing.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from importlib import import_module
+from math import ceil
+from pathlib import Path
+import sys
+from time import monotonic
+from typing import Any
+
+from ament_index_python.packages import get_package_share_directory
+import rclpy
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from servo_twin_msgs.msg import Current, Encoder, Torque
+
+from ..driver.health_report import Diagnoser
+from ..driver.message_conversion import SampleMessages, to_instant
+from ..driver.rig_health import Level, RigHealth
+from ..driver.sample_blocks import SampleBlock
+from ..ending import Ending
+from . import adapter_parameters
+from .mapped_columns import MappedColumns, MappingError, read_mapping
+from .message_field import FieldError
+from .sample_stream import SampleStream, SECOND
+
+GROUPS = ('topics', 'samples', 'clock')
+LOOK_EVERY = 0.1
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()
+
+
+class Adapter(Node):
+    """Topics, parameters and health; the work is done by SampleStream. Raises MappingError."""
+
+    def __init__(self) -> None:
+        super().__init__('adapter')
+        self.settings = of = adapter_parameters.declare(self)
+        self.mapped = mapping_of(of.mapping, of.joint)
+        self.health = RigHealth()
+        period = round(SECOND / of.rate if of.rate else SECOND * self.mapped.period)
+        self.stream = SampleStream(self.mapped, period, round(of.listen_time * SECOND),
+                                   round(of.delay * SECOND), of.block_size, self._publish)
+        self._messages = SampleMessages(
+            of.frame_id or f'{self.get_namespace()}/base_link'.strip('/'))
+        self._topics: list = []
+        self._began = monotonic()
+        self._heard: dict[str, float] = {}
+        self._kinds: dict[str, str] = {}
+        self._since: dict[str, float] = {}
+        self._told = {'lost': 0, 'restarts': 0}
+        self._counted = 0.0
+        self._diagnoser = Diagnoser(self, self.health, self._facts, GROUPS)
+        self.create_timer(LOOK_EVERY, self._look)
+
+    # Topics.
+
+    def _find(self) -> None:
+        """Subscribe to the topics that are there by now, with the type they have."""
+        there = dict(self.get_topic_names_and_types())
+        for topic in self.mapped.topics:
+            if topic in self._kinds:
+                continue
+            name = self.resolve_topic_name(topic)
+            infos = self.get_publishers_info_by_topic(name)
+            if not infos or name not in there:
+                if monotonic() - self._began > self.settings.silence:
+                    self.health.trouble(f'topics.{topic}', f'nobody publishes {name}',
+                                        self._now())
+                continue
+            kind = there[name][0]
+            package, group, word = kind.split('/')
+            try:
+                message = getattr(import_module(f'{package}.{group}'), word)
+            except (ImportError, AttributeError):
+                self.health.trouble(f'topics.{topic}', f'{name} is of {kind}, which is not '
+                                    'installed here; source the workspace that has it',
+                                    self._now())
+                continue
+            reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+                           for info in infos)
+            self.create_subscription(
+                message, topic, partial(self._take, topic), QoSProfile(
+                    depth=1000, reliability=ReliabilityPolicy.RELIABLE if reliable
+                    else ReliabilityPolicy.BEST_EFFORT), qos_overriding_options=OVERRIDABLE)
+            self._kinds[topic] = kind
+            self._since[topic] = monotonic()
+
+    def _take(self, topic: str, message: Any) -> None:
+        self._heard[topic] = monotonic()
+        header = getattr(message, 'header', None)
+        stamp = to_instant(header.stamp) if header is not None else 0
+        try:
+            self.stream.put(topic, message, stamp, self._now())
+        except FieldError as error:
+            self.health.event('topics.field', str(error), self._now(), Level.ERROR)
+
+    def _publish(self, block: SampleBlock) -> None:
+        if not self._topics:
+            depth = max(1000, ceil(self.settings.history / (block.period
+                                                            * self.settings.block_size)))
+            self._topics = [self.create_publisher(
+                kind, name, QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE),
+                qos_overriding_options=OVERRIDABLE) for kind, name in (
+                    (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
+        for topic, message in zip(self._topics, self._messages.fill(block), strict=True):
+            topic.publish(message)
+
+    # Health.
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+    def _look(self) -> None:
+        now = self._now()
+        self._find()
+        for topic in self._kinds:
+            heard = topic in self._heard
+            quiet = monotonic() - self._heard.get(topic, self._since[topic])
+            if quiet <= self.settings.silence:
+                self.health.over(f'topics.{topic}', now)
+            elif not heard:
+                self.health.trouble(f'topics.{topic}', f'no message of {topic} has come', now)
+            elif topic == self.mapped.leading:  # others may come when they change only
+                self.health.trouble(f'topics.{topic}', f'{topic} is silent: no sample', now)
+        if monotonic() - self._counted >= self.settings.diagnostics_period:
+            self._counted = monotonic()
+            self._tell_counts(now)
+        self._diagnoser.look(now, self.settings.diagnostics_period)
+
+    def _tell_counts(self, now: int) -> None:
+        self._tell_new('lost', self.stream.lost, 'samples.lost', 'samples left out: '
+                       f'messages of {self.mapped.leading} are missing', now)
+        self._tell_new('restarts', self.stream.restarts, 'clock.restart', 'times that the '
+                       f'samples began again: the time of {self.mapped.leading} jumped', now)
+
+    def _tell_new(self, what: str, count: int, key: str, text: str, now: int) -> None:
+        if count > self._told[what]:
+            self.health.event(key, f'{count - self._told[what]} {text}', now)
+            self._told[what] = count
+
+    def _facts(self) -> dict[str, str]:
+        stream = self.stream
+        facts = {'state': 'adapting' if stream.running else 'listening',
+                 'joint': self.settings.joint, 'samples': str(stream.samples),
+                 'samples left out': str(stream.lost), 'restarts': str(stream.restarts),
+                 'messages out of order': str(stream.late)}
+        if stream.period:
+            facts['rate'] = f'{SECOND / stream.period:.6g} Hz'
+        for topic, kind in self._kinds.items():
+            usual = stream.usual_period(topic)
+            facts[topic] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
+            offset = stream.clocks[topic].offset
+            if offset:
+                facts[f'clock of {topic}'] = f'{-offset * 1e-9:+.6f} s against ours'
+        return facts
+
+
+def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
+    """Return the mapping of a path or a shipped name. Raises MappingError."""
+    path = Path(name_or_path).expanduser()
+    folder = Path(get_package_share_directory('servo_rig_driver')) / 'config' / 'imports'
+    if name_or_path and not path.suffix and len(path.parts) == 1:
+        path = folder / f'{name_or_path}.yaml'
+    if not path.is_file():
+        known = sorted(file.stem for file in folder.glob('*.yaml'))
+        raise MappingError(f'mapping = {name_or_path!r}: there is no such file; give the path of '
+                           f'one, or a shipped name: {known}')
+    return read_mapping(path, joint)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the adapter until told to stop; 2: a bad parameter or mapping."""
+    sys.setswitchinterval(5e-4)
+    ending = Ending()
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Adapter()
+    except (InvalidParameterValueException, InvalidParameterTypeException, MappingError) as error:
+        print(f'adapter: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    executor = EventsExecutor()
+    executor.add_node(node)
+    try:
+        while not ending.asked:
+            executor.spin_until_future_complete(Future(), LOOK_EVERY)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

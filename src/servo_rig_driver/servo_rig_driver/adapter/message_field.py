@@ -1,0 +1,68 @@
+"""
+One number of a message, named as the mapping files of `servo-identify import` name it.
+
+A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a number
+or a name that the message lists in ``name``, ``joint_names`` or ``interface_names``:
+``/joint_states.position[elbow]``.
+"""
+
+from __future__ import annotations
+
+from math import nan
+import re
+from typing import Any
+
+_NAMES = ('name', 'names', 'joint_names', 'interface_names')
+_PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
+STAMP = 'stamp'
+"""The field that means the time of a message."""
+
+
+class FieldError(ValueError):
+    """A source that is written wrong, or that a message does not have."""
+
+
+class Field:
+    """The number that ``source`` names; raises FieldError for a source without topic or field."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.topic, _, rest = source.partition('.')
+        self.parts = [m[1] or m[2] for m in _PART.finditer(rest) if m[1] or m[2]]
+        if not self.topic or not self.parts:
+            raise FieldError(f'{source!r} names no field of a topic; write TOPIC.field or '
+                             'TOPIC.field[index], such as /joint_states.position[elbow]')
+
+    def of(self, message: Any) -> float:
+        """
+        Return the number in a message, NaN where the message leaves its row empty.
+
+        Raises FieldError when the message has no such field or name; the error says what it has.
+        """
+        at, seen = message, [message]
+        for part in self.parts:
+            if hasattr(at, '__len__') and not isinstance(at, str):
+                at = self._element(at, part, seen)
+            elif hasattr(at, part):
+                at = getattr(at, part)
+            else:
+                known = getattr(at, 'get_fields_and_field_types', dict)()
+                raise FieldError(f'{self.source}: there is no {part!r}; there are {list(known)}')
+            seen.append(at)
+        try:
+            return float(at)
+        except (TypeError, ValueError):
+            raise FieldError(f'{self.source} is no number; give a field or an index of '
+                             f'{type(at).__name__}') from None
+
+    def _element(self, row: Any, which: str, seen: list[Any]) -> Any:
+        named: list[str] = []
+        index = int(which) if which.isdigit() else None
+        for owner in reversed(seen):
+            names = [n for key in _NAMES for n in getattr(owner, key, ())]
+            named += names
+            if index is None and which in names:
+                index = names.index(which)
+        if index is None:
+            raise FieldError(f'{self.source}: there is no {which!r}; names are {named}')
+        return row[index] if index < len(row) else nan

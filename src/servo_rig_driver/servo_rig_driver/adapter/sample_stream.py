@@ -1,0 +1,104 @@
+"""From messages of several topics to blocks of even samples; no ROS, times are handed in as ns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isnan
+from typing import Any
+
+from ..driver.sample_blocks import BlockBuilder, COLUMNS, SampleBlock
+from .clock_offset import ClockOffset
+from .even_samples import EvenSamples, Track, usual_step
+from .mapped_columns import HELD, MappedColumns
+
+SECOND = 1_000_000_000
+BACK = SECOND  # ns that the leading topic may jump before the samples begin again
+LEAST = 8  # messages of the leading topic before the samples begin
+
+
+class SampleStream:
+    """
+    Listens for ``listen`` ns, then hands blocks of samples to ``out``.
+
+    ``period`` ns, 0: that of the leading topic. The samples begin again, from number 0, when the
+    leading topic's time jumps back or its clock is set: ``restarts`` counts.
+    """
+
+    def __init__(self, mapped: MappedColumns, period: int, listen: int, delay: int, size: int,
+                 out: Callable[[SampleBlock], None]) -> None:
+        self.mapped = mapped
+        self.topics = mapped.topics
+        self.period = period
+        self.restarts = self.samples = self.late = 0
+        self._given = period
+        self._listen, self._delay, self._size, self._out = listen, delay, size, out
+        self.clocks = {topic: ClockOffset() for topic in self.topics}
+        self._lost = 0
+        self._begin()
+
+    @property
+    def lost(self) -> int:
+        """Samples left out: in holes of the leading topic, or of a block that a hole cut."""
+        return self._lost + (self._even.missing + self._blocks.dropped if self._even else 0)
+
+    @property
+    def running(self) -> bool:
+        """Whether it has listened long enough."""
+        return self._even is not None
+
+    def _begin(self) -> None:
+        self._tracks = {topic: Track([COLUMNS.index(column.name) for column in columns],
+                                     [column.name in HELD for column in columns])
+                        for topic, columns in self.topics.items()}
+        self._first: dict[str, float] = {}
+        self._even: EvenSamples | None = None
+        self._blocks: BlockBuilder | None = None
+        self._since: int | None = None
+
+    def put(self, topic: str, message: Any, stamp: int, received: int) -> None:
+        """
+        Take a message with its stamp, 0 for none, and the instant of its receipt.
+
+        Raises FieldError when it lacks a field that the mapping names.
+        """
+        row = [self._zeroed(column, column.of(message)) for column in self.topics[topic]]
+        clock = self.clocks[topic]
+        jumps = clock.jumps
+        time = clock.local(stamp, received)
+        track = self._tracks[topic]
+        back = bool(track.times) and time < track.times[-1] - BACK
+        if topic == self.mapped.leading and (back or clock.jumps != jumps):
+            self._lost = self.lost
+            self.restarts += 1
+            self._begin()
+            track = self._tracks[topic]
+        if not track.put(time, row):
+            self.late += 1
+        if topic == self.mapped.leading:
+            self._advance(received)
+
+    def _zeroed(self, column: Any, value: float) -> float:
+        if not column.from_first:
+            return value
+        if column.name not in self._first and not isnan(value):
+            self._first[column.name] = value
+        return value - self._first.get(column.name, 0.0)
+
+    def _advance(self, now: int) -> None:
+        times = self._tracks[self.mapped.leading].times
+        if self._even is None:
+            self._since = self._since or now
+            if now - self._since < self._listen or len(times) < LEAST:
+                return
+            self.period = self._given or usual_step(times)
+            origin = times[-1]
+            self._even = EvenSamples(self._tracks, self.mapped.leading, origin, self.period,
+                                     self._delay, self.mapped.constants)
+            self._blocks = BlockBuilder(self._size, origin, self.period, self._out)
+        for number, row in self._even.take(now):
+            self._blocks.add(number, row)
+            self.samples += 1
+
+    def usual_period(self, topic: str) -> float:
+        """Return the s from one message of a topic to the next, 0.0 while not known."""
+        return self._tracks[topic].span * 1e-9
