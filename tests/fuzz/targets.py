@@ -131,7 +131,7 @@ def _take_mapping(content: bytes, folder: Path) -> object:
 
 
 def _take_rig(content: bytes, folder: Path) -> object:
-    from servo_rig_driver.emulated.settings import load_rig
+    from servo_rig_driver.emulated.rig_file import load_rig
     (folder / 'rig.yaml').write_bytes(content)
     return load_rig(folder / 'rig.yaml').parameters()
 
@@ -179,7 +179,7 @@ def _sdo_seeds(folder: Path) -> list[bytes]:
 def _take_sdo(content: bytes, folder: Path) -> object:
     """Give the nodes of the emulated rig requests: an id, a length and the bytes, each."""
     from servo_rig_driver.devices.pdo_table import load_frames
-    from servo_rig_driver.emulated.objects import Objects
+    from servo_rig_driver.emulated.object_server import Objects
     global _frames
     _frames = _frames or load_frames('rv_bench')
     answers: list = []
@@ -360,12 +360,12 @@ TARGETS = {target.name: target for target in (
     Target('servo', True, _all('servos'), _take_servo,
            ('servo_twin.description.servo_file', 'servo_twin.description.strict_yaml')),
     Target('mapping', True, _all('imports'), _take_mapping, ('servo_identify.data.mapping',)),
-    Target('rig', True, _all('rigs'), _take_rig, ('servo_rig_driver.emulated.settings',)),
+    Target('rig', True, _all('rigs'), _take_rig, ('servo_rig_driver.emulated.rig_file',)),
     Target('eds', True, _files(EDS / 'rv_bench' / 'drive.eds'), _take_eds,
            ('servo_rig_driver.devices.object_dictionary', 'servo_rig_driver.devices.pdo_table')),
     Target('packet', False, _packet_seeds, _take_packet,
            ('servo_rig_driver.can_bus.unix_frames', 'servo_rig_driver.devices.sdo')),
-    Target('sdo', False, _sdo_seeds, _take_sdo, ('servo_rig_driver.emulated.objects',)),
+    Target('sdo', False, _sdo_seeds, _take_sdo, ('servo_rig_driver.emulated.object_server',)),
     Target('csv', True, _csv_seeds, _table('.csv'), ('servo_identify.data.tables',)),
     Target('parquet', False, _parquet_seeds, _table('.parquet'), ('servo_identify.data.tables',)),
     Target('npz', False, _npz_seeds, _table('.npz'), ('servo_identify.data.tables',)),

@@ -127,11 +127,15 @@ def test_the_curve_over_the_slide_is_that_of_the_gears_as_drawn(tmp_path, capsys
 
 
 @pytest.mark.parametrize('arguments, words', [
-    (['a', 'b', '--settings', '0.01'], '2 bags and 1 settings'),
+    (['a.csv', 'b.csv', '--settings', '0.01'], '2 bags and 1 settings'),
     (['a', '-o', 'x.yaml'], 'needs --settings'),
     (['a', 'b', '--settings', '0.01', '0.01'], 'the same setting'),
 ])
-def test_the_command_names_what_does_not_go_together(arguments, words, capsys):
+def test_the_command_names_what_does_not_go_together(arguments, words, capsys, tmp_path,
+                                                     monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ('a.csv', 'b.csv'):
+        Path(name).touch()
     assert main(['play', *arguments, '--servo', str(FILE)]) != 0
     assert words in capsys.readouterr().err
 

@@ -82,7 +82,7 @@ def axis(tmp_path_factory):
 
     def short(speed: float):
         return feed_results.run_of(f'v{1e3 * speed:g}', 0.02 * np.sin(
-            speed / 0.02 * feed_results.waves.set_off(time, feed_results.EASE)))
+            speed / 0.02 * feed_results.setpoint_profiles.set_off(time, feed_results.EASE)))
 
     parts = (Part('training', True, (short(0.03), short(0.1)), 1),
              Part('test', False, (short(0.07),), 5))

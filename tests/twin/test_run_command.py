@@ -155,7 +155,7 @@ def test_it_takes_a_shipped_machine_by_its_name(tmp_path, shared_data, capsys):
 
 def test_a_path_that_is_not_there_is_one_clear_line(tmp_path, capsys):
     assert main(['run', '--bag', '/nowhere.csv', '-o', str(tmp_path / 'out')]) == 2
-    assert '/nowhere.csv: there is no such file' in capsys.readouterr().err
+    assert '/nowhere.csv does not exist' in capsys.readouterr().err
 
 
 def test_processes_are_killed_when_they_do_not_listen(tmp_path, monkeypatch):

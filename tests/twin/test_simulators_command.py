@@ -93,7 +93,6 @@ def test_without_mujoco_an_export_runs_the_equation(tmp_path, capsys, monkeypatc
     (['from-mjcf', 'ARM', '--joint', 'elbow', '--noise', 'current=much', '-o', 'S'],
      'NAME=VALUE'),
     (['from-mjcf', 'ARM', '--joint', 'elbow', '-o', 'there.yaml'], '--force'),
-    (['from-mjcf', 'ARM', '--joint', 'elbow', '-o', 'nowhere/S'], 'there is no folder'),
     (['export', 'none', '--format', 'mjcf', '-o', 'S'], 'neither a file nor shipped'),
     (['export', 'xl330', '--format', 'urdf', '-o', 'S'], '--velocity-limit'),
     (['export', 'xl330', '--format', 'mjcf', '-o', 'there.yaml'], '--force'),
@@ -105,7 +104,11 @@ def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, capsys, 
                                                               words, said):
     monkeypatch.chdir(tmp_path)
     Path('there.yaml').write_text('mine')
-    assert run(*(str(ROBOTS / 'arm.xml') if word == 'ARM' else word for word in words)) == 2
+    try:
+        status = run(*(str(ROBOTS / 'arm.xml') if word == 'ARM' else word for word in words))
+    except SystemExit as end:  # what argparse itself refuses
+        status = end.code
+    assert status == 2
     assert said in capsys.readouterr().err
     assert Path('there.yaml').read_text() == 'mine' and not Path('S').exists()
 

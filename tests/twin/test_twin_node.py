@@ -305,7 +305,7 @@ def test_it_says_what_is_wrong_with_a_servo_file_and_waits_to_be_configured(serv
     process.terminate()
     rest = process.communicate(timeout=20)[1]
     assert process.returncode == 0, rest
-    assert "bad.yaml: drive has no parameter 'gian'; it has ['gain', 'torque_constant']" in said
+    assert "bad.yaml: drive has no parameter 'gian'; did you mean 'gain'?" in said
 
 
 def test_it_says_on_diagnostics_that_it_cannot_be_configured(graph):

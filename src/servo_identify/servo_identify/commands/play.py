@@ -37,14 +37,15 @@ def main(arguments: argparse.Namespace) -> int:
 
     from ..learn.transmission.two_way_backlash import measured_play, with_curve
 
-    settings, bags = list(arguments.settings), files(arguments.bags)
-    if settings and len(settings) != len(bags):
-        raise ValueError(f'there are {len(bags)} bags and {len(settings)} settings; '
-                         'give one for each')
+    settings = list(arguments.settings)
     if arguments.output and not settings:
         raise ValueError('--output needs --settings: a curve is over something')
     if len(set(settings)) < len(settings):
         raise ValueError(f'two bags have the same setting: {settings}')
+    bags = files(arguments.bags)
+    if settings and len(settings) != len(bags):
+        raise ValueError(f'there are {len(bags)} bags and {len(settings)} settings; '
+                         'give one for each')
     if arguments.output:
         new_file(arguments.output, arguments.force)
     servo = servo_file.load(arguments.servo)

@@ -42,7 +42,7 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
                 gained = (normal.cost - cost) / normal.cost
                 break
             damping *= 6.0
-            if np.abs(step).max() < 1e-9:
+            if np.abs(step).max(initial=0.0) < 1e-9:
                 break
         if gained == 0.0:
             break
@@ -51,7 +51,8 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
         moved = np.sqrt(step @ normal.hessian @ step * normal.residual.size / (2.0 * cost))
         unknowns = trial
         told(done, cost)
-        if moved < tolerance or (damping < 1e-3 and np.abs(step).max() < SMALL):
+        if moved < tolerance or (
+                len(step) and damping < 1e-3 and np.abs(step).max() < SMALL):
             break
     return unknowns, done
 

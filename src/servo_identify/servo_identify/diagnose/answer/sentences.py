@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 
 from .report import MissingEffect
 
@@ -85,6 +86,11 @@ def _listed(words: Sequence[str], last: str = 'and') -> str:
 def size_of(parameters: dict[str, dict], curve: dict | None) -> str:
     """Return the size of an effect with its unit: its first value, or the span of its curve."""
     first = [(name, p) for name, p in parameters.items() if '[' not in name]
+    if {'cosine', 'sine'} <= set(parameters):  # of one turn: what it is at most
+        a, b = parameters['cosine'], parameters['sine']
+        std = max(one['std'] or 0.0 for one in (a, b))
+        sure = f' +- {std:.1g}' if std else ''
+        return f'{hypot(a["value"], b["value"]):.3g}{sure} {a["unit"]} at most'
     if first:
         name, p = first[0]
         sure = f' +- {p["std"]:.1g}' if p['std'] and p['std'] < abs(p['value']) else ''

@@ -91,8 +91,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             judged = _moved(servo, tolerated, joint.servo)
             most = _total(within.servo if within else servo, accepting)
             best = _tried(judged, _at_values(best.added, joint.servo), joint, accepting) or best
-        helps = best is not None and (best.gap.total() < most or _alike(
-            servo if judged is servo else within.servo, judged, best, short, accepting))
+        helps = best is not None and (
+            best.gap.total() < most or _alike(judged, best, short, accepting))
         if best is None or len(added) == 1 and not helps:
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
@@ -150,7 +150,7 @@ def _moved(servo: Servo, paths: Sequence[str], to: Servo) -> Servo:
                                                      if p in to.values}})
 
 
-def _alike(before: Servo, base: Servo, best: Tried, fitting: Sequence[Recording],
+def _alike(base: Servo, best: Tried, fitting: Sequence[Recording],
            accepting: Sequence[Recording]) -> bool:
     """
     Tell whether effects bring the simulation nearer where they were fitted, and harm nowhere.
@@ -158,8 +158,8 @@ def _alike(before: Servo, base: Servo, best: Tried, fitting: Sequence[Recording]
     On a short accept recording a right effect may gain nothing; that is no ground against it. It
     is one where the 90 % interval of its gain there lies below zero.
     """
-    after, known, given = (_gap(_built(base, best.added), fitting), _gap(before, fitting),
-                           _gap(before, accepting))
+    after, known, given = (_gap(_built(base, best.added), fitting), _gap(base, fitting),
+                           _gap(base, accepting))
     return (None not in (after, known, given) and after.total() < known.total()
             and shrink_interval(given, best.gap)[1] > 0.0)
 
