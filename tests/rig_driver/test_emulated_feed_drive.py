@@ -50,7 +50,8 @@ def test_the_shipped_axis_states_every_property_with_its_default():
 @pytest.mark.parametrize('content, words', [
     ({'physics': 'steam'}, "physics = 'steam' is unknown; it is one of"),
     ({'physics': 'feed_drive', 'mesh': {}}, "no section 'mesh'"),
-    ({'physics': 'feed_drive', 'nut': {'gap': 1}}, r"no property 'nut.gap'; did you mean 'nut.play'"),
+    ({'physics': 'feed_drive', 'nut': {'gap': 1}},
+     r"no property 'nut.gap'; did you mean 'nut.play'"),
     ({'physics': 'feed_drive', 'nut': {'play': 1}}, r'nut.play = 1 m is outside \[0, 0.01\]'),
 ])
 def test_nonsense_in_its_rig_file_is_named(content, words):
