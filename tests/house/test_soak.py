@@ -15,12 +15,12 @@ FAULTS = ['driver KILL', 'recorder KILL', 'emulated_rig TERM', 'wire short', 'od
 
 @pytest.mark.timeout(400)
 def test_nothing_is_lost_unsaid_and_no_old_set_point_reaches_the_drive(tmp_path):
-    done = subprocess.run([sys.executable, str(SOAK / 'soak.py'), '60s', '--seed', 'house',
+    done = subprocess.run([sys.executable, str(SOAK / 'soak.py'), '40s', '--seed', 'house',
                            '--no-identify', '--most', '6', '-o', str(tmp_path), '--only',
                            *FAULTS], capture_output=True, text=True, timeout=380)
     assert (tmp_path / 'soak.json').exists(), done.stderr[-2000:]
     seen = json.loads((tmp_path / 'soak.json').read_text())
-    assert len(seen['rows']) >= 3
+    assert len(seen['rows']) >= 2
     assert seen['commands'] > 1000
     assert seen['stale'] == seen['beyond'] == []
     assert seen['bags']['unexplained'] == seen['bags']['unreadable'] == []

@@ -41,6 +41,7 @@ def went_down(made, link, since):
     """Check that the drive braked, then had no torque, and nothing after that."""
     wait_for(lambda: not made.pushes, 'the motor has no torque')
     assert monotonic() - since < DOWN_WITHIN
+    wait_for(lambda: 'off' in made.tap.said, 'the last order is on the bus')
     said = [word for word in made.tap.said if word != 'drive']
     assert said[:2] == ['brake', 'off'], made.tap.said
     assert 'enable' not in said

@@ -206,7 +206,7 @@ def _info(source: Source, prefix: str, warnings: list[str]) -> dict[str, Any]:
             message = deserialize(types, kind, payload)
             return {name: getattr(message, name)
                     for name in ('servo', 'servo_file', 'family', 'replicate', 'note')}
-        except DAMAGE as error:
+        except (*DAMAGE, AttributeError) as error:  # a field whose name is damaged is not there
             warnings.append(f'{channel.topic} is damaged: {error}')
     warnings.append(f'no message on {prefix}recording: servo, family and replicate are unknown')
     return {}

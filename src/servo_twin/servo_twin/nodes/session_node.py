@@ -18,6 +18,8 @@ CONFIGURE = Transition.TRANSITION_CONFIGURE
 ACTIVATE = Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
 
+ASKED = 2  # times that a node is asked for a transition
+
 
 class Session(Node):
     """
@@ -64,10 +66,13 @@ class Session(Node):
             self._clients_of[node] = client
         if not client.wait_for_service(patience):
             return False
-        answered = Event()
-        future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
-        future.add_done_callback(lambda _: answered.set())
-        return answered.wait(patience) and future.result().success
+        for _ in range(ASKED):  # a request that comes before its way back is known has no answer
+            answered = Event()
+            future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
+            future.add_done_callback(lambda _, answered=answered: answered.set())
+            if answered.wait(patience / ASKED):
+                return future.result().success
+        return False
 
     def linked(self, topic: str, readers: int) -> bool:
         """Whether a topic of the namespace has a writer and at least so many readers."""
