@@ -64,14 +64,19 @@ def _of_one(one: Recording, servo: Servo) -> list[Finding]:
     except ValueError as problem:
         return [*found, Finding('red', f'{problem}', 'mend the unit, the sign or the shaft of the '
                                 'angle in the header or the mapping')]
-    limit = servo.values.get('controller.limit') or np.inf
-    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
-    share = float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
+    limit, share = share_at_limit(one, servo)
     if share > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
                              f'{100 * share:.0f} % of the samples.',
                              'record with a smaller reference'))
     return found
+
+
+def share_at_limit(one: Recording, servo: Servo) -> tuple[float, float]:
+    """Return the limit of the command, V, and the share of the samples that are at it."""
+    limit = float(servo.values.get('controller.limit') or np.inf)
+    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
+    return limit, float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
 
 
 def _sampling(one: Recording, angle: str) -> list[Finding]:

@@ -7,8 +7,9 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from ..data.check import SATURATED, share_at_limit
+
 SHORTEST = 3.0  # s
-SATURATED = 0.6  # share of samples at the largest command
 
 
 class CannotDiagnose(ValueError):
@@ -66,9 +67,7 @@ def _refused(one: Recording, servo: Servo) -> str:
     if not np.isfinite(smallest) or moved < 20.0 * smallest:
         return (f'nothing moves ({moved:.3g} rad in {one.duration:.0f} s); without excitation '
                 'there is no verdict')
-    limit = servo.values.get('controller.limit') or np.inf
-    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
-    share = float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
+    limit, share = share_at_limit(one, servo)
     if share > SATURATED:
         return (f'the command is at its limit of {limit:g} V in {100 * share:.0f} % of the '
                 'samples; record with a smaller reference')

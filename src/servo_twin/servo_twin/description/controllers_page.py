@@ -7,12 +7,10 @@ The page `docs/controllers.md`, written from what the controllers declare.
 from __future__ import annotations
 
 import inspect
-from pathlib import Path
-import sys
 
 from ..physics.servo import CONTROLLERS
 from ..physics.servo_parts import Controller
-from .effects_page import as_markdown, parameter_rows, with_links
+from .effects_page import as_markdown, parameter_rows, with_links, write_out
 
 _HEAD = """# Controllers
 
@@ -50,13 +48,5 @@ def _entry(name: str, kind: type[Controller]) -> str:
                       f'\nSource: {with_links(kind.source)}.\n', *parameter_rows(kind), ''])
 
 
-def main() -> None:
-    """Write the page to the file that is named, or to the terminal."""
-    if len(sys.argv) > 1:
-        Path(sys.argv[1]).write_text(page())
-    else:
-        print(page(), end='')
-
-
 if __name__ == '__main__':
-    main()
+    write_out(page())

@@ -83,13 +83,13 @@ def as_markdown(docstring: str) -> str:
     return '\n'.join(blocks)
 
 
-def main() -> None:
-    """Write the page to the file that is named, or to the terminal."""
+def write_out(text: str) -> None:
+    """Write a page to the file that the command line names, or to the terminal."""
     if len(sys.argv) > 1:
-        Path(sys.argv[1]).write_text(page())
+        Path(sys.argv[1]).write_text(text)
     else:
-        print(page(), end='')
+        print(text, end='')
 
 
 if __name__ == '__main__':
-    main()
+    write_out(page())

@@ -7,12 +7,10 @@ The page `docs/servo_file.md`, written from what drives, mechanisms and sensors 
 from __future__ import annotations
 
 import inspect
-from pathlib import Path
-import sys
 
 from ..physics.servo import DRIVES, MECHANISMS, SENSORS
 from ..physics.servo_parts import Part
-from .effects_page import as_markdown, parameter_rows, with_links
+from .effects_page import as_markdown, parameter_rows, with_links, write_out
 from .given_values import required
 
 _HEAD = """# The servo file
@@ -82,13 +80,5 @@ def _entry(name: str, part: type[Part]) -> str:
                       f'\nSource: {with_links(part.source)}.\n', *table, ''])
 
 
-def main() -> None:
-    """Write the page to the file that is named, or to the terminal."""
-    if len(sys.argv) > 1:
-        Path(sys.argv[1]).write_text(page())
-    else:
-        print(page(), end='')
-
-
 if __name__ == '__main__':
-    main()
+    write_out(page())
