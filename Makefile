@@ -33,7 +33,7 @@ checks: lint types  ## check style, words, links, imports, packages, security an
 	@$(WITH_ENV) python -m pytest -q tests/house/test_words.py tests/house/test_pages.py \
 	    tests/house/test_imports.py tests/house/test_packages.py tests/house/test_security.py
 
-types: setup  ## check the types of the physics and of the front door
+types: setup  ## check the types of the physics, the diagnosis and the front door
 	@$(WITH_ENV) mypy
 
 coverage: setup  ## run the fast tests and say which lines none of them ran

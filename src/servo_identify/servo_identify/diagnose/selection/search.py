@@ -82,13 +82,14 @@ class Search(Fits):
         for near in beam:
             for choice in self.short_list(near):
                 found[choice] = self.fitted(choice)
-        unique = {}
+        unique: dict[frozenset[tuple[int, int]], Fitted] = {}
         for one in sorted(found.values(), key=lambda f: f.total):
             unique.setdefault(frozenset(one.choice.members), one)
         return list(unique.values())
 
     def short_list(self, near: Fitted) -> list[Choice]:
-        listed, counted = [], {}
+        listed: list[Choice] = []
+        counted: dict[tuple[str, ...], int] = {}
         for _, number, side in self.candidates(near):
             key = self.regression.hypotheses[number].mechanism.key
             if counted.get(key, 0) < 2:
