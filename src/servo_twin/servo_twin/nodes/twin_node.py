@@ -24,8 +24,8 @@ from rclpy.parameter import Parameter
 from servo_twin_msgs.msg import Event, Prediction, Residual
 
 from ..description import servo_file
+from ..lockstep.live_changes import changed
 from ..lockstep.lockstep import Answer, Lockstep, warm_up
-from ..lockstep.twin import changed
 from ..physics.servo import Servo, ServoError
 from ..recording import events
 from ..recording.sample_joining import Joiner
@@ -202,7 +202,8 @@ class TwinNode(LifecycleNode):
             self._happened(
                 events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, '
                 f'{self.settings.mode.replace("_", " ")}',
-                events.written(vars(self.settings) | {'servo_file': servo_file.dumps(self._servo)}))
+                events.written(vars(self.settings) | {
+                    'servo_file': servo_file.dumps(self._servo)}))
 
     def _compare(self, residual: Answer, now: int) -> None:
         lockstep = self._lockstep
