@@ -29,9 +29,10 @@ test: training  ## run the tests; ARGS=... goes to pytest
 fast: setup  ## run the tests that start no ROS graph and take less than five seconds each
 	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not ros' $(ARGS)
 
-checks: lint types  ## check style, words, links, imports, packages, security and types; a minute
+checks: lint types  ## check style, words, links, imports, packages, security, sizes, repeats and types; a minute
 	@$(WITH_ENV) python -m pytest -q tests/house/test_words.py tests/house/test_pages.py \
-	    tests/house/test_imports.py tests/house/test_packages.py tests/house/test_security.py
+	    tests/house/test_imports.py tests/house/test_packages.py tests/house/test_security.py \
+	    tests/house/test_modules.py tests/house/test_duplicates.py
 
 types: setup  ## check the types of the physics, the diagnosis and the front door
 	@$(WITH_ENV) mypy
