@@ -70,10 +70,8 @@ lock:     ## hold every package by the hashes of its files; needs the network
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools
 
-BENCHES = start step bag replay fit diagnose libraries chain
-bench: setup  ## what users feel, each beside its reference: start, step, bag, replay, fit, diagnosis, chain
-	@$(WITH_ENV) for one in $(BENCHES); do \
-	    echo "== bench_$$one.py"; python tests/benchmarks/bench_$$one.py || exit 1; done
+bench: setup  ## one table: start, step, bag, replay, fit, diagnosis, chain, set-up, each beside its reference; ARGS="fit step", --page docs/speed.md
+	@$(WITH_ENV) python tests/benchmarks/speed_table.py $(ARGS)
 
 blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
 	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)

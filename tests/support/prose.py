@@ -128,9 +128,16 @@ def _prose_of(node: ast.AST) -> Iterator[tuple[int, str]]:
 
 def message_sentences(path: Path) -> list[Sentence]:
     """Return what a module says to people: its strings of three words and more, as they stand."""
-    return [Sentence(node.lineno, node.value) for node in ast.walk(ast.parse(path.read_text()))
-            if isinstance(node, ast.Constant) and isinstance(node.value, str)
-            and len(node.value.split()) > 2]
+    said, parts = [], set()
+    for node in ast.walk(ast.parse(path.read_text())):  # what holds a string comes before it
+        if isinstance(node, ast.JoinedStr):
+            parts |= {id(part) for part in node.values}
+            said.append((node.lineno, ''.join(part.value if isinstance(
+                part, ast.Constant) else 'CODE' for part in node.values)))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and (
+                id(node) not in parts):
+            said.append((node.lineno, node.value))
+    return [Sentence(line, text) for line, text in said if len(text.split()) > 2]
 
 
 def comment_sentences(path: Path) -> list[Sentence]:

@@ -95,7 +95,7 @@ def _presliding(servo: Servo, recordings: list[Recording], told: Told) -> tuple[
 
     found = learned_presliding(servo, recordings, told=heard)
     return with_presliding(servo, found), [
-        f'bristles carry {found.level:.4g} N m and slip after {found.breakaway:.3g} rad; mean R '
+        f'presliding friction: {found.level:.4g} N m, breakaway after {found.breakaway:.3g} rad; mean R '
         f'of free runs {found.before:.4f} -> {found.after:.4f}']
 
 
