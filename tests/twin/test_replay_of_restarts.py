@@ -1,16 +1,12 @@
 """A twin that is restarted, or runs another way, while it is recorded: a replay does the same."""
 
-import signal
-import subprocess
-import sys
-
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
+from recorded_twin import recorder
 from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 
-from servo_twin.bag import read_changes, read_predictions
+from servo_twin.bag import read_changes
 from servo_twin.cli import main
 from servo_twin.recording.events import as_for_another, BEGAN, Change, obeyed
 
@@ -20,43 +16,28 @@ DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_A
 @pytest.mark.ros
 def test_a_replay_begins_where_the_twin_began_again(graph, servo_files, tmp_path, capsys):  # noqa: F811
     bag = tmp_path / 'bag'
-    recorder = subprocess.Popen(
-        [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args', '-r',
-         '__ns:=/rig', '-p', f'output:={bag}', '-p', f'servo_file:={servo_files}/bench.yaml'],
-        stdout=subprocess.DEVNULL)
-    try:
+    with recorder(bag, f'{servo_files}/bench.yaml') as recorded:
         rig = graph('rig', 'catch:=0.05')
-        rig.wait(lambda: all(t.get_subscription_count() == 2 for t in rig.topics.values())
-                 and rig.told)
-        rig.wait(lambda: all('recorder' in [info.node_name for info in (
-            rig.node.get_subscriptions_info_by_topic(f'/rig/{topic}'))]
-            for topic in ('twin/prediction', 'events')))
+        first = recorded.begin(rig, samples(10, 1.0))
 
-        def runs(first, end):
+        def runs(begin, end):
             before = len(rig.predictions)
-            for k in range(first, end, 10):
+            for k in range(first + begin, first + end, 10):
                 rig.say(k, samples(10, 1.0 + 0.001 * k))
-            rig.wait(lambda: len(rig.predictions) == before + (end - first) // 10)
-
-        def goes(transition):
-            assert rig.ask(ChangeState, 'twin/change_state', ChangeState.Request(
-                transition=Transition(id=transition))).success
+            rig.wait(lambda: len(rig.predictions) == before + (end - begin) // 10)
 
         runs(0, 300)
         assert rig.set('mode', 'observer').successful
         runs(300, 600)
-        goes(DEACTIVATE)
+        rig.goes(DEACTIVATE)
         assert rig.set('drive.gain', 0.2).successful  # between two runs
-        goes(ACTIVATE)
+        rig.goes(ACTIVATE)
         runs(600, 900)
-        goes(DEACTIVATE)
-        rig.wait(lambda: len(rig.residuals) == 90)
-    finally:
-        recorder.send_signal(signal.SIGINT)
-        recorder.wait(20.0)
-    assert [(c.sequence, c.kind) for c in read_changes(bag)] == [
-        (0, 'began'), (300, 'settings'), (600, 'parameters'), (600, 'began')]
-    assert len(read_predictions(bag)) >= 600
+        rig.goes(DEACTIVATE)
+        rig.wait(lambda: recorded.has(encoder=90, events=4, twin_residual=60))
+    changes = [(c.sequence - first, c.kind) for c in read_changes(bag)]
+    assert changes[0][1] == 'began'
+    assert changes[1:] == [(300, 'settings'), (600, 'parameters'), (600, 'began')]
     assert main(['replay', str(bag), '--compare']) == 0
     told = capsys.readouterr().out
     assert 'identical to the last bit' in told and 'twin began' in told

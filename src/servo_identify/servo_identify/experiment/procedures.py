@@ -191,7 +191,8 @@ def _swept(shape: str) -> Callable[[Choices], list]:
 
 def _slow_reversals(c: Choices) -> list:
     time = _time(16.0, c)
-    wave = (c.speeds or (0.05,))[0] * profiles.triangle(time / 4.0)
+    turns = time * (c.frequencies or (0.25,))[0]
+    wave = (c.speeds or (0.05,))[0] * profiles.triangle(turns)
     return [('slow_reversals', 'velocity', profiles.framed(wave, c.period), 0.0)]
 
 
