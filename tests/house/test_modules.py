@@ -6,7 +6,6 @@ SOURCES = Path(__file__).parents[2] / 'src'
 MOST = 250  # lines
 
 LONGER = {
-    'servo_identify/data/scales.py': 'one question, whether units are right, put to two equations',
     'servo_identify/diagnose/answer/verdict.py': 'one function for each field of the report',
     'servo_identify/diagnose/handover/added.py': 'one function for each form of a missing effect',
     'servo_identify/diagnose/handover/chosen_fit.py': 'one choice, by what each try predicts',
