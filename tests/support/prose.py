@@ -49,7 +49,8 @@ def sentences(text: str, line: int = 1, cell: bool = False) -> Iterator[Sentence
     text = re.sub(r':[a-z]+:`[^`]+`|``[^`]+``|`[^`]+`|\$[^$]+\$', 'CODE', text)
     text = re.sub(r'<[^>]+>|https?://\S+', ' ', text)
     text = ABBREVIATIONS.sub(r'\1', ' '.join(text.split()))
-    for sentence in SENTENCE_END.split(text):
+    end = re.compile(SENTENCE_END.pattern + r'|;\s+') if cell else SENTENCE_END  # a cell is a list
+    for sentence in end.split(text):
         if re.search(r'\w', sentence):
             yield Sentence(line, sentence, cell)
 

@@ -11,8 +11,8 @@ import numpy as np
 from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS, OUTPUTS
-from servo_twin.recording.recording import Recording
 
+from ...experiment.reach import CHANNELS, reach_of, reached
 from ..decisions import PRACTICAL
 from ..handover.added import added_of, servo_with
 from ..handover.curves import curve_of, Part
@@ -21,7 +21,6 @@ from .evidence import Evidence, Finding
 
 DURATION = 10.0  # s of each candidate
 BEYOND = 1.2  # times the largest travel, speed and torque seen that a recording may reach
-COMPARED = ('motor_position', 'load_position', 'torque', 'current')
 MARGIN = 10.0 * PRACTICAL  # share of a signal within which two twins look alike to a person
 READABLE = ('drive.', 'mechanism.')  # values that an instrument can read by themselves
 
@@ -89,9 +88,9 @@ def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, fl
     for family, settings in _candidates(evidence, limits, reach):
         both = [y for y in (_simulated(twin, family, settings, recordings[0].period)
                             for twin in twins) if y is not None]
-        if len(both) < len(twins) or np.any(_reach(both[0]) > 1.001 * limits + 1e-12):
+        if len(both) < len(twins) or np.any(reach_of(both[0]) > 1.001 * limits + 1e-12):
             continue
-        for channel in COMPARED:
+        for channel in CHANNELS:
             if not recordings[0].has(channel):
                 continue
             first, second = (y[channel] for y in both)
@@ -103,29 +102,6 @@ def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, fl
             unit = {'torque': 'N m', 'current': 'A'}.get(channel, 'rad')
             yield (apart / max(floor, 1e-300), family, settings, channel,
                    [size, float(np.sqrt(np.mean(second**2)))], unit)
-
-
-def reached(recordings: list[Recording]) -> np.ndarray:
-    """Return the largest travel (rad), speed (rad/s) and torque (N m) at the load."""
-    most = np.zeros(3)
-    for one in recordings:
-        columns: dict[str, Any] = {name: one[name] for name in COMPARED}
-        if not one.has('load_position'):
-            columns['load_position'] = one['motor_position']
-        columns['period'] = one.period
-        most = np.maximum(most, _reach(columns))
-    return most
-
-
-def _reach(columns: Mapping[str, Any]) -> np.ndarray:
-    period = columns['period']
-    angle, torque = columns['load_position'], columns['torque']
-    step = max(1, round(0.02 / period))
-    way = angle[step:] - angle[:-step]
-    return np.array([
-        np.nanmax(angle) - np.nanmin(angle),
-        np.nanmax(np.abs(way), initial=0.0) / (step * period),
-        np.nanmax(np.abs(torque)) if np.isfinite(torque).any() else 0.0])
 
 
 def _candidates(evidence: Evidence, limits: np.ndarray,
