@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', type=Path, metavar='OUT',
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
-    parser.add_argument('--mode', choices=LIVE_MODES, 
+    parser.add_argument('--mode', choices=LIVE_MODES,
                         help='the way of running; left out: as the twin in the bag ran, else '
                              f'{LIVE_MODES[0]}')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
