@@ -145,3 +145,23 @@ def test_a_servo_file_that_is_half_off_is_no_mistake_of_the_table(rig):
                 **given.values, path: factor * given.values[path]})
             found = scale_findings([recorded(rig)], servo)
             assert [one for one in found if one.level == 'red'] == []
+
+
+def test_one_recording_of_several_stops_a_diagnosis_only_if_its_mistake_explains_it():
+    good = [replace(recorded('rv_bench', family), name=family)
+            for family in ('sine', 'multisine', 'speed_ladder')]
+    degrees = replace(times(good[0], motor_position=180.0 / pi), name='in degrees')
+    red_ones = [one.sentence for one in scale_findings([*good, degrees], servo_of('rv_bench'))
+                if one.level == 'red']
+    assert len(red_ones) == 1
+    assert red_ones[0].startswith('in degrees: ') and 'degrees' in red_ones[0]
+    # somebody pushes the load: the shaft goes against the torque of the motor, and not in
+    # proportion to it
+    t = np.arange(len(good[0])) * good[0].period
+    push = 0.7 * np.sqrt(2.0) * np.sin(2.0 * np.pi * 0.31 * t)
+    pushed = replace(good[0], name='pushed', columns={
+        **good[0].columns,
+        **{name: np.std(good[0][name]) * push - 0.5 * good[0][name]
+           for name in ('voltage', 'current')}})
+    told = scale_findings([*good, pushed], servo_of('rv_bench'))
+    assert [one.level for one in told] == ['amber'] and told[0].sentence.startswith('pushed: ')

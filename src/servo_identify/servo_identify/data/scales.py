@@ -9,7 +9,7 @@ a threshold on a factor; where two mistakes close them alike, both are told.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,22 +66,33 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
     if every:
         return every
     if len(usable) > 1:
-        for one, at in usable:
-            every += _findings(f'{one.name}: ', [at], evidence)
+        open_now = [_nats(Evidence(servo).of(at, 0).values()) for _, at in usable]
+        for k, (one, at) in enumerate(usable):
+            others = max(open_now[:k] + open_now[k + 1:])
+            every += _findings(f'{one.name}: ', [at], evidence, others)
     return every or [finding for one, found in zip(chosen, shown, strict=True)
                      for finding in _far_off(one, found, servo)]
 
 
-def _findings(name: str, seen: list[Signals], evidence: Evidence) -> list[Finding]:
-    """Return the mistakes that all of these recordings share, the likeliest first."""
+def _findings(name: str, seen: list[Signals], evidence: Evidence,
+              others: float = np.inf) -> list[Finding]:
+    """
+    Return the mistakes that all of these recordings share, the likeliest first.
+
+    ``others``, nats, is what the worst of the recordings beside one leaves open. One that was
+    written with them, and closes no better than they do once a mistake is undone, shows a motion
+    that the rough equations do not cover rather than a mistake: that is no ground to stop.
+    """
     found: list[Finding] = []
     mended: set[str] = set()
     for _ in range(MOST_MISTAKES):
         best = _likeliest(seen, evidence, mended)
         if not best:
             break
-        found.append(_told(name, best, seen, evidence))
+        told = _told(name, best, seen, evidence)
         seen = [best[0].undone(at) for at in seen]
+        left = _nats(evidence.of(seen[0], 0).values()) if len(seen) == 1 else -np.inf
+        found.append(told if left <= others + ALIKE else replace(told, level='amber'))
         mended |= best[0].touches
     return found
 

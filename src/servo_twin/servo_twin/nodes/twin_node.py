@@ -202,8 +202,8 @@ class TwinNode(LifecycleNode):
             self._happened(
                 events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, '
                 f'{self.settings.mode.replace("_", " ")}',
-                events.written(vars(self.settings) | {
-                    'servo_file': servo_file.dumps(self._servo)}))
+                events.written({**vars(self.settings),
+                                'servo_file': servo_file.dumps(self._servo)}))
 
     def _compare(self, residual: Answer, now: int) -> None:
         lockstep = self._lockstep
