@@ -18,7 +18,7 @@ from nbconvert import MarkdownExporter
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from module_tree import tree_page  # noqa: E402
+from module_tree import tree_page
 
 ROOT = Path(__file__).resolve().parents[1]
 API = """# Python API
