@@ -45,7 +45,8 @@ MISTAKES = {
         lambda r: changed(r, motor_position=r['motor_position'] * DEGREES,
                           load_position=r['load_position'] * DEGREES), 'degrees'),
     'degrees on the motor': (
-        lambda r: changed(r, motor_position=r['motor_position'] * DEGREES), 'motor_position is in degrees'),
+        lambda r: changed(r, motor_position=r['motor_position'] * DEGREES),
+        'motor_position is in degrees'),
     'milliseconds': (lambda r: replace(r, period=1e3 * r.period), 'milliseconds'),
     'milliamperes': (lambda r: changed(r, current=1e3 * r['current']), 'mA'),
     'voltage and current swapped': (

@@ -4,9 +4,10 @@ How well an equation closes with factors that the servo file allows.
 .. math:: \min_x \; \frac{n}{2} \ln(e(x) + e_0) + \sum_k \frac{(x_k - m_k)^2}{2 s_k^2}, \quad
           e = \frac{|y - F f - \sum_k e^{x_k} a_k|^2}{|y - \bar y|^2}
 
-x are the logarithms of the factors, so that none turns its sign, and f is free. e is a share of
-what is seen: no unit matters. n is few, since neighbouring samples and recordings say the same;
-e_0 is what a servo file that lacks an effect may leave open without being wrong in its units.
+The factors are e^x, so that none changes its sign, and f is free. The error e is a share of what
+is seen, so that units do not matter. The number n of samples is small, because neighbouring
+samples and recordings are alike. The error e_0 is what a missing effect may leave without any
+mistake in the units.
 """
 
 from __future__ import annotations

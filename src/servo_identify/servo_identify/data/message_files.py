@@ -53,8 +53,8 @@ def opened(path: Path) -> Iterator[MessageFile]:
     if path.is_dir() and not (path / 'metadata.yaml').is_file():
         several = sorted(one for one in path.iterdir() if one.suffix in ('.mcap', '.db3'))
         if len(several) > 1:
-            raise ValueError(f'{path} holds {len(several)} files without a metadata.yaml that says '
-                             'how they follow each other; name one of them, or have '
+            raise ValueError(f'{path} holds {len(several)} files without a metadata.yaml that says'
+                             ' how they follow each other; name one of them, or have '
                              '`ros2 bag reindex` write it')
         path = several[0]
     opener = {'.mcap': _mcap, '.db3': _sqlite}.get(path.suffix.lower(), _bag)

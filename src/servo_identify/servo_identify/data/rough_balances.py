@@ -1,5 +1,5 @@
 r"""
-Equations that hold between channels of a servo, whatever effects it has, with what their terms are.
+Equations between the channels of a servo that hold whatever effects it has, and their terms.
 
 With all values at the motor's shaft, these are
 

@@ -165,8 +165,8 @@ def _far_off(one: Recording, found: Excitation | None, servo: Servo) -> list[Fin
     near = [f' That is near {factor:.4g}: {what}' for what, factor in known.items()
             if abs(abs(np.log(found.inertia)) - abs(np.log(factor))) < NEAR]
     return [Finding('amber', f'{one.name}: the recording shows {found.inertia:.3g} times the '
-                    'inertia of the servo file.' + ''.join(near), 'look at inertias, ratio, torque '
-                    'constant, and at the units of command and angle')]
+                    'inertia of the servo file.' + ''.join(near), 'look at inertias, ratio, '
+                    'torque constant, and at the units of command and angle')]
 
 
 def _spread(recordings: Sequence[Recording], most: int) -> list[Recording]:

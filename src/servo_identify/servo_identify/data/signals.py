@@ -1,4 +1,4 @@
-"""Smoothed channels of a recording with their derivatives, in the units that a mistake may have."""
+"""Smoothed channels of a recording and their derivatives, in the units of a possible mistake."""
 
 from __future__ import annotations
 

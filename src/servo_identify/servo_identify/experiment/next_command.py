@@ -10,6 +10,7 @@ from typing import Any
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from .reach import reached
 from .usual_limits import USUAL
 
 PROCEDURES = {'speed_ladder': 'speed_ladder', 'slow_reversals': 'slow_reversals',
@@ -75,8 +76,6 @@ def _choices(settings: Mapping[str, Any]) -> dict[str, list[float]]:
 def _limits(settings: Mapping[str, Any], servo: Servo, recordings: Sequence[Recording]
             ) -> dict[str, float]:
     """Return speed, torque, travel (at the load) and current that the recording may reach."""
-    from ..diagnose.answer.experiments import reached
-
     travel, speed, torque = reached(list(recordings))
     if not any(one.has('load_position') for one in recordings):
         travel, speed = (size / servo.values['mechanism.ratio'] for size in (travel, speed))

@@ -143,7 +143,7 @@ def seen_by(recording: Recording, live: Predictions, changes: Sequence[Change] =
     Return the samples of a recording that the live twin had seen when it was last heard.
 
     It begins where the twin did, as ``changes`` say, though the recorder may have heard it later.
-    Samples that it left out, since it had fallen behind, are NaN. Residuals come half a
+    Samples that it left out, because it was behind, are NaN. Residuals come half a
     ``window``, s, late: a last one that is no NaN saw so much more.
     """
     late = any(np.isfinite(live.residual[name][-1]) for name in BALANCES)

@@ -72,5 +72,5 @@ def with_mode(changes: Sequence[Change], mode: str) -> list[Change]:
     return [_with(one, mode=mode) if one.kind in (BEGAN, SETTINGS) else one for one in changes]
 
 
-def _with(change: Change, **fields: Value) -> Change:
-    return replace(change, content=json.dumps(change.values | fields))
+def _with(change: Change, **fields: str) -> Change:
+    return replace(change, content=json.dumps({**change.values, **fields}))
