@@ -98,6 +98,10 @@ class Odrive(OnRequest):
             told = self._ask_state('idle', now)
         return told + self.query()
 
+    def unsent(self) -> None:
+        """Tell the mode again."""
+        self._mode = ''
+
     def _ask_state(self, name: str, now: int) -> Frames:
         """Return the request for a state; not each time, since an axis then enters it again."""
         if self._wanted == name and now - self._wanted_at < ASK_STATE_EVERY:
