@@ -262,12 +262,13 @@ def test_a_virtual_bus_speaks_the_same_way():
         wire.bus.shutdown()
 
 
-def test_what_a_client_said_last_arrives_though_it_left_unread_packets(tmp_path):
+@pytest.mark.parametrize('unread', [50, 2000])  # in its socket; and in the hub as well
+def test_what_a_client_said_last_arrives_though_it_left_unread_packets(tmp_path, unread):
     path = str(tmp_path / 'can')
     with CanHub(path):
         leaving, other = (UnixBus(path) for _ in range(2))
-        for k in range(50):
-            other.send_frames([(0x80, bytes([k]))])
+        for _ in range(unread):
+            other.send_frames([(0x80, b'\0')])
         leaving.send_frames([(0x181, b'last')])
         leaving.shutdown()
         for _ in range(50):

@@ -206,8 +206,7 @@ class CanHub:
         except BlockingIOError:
             return
         except OSError:
-            self._leave(client)
-            return
+            client.waiting.clear()  # it has gone; what it said before is still to be read
         self._selector.modify(client.socket, selectors.EVENT_READ, client)
 
     def _close(self) -> None:
