@@ -12,10 +12,10 @@ Frames = list[tuple[int, bytes]]
 
 class BusPort:
     """
-    A bus that may be opened again and again; ``take`` gets the frames that came in, and ``late``
-    the tag of each packet that was sent and came back, since it was too late.
+    A bus that may be opened again and again.
 
-    All but close() raise can.CanError when the bus is gone.
+    ``take`` gets the frames that came in, ``late`` the tag of each packet that was sent and came
+    back, since it was too late. All but close() raise can.CanError when the bus is gone.
     """
 
     def __init__(self, open_wire: Callable[[], Wire], take: Callable[[Frames], None],

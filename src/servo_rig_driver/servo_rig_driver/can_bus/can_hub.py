@@ -48,8 +48,9 @@ class CanHub:
     """
     Serves the bus whose socket is ``path``.
 
-    ``passed``, ``refused`` and ``late`` count packets, ``dropped`` clients that did not read. Raises OSError
-    when another hub serves the path already; a socket left by a killed hub is replaced.
+    ``passed``, ``refused`` and ``late`` count packets, ``dropped`` clients that did not read.
+    Raises OSError when another hub serves the path already; a socket left by a killed hub is
+    replaced.
     """
 
     def __init__(self, path: str) -> None:
