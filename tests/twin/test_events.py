@@ -4,9 +4,9 @@ from dataclasses import replace
 import signal
 import subprocess
 import sys
-from time import sleep
 
 from bench_recording import bench_recording, SERVO
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
@@ -18,6 +18,7 @@ from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.whole_recording import answer, differences, seen_by
+from servo_twin.nodes.message_conversion import TOPICS
 from servo_twin.nodes.topic_qos import EVENTS
 from servo_twin_msgs.msg import Event
 
@@ -33,12 +34,16 @@ def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         stdout=subprocess.DEVNULL)
     try:
         rig = graph('rig', 'catch:=0.1')
-        rig.wait(lambda: all(t.get_subscription_count() == 2 for t in rig.topics.values())
-                 and rig.told)
-        rig.wait(lambda: all('recorder' in [info.node_name for info in (
-            rig.node.get_subscriptions_info_by_topic(f'/rig/{topic}'))]
-            for topic in ('twin/prediction', 'events')))
-        sleep(2.0)  # seen by this node; the recorder and the twin find each other later
+        counted = {}
+        rig.node.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda message: counted.update(
+                (pair.key, int(pair.value)) for status in message.status for pair in status.values
+                if pair.key.startswith('messages ')), 10)
+        every = [f'messages /rig/{topic}' for topic in (*TOPICS, 'twin/prediction',
+                                                         'twin/residual')]
+        rig.wait(lambda: rig.told and all(counted.get(topic) for topic in every)
+                 or rig.say(0, samples(0)))  # empty blocks, until the recorder has them all
+        rig.ready()
         for k in range(0, 300, 10):
             rig.say(k, samples(10, 1.0))
         rig.wait(lambda: len(rig.predictions) == 30)
