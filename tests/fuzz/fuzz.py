@@ -38,9 +38,10 @@ def main() -> int:
     if arguments.one:
         return _one(arguments)
     names = arguments.only or list(TARGETS)
-    each = arguments.seconds * arguments.jobs / len(names)
+    whole = arguments.seconds * arguments.jobs / sum(TARGETS[name].share for name in names)
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        told = list(pool.map(lambda name: _apart(name, arguments, each), names))
+        told = list(pool.map(
+            lambda name: _apart(name, arguments, whole * TARGETS[name].share), names))
     print(f'{"target":10} {"inputs":>9} {"answered":>9} {"refused":>9} {"found":>6} '
           f'{"slowest, s":>10} {"of lines":>10}')
     for one in told:

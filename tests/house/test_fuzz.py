@@ -115,7 +115,7 @@ def test_spoilt_input_ends_in_an_answer_or_a_sentence(name, tmp_path):
 
 
 def test_the_judge_sees_what_is_no_sentence(tmp_path):
-    from targets import Target
+    from target import Target
 
     def taking(problem):
         def take(content, folder):
