@@ -96,19 +96,20 @@ def tried(target: Target, seed: str, folder: Path, seconds: float, most: int = 1
         content = spoilt(random.choice(seeds), random, target.text, seeds)
         before(content)
         begin = monotonic()
-        outcome, said = judge(target, content, folder)
-        trials.slowest = max(trials.slowest, monotonic() - begin)
-        if outcome == 'finding':
-            key = said.partition(': ')[0]
-            if key in trials.findings:
-                trials.refused += 1  # one of a kind is kept
-            else:
-                trials.findings[key] = (content, said)
-        elif outcome == 'answered':
-            trials.answered += 1
-        else:
-            trials.refused += 1
+        note(trials, content, *judge(target, content, folder), monotonic() - begin)
     return trials
+
+
+def note(trials: Trials, content: bytes, outcome: str, said: str, seconds: float) -> None:
+    """Count what came of an input; one finding of a kind is kept."""
+    trials.slowest = max(trials.slowest, seconds)
+    kind = said.partition(': ')[0]
+    if outcome == 'finding' and kind not in trials.findings:
+        trials.findings[kind] = content, said
+    elif outcome == 'answered':
+        trials.answered += 1
+    else:
+        trials.refused += 1
 
 
 def named(content: bytes) -> str:

@@ -24,7 +24,9 @@ PYTHON = [sys.executable, '-m']
 HUB = [*PYTHON, 'servo_rig_driver.can_bus.can_hub']
 EMULATOR = [*PYTHON, 'servo_rig_driver.emulated.rig_process', '--rig', str(RIG), '--watchdog',
             str(WATCHDOG), '--channel']
-QUICK = {'block_size': 10, 'retry_period': 0.05, 'listen_time': 0.05}
+HEARTBEAT = 5.0  # s; as above: a node that is taken for lost is disabled at once, not in order
+QUICK = {'block_size': 10, 'retry_period': 0.05, 'listen_time': 0.05,
+         'heartbeat_timeout': HEARTBEAT}
 
 
 @pytest.fixture(scope='module')
@@ -159,7 +161,7 @@ def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, 
     commands = [
         ' '.join([*HUB, channel]), ' '.join([*EMULATOR, channel]),
         f'{node}.driver.driver_node {named} --params-file {CONFIG} -p bus.channel:={channel} '
-        '-p autostart:=true -p block_size:=10',
+        f'-p autostart:=true -p block_size:=10 -p heartbeat_timeout:={HEARTBEAT}',
         f'{node}.record.recorder_node {named} -p output:={tmp_path / "bag"}',
         f'{node}.record.player_node sine --mode velocity --duration 60 {named}',
         f'{sys.executable} -m servo_twin.nodes.twin_node {named} -p autostart:=true',

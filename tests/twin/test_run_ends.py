@@ -35,7 +35,8 @@ class Run:
     def __init__(self, folder):
         self.folder, self.ears = folder / 'bench', Listener('ended')
         driver = folder / 'driver.yaml'
-        driver.write_text(CONFIG.read_text().replace('watchdog: 0.1 ', f'watchdog: {WATCHDOG} '))
+        driver.write_text(CONFIG.read_text().replace('watchdog: 0.1 ', f'watchdog: {WATCHDOG} ')
+                          .replace('heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 5.0 '))
         self.terminal, inside = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_twin.cli', 'run', '--duration', '60', '--namespace',
