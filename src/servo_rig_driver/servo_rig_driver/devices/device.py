@@ -92,7 +92,7 @@ class Device(ABC):
 
     @abstractmethod
     def unsent(self) -> None:
-        """Note that the frames of the last ask() were not sent: the same tick is asked again."""
+        """Note that the frames of the last ask() were not sent; another ask() follows."""
 
     @abstractmethod
     def rest(self, number: int, now: int) -> Frames:
