@@ -29,11 +29,12 @@ test: training  ## run the tests; ARGS=... goes to pytest
 fast: setup  ## run the tests that start no ROS graph and take less than five seconds each
 	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not ros' $(ARGS)
 
-checks: lint types  ## check style, words, links, imports, packages, security and types; a minute
+checks: lint types  ## check style, words, links, imports, packages, security, sizes, repeats and types; a minute
 	@$(WITH_ENV) python -m pytest -q tests/house/test_words.py tests/house/test_pages.py \
-	    tests/house/test_imports.py tests/house/test_packages.py tests/house/test_security.py
+	    tests/house/test_imports.py tests/house/test_packages.py tests/house/test_security.py \
+	    tests/house/test_modules.py tests/house/test_duplicates.py
 
-types: setup  ## check the types of the physics and of the front door
+types: setup  ## check the types of the physics, the diagnosis and the front door
 	@$(WITH_ENV) mypy
 
 coverage: setup  ## run the fast tests and say which lines none of them ran
@@ -70,10 +71,8 @@ lock:     ## hold every package by the hashes of its files; needs the network
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools
 
-BENCHES = start step bag replay fit diagnose libraries chain
-bench: setup  ## what users feel, each beside its reference: start, step, bag, replay, fit, diagnosis, chain
-	@$(WITH_ENV) for one in $(BENCHES); do \
-	    echo "== bench_$$one.py"; python tests/benchmarks/bench_$$one.py || exit 1; done
+bench: setup  ## one table: start, step, bag, replay, fit, diagnosis, chain, set-up, each beside its reference; ARGS="fit step", --page docs/speed.md
+	@$(WITH_ENV) python tests/benchmarks/speed_table.py $(ARGS)
 
 blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
 	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)

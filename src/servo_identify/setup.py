@@ -23,10 +23,12 @@ REQUIRES = [
 ]
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
+    'fmu': ['servo_twin[fmu]'],  # mechanisms that are FMUs
     'frames': ['pandas', 'xarray'],  # recordings as frames and data sets
     'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks
     'protobuf': ['mcap-protobuf-support'],  # MCAP files with protobuf messages
     'plot': ['matplotlib'],  # pictures of curves, friction, the online estimator
+    'view': ['servo_twin[view]'],  # the live view
 }
 
 

@@ -18,12 +18,12 @@ REQUIRES = [
     'rich',
     'rosbags',
     'scipy',
-    'tornado',
 ]
 EXTRAS = {
     'fmu': ['fmpy'],  # mechanisms that are FMUs
     'linear': ['control', 'matplotlib'],  # servo-twin linearise
     'simulators': ['mujoco>=3.2'],  # from-mjcf, from-urdf, export
+    'view': ['tornado'],  # the live view
 }
 
 

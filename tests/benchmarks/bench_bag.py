@@ -21,6 +21,7 @@ import time
 
 import numpy as np
 from rosbags.highlevel import AnyReader
+from speed_table import row
 
 from servo_twin.bag import read_recording, write_recording
 from servo_twin.recording.recording import COLUMNS, Recording
@@ -58,6 +59,9 @@ def _files(original: Recording, size: int) -> None:
         each = _rosbags(path)
         print(f'{size:15} {write:9.2f} {read:8.2f} {read / messages * 1e6:12.2f} '
               f'{each * messages:13.1f} ({each * 1e6:.1f}) {each * messages / read:15.0f}')
+        row(f'{len(original)} samples of ten columns from a bag, {size} a message',
+            f'{read:.2f} s read, {write:.2f} s written',
+            f'rosbags, message by message: {each * messages:.1f} s read')
 
 
 def _rosbags(path: Path, most: int = 30_000) -> float:

@@ -33,6 +33,7 @@ import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.task import Future
 from rosbags.highlevel import AnyReader
+from speed_table import row
 import yaml
 
 from servo_twin.bag.message_definitions import own_types
@@ -202,6 +203,11 @@ def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> in
         also = f', beside {by_design:.0f} by design' if by_design else ''
         print(f'{topic:<16} {len(numbers[topic])} samples, lost {lost[topic]}; latency, us: '
               f'median {middle:.0f}, p99 {p99:.0f}, p99.9 {p999:.0f}, max {worst:.0f}{also}')
+        if topic == 'twin/prediction':
+            row(f'live chain, {asked.rate:g} Hz, {asked.block} a message, {asked.seconds:g} s: '
+                'sample to prediction in the bag',
+                f'{lost[topic]} of {len(numbers[topic])} lost; median {middle:.0f} us, 99 % '
+                f'{p99:.0f} us', REFERENCE)
     heard = set(numbers['encoder']) & set(numbers['torque']) & set(numbers['current'])
     for topic in ('twin/prediction', 'twin/residual'):
         unanswered = len(heard - set(numbers[topic]))

@@ -16,6 +16,8 @@ import sys
 import tempfile
 import time
 
+from speed_table import row
+
 FAMILIES = {
     'speed_ladder': {'lowest': 0.02, 'highest': 1.0, 'steps': 4},
     'slow_reversals': {'amplitude': 0.05, 'period': 4.0},
@@ -45,12 +47,14 @@ def main() -> None:
         recordings = [read_recording(bag) for bag in bags]
         servo = servo_file.load(servo_path)
         screen, accept, report = recordings[:5], recordings[5:10], recordings[10:]
+        seen = []
         for run in ('signatures computed', 'signatures kept'):
             began, work = time.perf_counter(), time.process_time()
             found = diagnose(screen, servo, accept, report)
             took, work = time.perf_counter() - began, time.process_time() - work
             print(f'{run}: {took:.1f} s, {work:.1f} s of processors; the five screened recordings '
                   f'last {5 * seconds:g} s, {5 * seconds / took:.1f} times as long')
+            seen.append(took)
             for stage, part in sorted(found.report.timing.items(), key=lambda e: -e[1]):
                 print(f'    {stage:<14}{part:7.1f} s  {100 * part / took:4.0f} %')
         print(found.report.verdict['sentence'])
@@ -60,6 +64,9 @@ def main() -> None:
             write_page(document_of(found, '', ' '.join(sys.argv)), Path(sys.argv[2]))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
     print(f'memory at most {peak:.2f} GB')
+    row(f'diagnosis of five recordings of {seconds:g} s, ten more to judge by; run again',
+        f'{seen[0]:.0f} s, {seen[1]:.0f} s; {peak:.1f} GB, recording included',
+        'goal 120 s, 4 GB')
 
 
 if __name__ == '__main__':

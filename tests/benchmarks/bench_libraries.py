@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import lsq_linear
 from scipy.signal import lombscargle
 from scipy.stats import bootstrap
+from speed_table import row
 
 from servo_identify.diagnose.mechanisms.orders import _periodogram, hats
 from servo_identify.diagnose.selection.bounded_least_squares import bounded
@@ -121,6 +122,7 @@ def told(what, ours, whose, theirs, differ) -> None:
     mine, other = microseconds(ours, 5), microseconds(theirs, 5)
     print(f'{what:<38}{mine:>10.0f} us   {whose:<42}{other:>10.0f} us   x {other / mine:<6.1f}'
           f'differ by {differ:.1e}', flush=True)
+    row(what, f'{mine:.0f} us', f'{whose}: {other:.0f} us, {other / mine:.1f} times as long')
 
 
 if __name__ == '__main__':

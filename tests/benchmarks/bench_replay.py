@@ -21,6 +21,7 @@ from time import process_time
 from bench_step import CASES as STEPPED
 from bench_step import servo_with
 import numpy as np
+from speed_table import row
 
 from servo_twin.bag import read_recording, write_predictions, write_recording
 from servo_twin.lockstep.lockstep import warm_up
@@ -69,6 +70,8 @@ def main() -> int:
             print(f'{label:36}{block:6}{parts[0]:9.3f}{parts[1]:10.3f}{parts[2]:9.3f}'
                   f'{parts[1] / seconds * 1e5:9.1f}{ratio:13.0f}'
                   f'{"" if goal is None else f"{goal:.0f}":>7}')
+            row(f'replay of a bag, {label}, {block} a message', f'{ratio:.0f} times real time',
+                '' if goal is None else f'goal {goal:.0f}')
     return int(missed > 0)
 
 

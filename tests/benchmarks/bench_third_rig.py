@@ -17,7 +17,8 @@ import zlib
 
 import numpy as np
 
-from servo_studies.third_rig.fault_cases import Case, cases, KINDS
+from servo_studies.third_rig.fault_case import Case
+from servo_studies.third_rig.fault_cases import cases, KINDS
 
 
 def diagnosed(case: Case) -> tuple[str, list[str]]:

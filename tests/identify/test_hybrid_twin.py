@@ -176,4 +176,4 @@ def test_learning_says_what_was_found_and_how_far_it_is(swaying):
     assert shares[-1] == 1.0 and 'current that is left' in said[0]
     servo = with_friction(BENCH, flat(20.0))
     _, said = learn('presliding', servo, [swaying], lambda share, loss: shares.append(share))
-    assert 'bristles carry' in said[0] and max(shares) <= 1.0
+    assert 'presliding friction' in said[0] and max(shares) <= 1.0

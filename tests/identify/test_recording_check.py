@@ -45,15 +45,16 @@ MISTAKES = {
         lambda r: changed(r, motor_position=r['motor_position'] * DEGREES,
                           load_position=r['load_position'] * DEGREES), 'degrees'),
     'degrees on the motor': (
-        lambda r: changed(r, motor_position=r['motor_position'] * DEGREES), 'looks like degrees'),
+        lambda r: changed(r, motor_position=r['motor_position'] * DEGREES),
+        'motor_position is in degrees'),
     'milliseconds': (lambda r: replace(r, period=1e3 * r.period), 'milliseconds'),
     'milliamperes': (lambda r: changed(r, current=1e3 * r['current']), 'mA'),
     'voltage and current swapped': (
         lambda r: changed(r, current=r['voltage'], voltage=r['current']), 'swapped'),
     'a current of the other sign': (lambda r: changed(r, current=-r['current']),
-                                    'opposite signs'),
+                                    'current has the other sign'),
     'command and current of the other sign': (
-        lambda r: changed(r, current=-r['current'], voltage=-r['voltage']), 'opposite signs'),
+        lambda r: changed(r, current=-r['current'], voltage=-r['voltage']), 'opposite sign'),
     'a load that turns the other way': (
         lambda r: changed(r, load_position=-r['load_position']), 'runs against'),
     'a torque sensor of the other sign': (

@@ -12,6 +12,7 @@ import yaml
 from servo_rig_driver.can_bus.unix_frames import EXTENDED, FD, REMOTE
 from servo_rig_driver.devices.device import DeviceError
 from servo_rig_driver.devices.drive_master import DriveState, Order
+from servo_rig_driver.devices.drive_settings import DriveSettings
 from servo_rig_driver.devices.mit_mode import MitMode
 from servo_rig_driver.devices.mit_table import load_mit_table
 from servo_rig_driver.devices.moteus import Moteus
@@ -23,7 +24,6 @@ from servo_rig_driver.devices.moteus_registers import (
     varuint,
 )
 from servo_rig_driver.devices.odrive import load_odrive, Odrive
-from servo_rig_driver.devices.on_request import DriveSettings
 from servo_rig_driver.devices.pdo_table import FrameError
 from servo_rig_driver.devices.protocols import PROTOCOLS
 from servo_rig_driver.devices.tables import SHIPPED

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-import re
 import subprocess
 import sys
 
@@ -11,8 +10,6 @@ import numpy as np
 
 from servo_twin.bag import read_recording
 from servo_twin.bag.bag_writing import BagError
-
-HALF_WINDOW = 20  # samples of the filters of the balances
 
 
 def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
@@ -85,7 +82,6 @@ def replayed(bags: list[Path]) -> list[tuple[str, bool, str]]:
     Return (bag, whether a replay gives the bits of the live run, what it said) of each bag.
 
     A replay begins where the bag does. It can say the same only where the twin began there too.
-    The last residuals of a twin that is ended, half a window of them, are in the replay alone.
     """
     found = []
     for path in bags:
@@ -94,7 +90,5 @@ def replayed(bags: list[Path]) -> list[tuple[str, bool, str]]:
                              check=False)
         last = ([*ran.stderr.strip().splitlines(), *ran.stdout.strip().splitlines()[-1:]]
                 or [''])[0]
-        differing = [int(count) for count in re.findall(r'at (\d+) samples', last)]
-        tail = bool(differing) and 'prediction' not in last and max(differing) <= HALF_WINDOW
-        found.append((path.name, 'identical' in last or tail, last))
+        found.append((path.name, 'identical' in last, last))
     return found

@@ -30,6 +30,7 @@ from report import page, text
 from witness import Bus, Ears, Usage
 
 START, RECOVERY = 90.0, 40.0  # s
+RECORDED = 50_000  # bytes of a bag whose recorder hears the rig
 FRESH = 0.5  # s: samples, predictions and set-points newer than that flow
 
 
@@ -153,18 +154,31 @@ class Soak:
               flush=True)
 
     def _whole(self) -> None:
-        """Record a bag in which the twin begins, with changes of its parameters, for a replay."""
-        for name in ('twin', 'recorder'):
-            self.bench.signal(name, SIGTERM)
-            until = monotonic() + 15.0
-            while self.bench.running[name].poll() is None and monotonic() < until:
-                self._turn()
+        """Record a bag in which the twin begins twice, and changes, for a replay."""
+        self._ended('recorder')
+        self._ended('twin')
+        self.bench.start('recorder')
+        bag, until = self.bench.bags[-1], monotonic() + RECOVERY
+        while monotonic() < until and sum(
+                part.stat().st_size for part in bag.glob('*.mcap')) < RECORDED:
+            self._turn()
+        self.bench.mend()
+        if not self._well_within(RECOVERY):
+            self.misses.append(f'not well before the end: {self._state()}')
+        self._ended('twin')
         self.bench.mend()
         if not self._well_within(RECOVERY):
             self.misses.append(f'not well before the end: {self._state()}')
         for _ in range(3):
             self.graph.odd_parameters(self.random)
             self._for(1.5)
+
+    def _ended(self, name: str) -> None:
+        """Have a process end in order."""
+        self.bench.signal(name, SIGTERM)
+        until = monotonic() + 15.0
+        while self.bench.running[name].poll() is None and monotonic() < until:
+            self._turn()
 
     def _deactivated(self) -> None:
         """Take the driver down while set-points go on coming: none may reach the drive."""

@@ -49,7 +49,8 @@ def sentences(text: str, line: int = 1, cell: bool = False) -> Iterator[Sentence
     text = re.sub(r':[a-z]+:`[^`]+`|``[^`]+``|`[^`]+`|\$[^$]+\$', 'CODE', text)
     text = re.sub(r'<[^>]+>|https?://\S+', ' ', text)
     text = ABBREVIATIONS.sub(r'\1', ' '.join(text.split()))
-    for sentence in SENTENCE_END.split(text):
+    end = re.compile(SENTENCE_END.pattern + r'|;\s+') if cell else SENTENCE_END  # a cell is a list
+    for sentence in end.split(text):
         if re.search(r'\w', sentence):
             yield Sentence(line, sentence, cell)
 
@@ -128,9 +129,16 @@ def _prose_of(node: ast.AST) -> Iterator[tuple[int, str]]:
 
 def message_sentences(path: Path) -> list[Sentence]:
     """Return what a module says to people: its strings of three words and more, as they stand."""
-    return [Sentence(node.lineno, node.value) for node in ast.walk(ast.parse(path.read_text()))
-            if isinstance(node, ast.Constant) and isinstance(node.value, str)
-            and len(node.value.split()) > 2]
+    said, parts = [], set()
+    for node in ast.walk(ast.parse(path.read_text())):  # what holds a string comes before it
+        if isinstance(node, ast.JoinedStr):
+            parts |= {id(part) for part in node.values}
+            said.append((node.lineno, ''.join(part.value if isinstance(
+                part, ast.Constant) else 'CODE' for part in node.values)))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and (
+                id(node) not in parts):
+            said.append((node.lineno, node.value))
+    return [Sentence(line, text) for line, text in said if len(text.split()) > 2]
 
 
 def comment_sentences(path: Path) -> list[Sentence]:

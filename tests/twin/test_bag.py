@@ -23,7 +23,7 @@ from servo_twin.bag import (
     write_predictions,
     write_recording,
 )
-from servo_twin.bag.bag_writing import SAMPLE_TOPICS
+from servo_twin.bag.bag_topics import SAMPLE_TOPICS
 from servo_twin.bag.message_definitions import own_types
 from servo_twin.recording.recording import (
     BALANCES,

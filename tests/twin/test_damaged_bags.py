@@ -11,7 +11,8 @@ import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from servo_twin.bag import BagError, read_recording, write_recording
-from servo_twin.bag.bag_writing import BagWriter, COUPLED_TOPIC, sample_topics
+from servo_twin.bag.bag_topics import COUPLED_TOPIC, sample_topics
+from servo_twin.bag.bag_writing import BagWriter
 from servo_twin.bag.message_definitions import own_types
 from servo_twin.recording.recording import COLUMNS, Recording
 

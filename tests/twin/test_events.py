@@ -1,15 +1,11 @@
 """Changes of a running twin travel as events, stand in the bag, and a replay obeys them."""
 
 from dataclasses import replace
-import signal
-import subprocess
-import sys
 
 from bench_recording import bench_recording, SERVO
-from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 import pytest
+from recorded_twin import recorder
 from std_msgs.msg import String
 from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 
@@ -18,50 +14,31 @@ from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.whole_recording import answer, differences, seen_by
-from servo_twin.nodes.message_conversion import TOPICS
-from servo_twin.nodes.topic_qos import EVENTS
-from servo_twin_msgs.msg import Event
 
 pytestmark = pytest.mark.ros
 
 
 def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         graph, servo_files, tmp_path, capsys):  # noqa: F811
-    bag, heard = tmp_path / 'bag', []
-    recorder = subprocess.Popen(
-        [sys.executable, '-m', 'servo_rig_driver.record.recorder_node', '--ros-args', '-r',
-         '__ns:=/rig', '-p', f'output:={bag}', '-p', f'servo_file:={servo_files}/bench.yaml'],
-        stdout=subprocess.DEVNULL)
-    try:
+    bag = tmp_path / 'bag'
+    with recorder(bag, f'{servo_files}/bench.yaml') as recorded:
         rig = graph('rig', 'catch:=0.1')
-        counted = {}
-        rig.node.create_subscription(
-            DiagnosticArray, '/diagnostics', lambda message: counted.update(
-                (pair.key, int(pair.value)) for status in message.status for pair in status.values
-                if pair.key.startswith('messages ')), 10)
-        every = [f'messages /rig/{topic}' for topic in (*TOPICS, 'twin/prediction',
-                                                         'twin/residual')]
-        rig.wait(lambda: rig.told and all(counted.get(topic) for topic in every)
-                 or rig.say(0, samples(0)))  # empty blocks, until the recorder has them all
-        rig.ready()
-        for k in range(0, 300, 10):
-            rig.say(k, samples(10, 1.0))
-        rig.wait(lambda: len(rig.predictions) == 30)
-        assert rig.set('drive.gain', 0.2).successful
+        first = recorded.begin(rig, samples(10, 1.0))
+        before = len(rig.predictions)
         notes = rig.node.create_publisher(String, '/rig/note', 10)
-        rig.node.create_subscription(Event, '/rig/events', heard.append, EVENTS)
-        rig.wait(lambda: {'note', 'parameters'} <= {e.kind for e in heard} or notes.publish(
-            String(data='oil changed')))  # again and again: the recorder may not hear the first
-        for k in range(300, 600, 10):
+        for k in range(first, first + 300, 10):
             rig.say(k, samples(10, 1.0))
-        rig.wait(lambda: len(rig.predictions) == 60)
-        down = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))
-        assert rig.ask(ChangeState, 'twin/change_state', down).success
-        rig.wait(lambda: len(rig.residuals) == 60)
-    finally:
-        recorder.send_signal(signal.SIGINT)
-        recorder.wait(20.0)
-    assert [(c.sequence, c.values) for c in read_changes(bag)] == [(300, {'drive.gain': 0.2})]
+        rig.wait(lambda: len(rig.predictions) == before + 30)
+        assert rig.set('drive.gain', 0.2).successful
+        rig.wait(lambda: recorded.has(events=3) or notes.publish(
+            String(data='oil changed')))  # again and again: the recorder may not hear the first
+        for k in range(first + 300, first + 600, 10):
+            rig.say(k, samples(10, 1.0))
+        rig.wait(lambda: len(rig.predictions) == before + 60)
+        rig.goes(Transition.TRANSITION_DEACTIVATE)
+        rig.wait(lambda: recorded.has(encoder=60, twin_residual=30))
+    assert [(c.sequence, c.values) for c in read_changes(bag) if c.kind == 'parameters'] == [
+        (first + 300, {'drive.gain': 0.2})]
     main(['replay', str(bag), '--compare', '--page', str(tmp_path / 'page.html')])
     told = capsys.readouterr().out
     assert 'identical to the last bit' in told

@@ -103,6 +103,11 @@ class Rig:
         assert future.done(), f'{service} did not answer'
         return future.result()
 
+    def goes(self, transition: int) -> None:
+        """Have the twin make a transition of its lifecycle."""
+        assert self.ask(ChangeState, 'twin/change_state', ChangeState.Request(
+            transition=Transition(id=transition))).success
+
     def set(self, name: str, value: float | str):
         """Set a parameter of the twin."""
         kind = {'type': ParameterType.PARAMETER_STRING, 'string_value': value} if isinstance(

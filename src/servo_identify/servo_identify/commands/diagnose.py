@@ -84,6 +84,7 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.physics import catalogue
 
     from ..diagnose.diagnosis_files import write_diagnosis
+    from ..experiment.next_command import next_command
 
     if arguments.effects:
         print(f'running the code of the effects in {arguments.effects}', file=sys.stderr)
@@ -96,6 +97,9 @@ def main(arguments: argparse.Namespace) -> int:
     to_stdout = arguments.json == '-'
     console = terminal(stderr=to_stdout)
     found = _diagnosed(arguments, servo, console)
+    following = found.report.next_experiment
+    if following.get('command'):
+        following['command'] = next_command(following, servo, path, found.recordings)
     write_diagnosis(found, text, servo, output, arguments.refit, not arguments.no_page,
                     shlex.join(['servo-identify', *sys.argv[1:]]))
     if arguments.json:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from .excitation import excitation
 from .finding import Finding, LEVELS
-from .plausibility import check_angles
-from .scales import scale_findings, torque_balance
+from .scales import scale_findings
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
+FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; nothing else has to be done',
@@ -58,17 +58,24 @@ def _of_one(one: Recording, servo: Servo) -> list[Finding]:
     if not any(np.nanmax(one[name]) > np.nanmin(one[name]) for name in angles):
         return [Finding('red', f'{one.name}: nothing moves.',
                         'record with a command that moves the machine')]
-    found = _sampling(one, angles[0])
-    try:
-        check_angles(Path(one.name), one.columns, servo.values['mechanism.ratio'])
-    except ValueError as problem:
-        return [*found, Finding('red', f'{problem}', 'mend the unit, the sign or the shaft of the '
-                                'angle in the header or the mapping')]
+    found = [*_sampling(one, angles[0]), *_whole_numbers(one, angles)]
     limit, share = share_at_limit(one, servo)
     if share > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
                              f'{100 * share:.0f} % of the samples.',
                              'record with a smaller reference'))
+    return found
+
+
+def _whole_numbers(one: Recording, angles: Sequence[str]) -> list[Finding]:
+    """Return what is said of angles that are counts: no angle in rad is a whole number always."""
+    found = []
+    for name in angles:
+        values = one[name][np.isfinite(one[name])]
+        if len(np.unique(values[:5000])) > FEWEST_COUNTS and np.all(values == np.round(values)):
+            found.append(Finding(
+                'red', f'{one.name}: {name} holds whole numbers alone: counts of an encoder?',
+                f'give counts a turn in the header or the mapping: {name} [1/4096 rev]'))
     return found
 
 
@@ -109,8 +116,8 @@ def _to_do(warning: str) -> str:
 def _excitation(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
     best: dict[str, float] = {}
     for one in recordings:
-        balance = torque_balance(one, servo)
-        for name, share in (balance.share if balance else {}).items():
+        shown = excitation(one, servo)
+        for name, share in (shown.share if shown else {}).items():
             best[name] = max(best.get(name, 0.0), share)
     tells = {'inertia': 'record faster accelerations', 'Coulomb friction': 'record reversals',
              'viscous friction': 'record several speeds'}

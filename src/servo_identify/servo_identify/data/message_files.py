@@ -13,6 +13,9 @@ from pathlib import Path
 from struct import error as StructError
 from typing import Any, NamedTuple, Protocol
 
+from .ros_decoder import cdr_decoder
+from .sqlite_file import opened_sqlite, SqliteFile
+
 SUFFIXES = ('.mcap', '.db3', '.bag')
 
 
@@ -39,7 +42,8 @@ class MessageFile(Protocol):
 def holds_messages(path: Path) -> bool:
     """Tell whether a path is that of a rosbag2 folder or of a file of messages."""
     if path.is_dir():
-        return (path / 'metadata.yaml').is_file() or any(path.glob('*.mcap'))
+        return (path / 'metadata.yaml').is_file() or any(path.glob('*.mcap')) or any(
+            path.glob('*.db3'))
     return path.suffix.lower() in SUFFIXES and path.is_file()
 
 
@@ -47,13 +51,14 @@ def holds_messages(path: Path) -> bool:
 def opened(path: Path) -> Iterator[MessageFile]:
     """Open a file of messages; raises ValueError, which names it, for what cannot be read."""
     if path.is_dir() and not (path / 'metadata.yaml').is_file():
-        path = min(path.glob('*.mcap'))
-    if path.suffix.lower() == '.db3':
-        path = path.parent
-        if not (path / 'metadata.yaml').is_file():
-            raise ValueError(f'{path} has no metadata.yaml beside its .db3 file; '
-                             '`ros2 bag reindex` writes one')
-    with _mcap(path) if path.suffix.lower() == '.mcap' else _bag(path) as file:
+        several = sorted(one for one in path.iterdir() if one.suffix in ('.mcap', '.db3'))
+        if len(several) > 1:
+            raise ValueError(f'{path} holds {len(several)} files without a metadata.yaml that says'
+                             ' how they follow each other; name one of them, or have '
+                             '`ros2 bag reindex` write it')
+        path = several[0]
+    opener = {'.mcap': _mcap, '.db3': _sqlite}.get(path.suffix.lower(), _bag)
+    with opener(path) as file:
         yield file
 
 
@@ -138,9 +143,24 @@ class _Mcap:
             if decode is not None:
                 return decode
         if encoding == 'cdr' and schema is not None:
-            return _cdr(schema)
+            return cdr_decoder(schema.name, schema.encoding, schema.data.decode())
         raise ValueError(f'{self._path}: {channel.topic} is encoded as {encoding!r}; known are '
                          "['cdr', 'json', 'protobuf']")
+
+
+class _Sqlite:
+    def __init__(self, file: SqliteFile) -> None:
+        self._file, self.topics = file, file.topics
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        for row in self._file.rows(topics):
+            yield Message(*row)
+
+
+@contextmanager
+def _sqlite(path: Path) -> Iterator[_Sqlite]:
+    with opened_sqlite(path) as file:
+        yield _Sqlite(file)
 
 
 @contextmanager
@@ -154,16 +174,3 @@ def _mcap(path: Path) -> Iterator[_Mcap]:
         except (McapError, EOFError, StructError, UnicodeDecodeError) as error:
             raise ValueError(f'{path} cannot be read as MCAP: {error}; `mcap recover` may mend '
                              'it') from None
-
-
-def _cdr(schema: Any) -> Callable[[bytes], Any]:
-    """Return a decoder of ROS 2 messages by the definition in the file."""
-    from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
-
-    text, parts = schema.data.decode(), schema.name.split('/')
-    name = f'{parts[0]}/msg/{parts[-1]}'
-    store = get_typestore(Stores.ROS2_JAZZY)
-    types = (get_types_from_idl(text) if schema.encoding == 'ros2idl'
-             else get_types_from_msg(text, name))
-    store.register({key: value for key, value in types.items() if key not in store.fielddefs})
-    return lambda raw: store.deserialize_cdr(raw, name)

@@ -91,8 +91,9 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     return Diagnosis(report, augmented, evidence.refit, evidence)
 
 
-def _parted(recordings, accepting, reporting,
-            servo: Servo) -> tuple[Split, list[Recording], list[str]]:
+def _parted(recordings: Sequence[Recording], accepting: Sequence[Recording],
+            reporting: Sequence[Recording], servo: Servo
+            ) -> tuple[Split, list[Recording], list[str]]:
     """
     Return the recordings by purpose, all that are judged, and what is to be said of them.
 
@@ -129,7 +130,7 @@ def _waved(one: Finding, found: Explained) -> Finding:
     return replace(one, wave=wave, added=Added(one.part)) if wave else one
 
 
-def _stands(found: Explained, several, one: Finding) -> bool:
+def _stands(found: Explained, several: list[set[tuple[str, ...]]], one: Finding) -> bool:
     """
     Tell whether a finding is worth simulating.
 
@@ -142,8 +143,9 @@ def _stands(found: Explained, several, one: Finding) -> bool:
         one.part.mechanism.key, 0.0) >= EVEN
 
 
-def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding], several,
-              handover: Handover, accept) -> Evidence:
+def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding],
+              several: list[set[tuple[str, ...]]], handover: Handover,
+              accept: Sequence[Recording]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
     report = list(parts.report)
     reported = {'given': simulated(servo, report), 'within': _or(handover.within, servo, report)}
@@ -163,7 +165,7 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
                     dropped, accepted)
 
 
-def _or(first: Servo, second: Servo, recordings) -> Simulated:
+def _or(first: Servo, second: Servo, recordings: Sequence[Recording]) -> Simulated:
     try:
         return simulated(first, recordings)
     except Diverged:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
 
 from .answer.evidence import Evidence
 from .answer.report import GapReport
@@ -18,3 +19,8 @@ class Diagnosis:
     augmented: Servo
     refit: Servo
     evidence: Evidence
+
+    @property
+    def recordings(self) -> list[Recording]:
+        """The recordings that effects were looked for in."""
+        return [one.measured.recording for one in self.evidence.found.samples.errors]

@@ -13,6 +13,7 @@ import numpy as np
 from servo_twin.bag import write_recording
 from servo_twin.recording.recording import COLUMNS, Recording
 
+from .next_command import emulated_note
 from .procedures import Run
 
 _MAKER = 'servo_rig_driver.emulated.make_recording'
@@ -42,5 +43,5 @@ def make(run: Run, folder: Path, rig: Path, servo: str, servo_text: str,
     recording = Recording(
         name=run.name, period=run.period, columns=kept, family=run.family,
         replicate=run.replicate, servo=servo, servo_file=servo_text,
-        note='emulated rig without its bus')
+        note=emulated_note(rig, turned))
     return write_recording(folder / run.name, recording, namespace=namespace)

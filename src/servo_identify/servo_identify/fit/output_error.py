@@ -49,7 +49,7 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
         bounds: Mapping[str, tuple[float, float]] | None = None, tolerance: bool = True,
         channels: Sequence[str] | None = None, delays: bool = False, robust: bool = False,
         weights: str = 'residual', iterations: int = 40, precision: float = 0.1,
-        on: np.ndarray | None = None,
+        near: bool = False, on: np.ndarray | None = None,
         progress: Callable[[Progress], None] | None = None) -> Estimate:
     """
     Fit free parameters of a servo to recordings.
@@ -61,8 +61,10 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
     ``weights``: 'noise' divides a channel by its noise floor, 'residual' by what the best fit
     leaves where that is larger. 'whitened' does so after taking out what each residual shares with
-    the one before. Errors that drift then no longer mask those that swing. ``on``: switches of
-    the effects. ``progress`` is told before the first step (with the warnings) and after each, and
+    the one before. Errors that drift then no longer mask those that swing. ``near``: the
+    values to start from are nearly the answer, as those of the equations are, so that neither
+    valleys nor starts are searched for, which takes most of the time. ``on``: switches of the
+    effects. ``progress`` is told before the first step (with the warnings) and after each, and
     may raise to stop.
     Raises ValueError (ServoError) for what cannot be fitted.
     """
@@ -75,7 +77,7 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     try:
         problem = Problem(shooting, freedom, delays, robust)
         unknowns = shooting.beginning(_inside(servo.theta, freedom))
-        return _fitted(servo, problem, unknowns, mode, weights, iterations, precision,
+        return _fitted(servo, problem, unknowns, mode, weights, iterations, precision, near,
                        progress or (lambda told: None), begun)
     finally:
         shooting.close()
@@ -153,8 +155,8 @@ def _reweigh(problem: Problem, raw: np.ndarray, whiten: bool = False) -> float:
 
 
 def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weights: str,
-            iterations: int, precision: float, progress: Callable[[Progress], None],
-            begun: float) -> Estimate:
+            iterations: int, precision: float, near: bool,
+            progress: Callable[[Progress], None], begun: float) -> Estimate:
     freedom = problem.freedom
     first = problem.raw_of(unknowns)
     unknowns, warned, held, cost = _checked(problem, unknowns)
@@ -171,20 +173,22 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
         problem.step = COARSE if turn < COARSE_ROUNDS else FINE
         unknowns, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
         taken += done
-        if turn:
+        if turn and not near:
             unknowns, _ = searched(problem, unknowns)
     if weights == 'noise':
         problem.factor[:] = 1.0
     problem.step = FINE
-    for search in range(SEARCHES):
-        unknowns, better = searched(problem, unknowns)
+    for search in range(1 if near else SEARCHES):
+        better = False
+        if not near:
+            unknowns, better = searched(problem, unknowns)
         if search and not better:
             break
         unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
         taken += done
     normal = problem.linearised(unknowns)
     covariance = spread(normal, problem.owner, held)
-    if _misfit(problem, unknowns) > ROUGH:
+    if not near and _misfit(problem, unknowns) > ROUGH:
         for problem.step in (COARSE, FINE):
             unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
             taken += done

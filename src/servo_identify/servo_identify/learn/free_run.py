@@ -17,7 +17,7 @@ from os import cpu_count
 import numpy as np
 from scipy.optimize import least_squares
 
-from servo_twin.lockstep.twin import changed
+from servo_twin.lockstep.live_changes import changed
 from servo_twin.physics.kernel import kernel_of
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate

@@ -18,8 +18,9 @@ from ..can_bus.unix_frames import EXTENDED
 from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint
 from .drive_master import DriveState, Order
+from .drive_settings import DriveSettings
 from .mit_table import MitTable
-from .on_request import DriveSettings, OnRequest
+from .on_request import OnRequest
 
 _ZERO = {'position': 0.0, 'velocity': 0.0, 'kp': 0.0, 'kd': 0.0, 'torque': 0.0}
 
@@ -32,26 +33,12 @@ class MitMode(OnRequest):
         self.table = table
         self._ids = {'drive': settings.node, 'host': settings.host}
         self._flag = EXTENDED if table.extended else 0
-        self.forget_told()
 
     def forget_told(self) -> None:
-        """Forget the state, what was asked last, and the turns counted."""
-        self._state = DriveState.UNKNOWN
-        self._fault = ''
+        """Forget what was asked last, and the turns counted."""
         self._sent = ''
-        self._last_order: Order | None = None
         self._turns = 0.0
         self._last_angle: float | None = None
-
-    @property
-    def state(self) -> DriveState:
-        """How the drive stands by its last answer."""
-        return self._state
-
-    @property
-    def fault(self) -> str:
-        """What the last answer says is wrong."""
-        return self._fault
 
     def _frame(self, name: str, **values: float) -> Frames:
         self._sent = name
@@ -75,12 +62,11 @@ class MitMode(OnRequest):
 
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return the one frame that gives the order; the drive answers each."""
-        cleared, self._last_order = self._last_order is Order.RESET, order
-        if self.up(self._state, order):
+        if self.up(order):
             return self._frame('control', **self._law(order, point))
         if order is Order.ENABLE:
             return self._frame('enable')
-        if order is Order.RESET and not cleared:
+        if self.clears(order):
             return self._frame('clear')
         if self._state is DriveState.FAULT:  # a stop frame might clear it
             return self.query()

@@ -14,8 +14,9 @@ from ..can_bus.unix_frames import EXTENDED, FD
 from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint
 from .drive_master import DriveState, Order
+from .drive_settings import DriveSettings
 from .moteus_registers import FAULTED, identifier, MoteusTable, padded, TIMEOUT
-from .on_request import DriveSettings, OnRequest
+from .on_request import OnRequest
 
 LIMITING = 96
 """From this `fault` on, a code says what limits the power, and is none."""
@@ -31,24 +32,10 @@ class Moteus(OnRequest):
         self.table = table
         self._to_drive = identifier(settings.host, settings.node, reply=True)
         self._reads = table.read(table.reads)
-        self.forget_told()
 
     def forget_told(self) -> None:
-        """Forget the state."""
-        self._state = DriveState.UNKNOWN
-        self._fault = ''
-        self._last_order: Order | None = None
+        """Forget that a position was held."""
         self._holds = False  # whether the last command closed the position loop
-
-    @property
-    def state(self) -> DriveState:
-        """How the drive stands by its register `mode`."""
-        return self._state
-
-    @property
-    def fault(self) -> str:
-        """What its register `fault` says, or that its watchdog saw no command."""
-        return self._fault
 
     def _frame(self, values: dict[str, float]) -> Frames:
         return [(self._to_drive, padded(self.table.write(values) + self._reads))]
@@ -67,10 +54,9 @@ class Moteus(OnRequest):
 
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return the command and the request in one frame."""
-        cleared, self._last_order = self._last_order is Order.RESET, order
-        if self.up(self._state, order) or order is Order.ENABLE:
+        if self.up(order) or order is Order.ENABLE:
             return self._frame(self._command(order, point))
-        if order is Order.RESET and not cleared:
+        if self.clears(order):
             return self.off()
         if self._state is DriveState.FAULT:  # a stop command would clear it
             return self.query()

@@ -15,7 +15,8 @@ from ..driver.rig_watch import RigWatch
 from ..driver.setpoints import Mode, Setpoint
 from .dbc_messages import DbcMessages
 from .drive_master import DriveState, Order
-from .on_request import DriveSettings, OnRequest
+from .drive_settings import DriveSettings
+from .on_request import OnRequest
 
 NODES = 32
 """Identifiers of one axis; the upper bits are its id, the lower five the command."""
@@ -52,27 +53,13 @@ class Odrive(OnRequest):
         self._requests = [self._request(name) for name in ANSWERS]
         self._seldom = self._request(SELDOM)
         self._asks = 0
-        self.forget_told()
 
     def forget_told(self) -> None:
-        """Forget the state, the mode that was told, and half an answer."""
-        self._state = DriveState.UNKNOWN
-        self._fault = ''
+        """Forget the mode and the state that were told, and half an answer."""
         self._mode = ''
         self._estimates = 0  # that have come without their current
         self._wanted = ''
         self._wanted_at = 0
-        self._last_order: Order | None = None
-
-    @property
-    def state(self) -> DriveState:
-        """How the axis stands by its last heartbeat."""
-        return self._state
-
-    @property
-    def fault(self) -> str:
-        """The errors of the last heartbeat."""
-        return self._fault
 
     def _message(self, name: str, **values: float | str) -> tuple[int, bytes]:
         identifier, data = self.messages.encode(name, values)
@@ -97,13 +84,12 @@ class Odrive(OnRequest):
 
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return what gives the order, and the request."""
-        cleared, self._last_order = self._last_order is Order.RESET, order
-        if self.up(self._state, order):
+        if self.up(order):
             told = self._input(order, point)
         elif order is Order.ENABLE:
             told = self._input(order, None) + self._ask_state('closed loop control', now)
         elif order is Order.RESET:
-            told = [] if cleared else [self._message('Clear_Errors', Identify=0)]
+            told = [self._message('Clear_Errors', Identify=0)] if self.clears(order) else []
         elif self._state is DriveState.FAULT:
             told = []
         else:

@@ -11,53 +11,18 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import isfinite, isnan, nan
+from math import isnan, nan
 
 from ..can_bus.bus_port import BusPort, Frames
 from ..driver.rig_watch import RigWatch
 from ..driver.sample_blocks import COLUMNS
 from ..driver.setpoints import Mode, Setpoint
-from .device import Answer, Device, DeviceError, Outcome
+from .device import Answer, Device, Outcome
 from .drive_master import DriveState, Order
+from .drive_settings import DriveSettings
 
 ECHO = 20_000_000  # ns within which two drives of one id have both answered
 PROOFS = 3
-
-
-@dataclass(frozen=True)
-class DriveSettings:
-    """
-    One drive on its bus and on its machine.
-
-    ``node`` and ``host`` are the ids of drive and driver, ``ratio`` the turns of the motor for one
-    of the load, ``torque_constant`` in N m/A at the motor. ``kp`` (N m/rad), ``kd`` and ``brake``
-    (N m s/rad) are gains at the load for drives that take them with each command. ``rest_speed``,
-    rad/s at the load, ends a quick stop; ``watchdog``, s, is after what silence the drive stops by
-    itself, for drives that are told so over the bus. ``retry`` in s.
-    """
-
-    node: int
-    host: int
-    ratio: float
-    torque_constant: float
-    rest_speed: float
-    kp: float = 0.0
-    kd: float = 0.0
-    brake: float = 0.0
-    watchdog: float = 0.1
-    retry: float = 0.5
-
-    def __post_init__(self) -> None:
-        """Raise DeviceError for what a data sheet has to say and nobody has."""
-        for name, unit in (('ratio', ''), ('torque_constant', ' N m/A'), ('rest_speed', ' rad/s')):
-            value = getattr(self, name)
-            if not (isfinite(value) and value > 0.0):
-                raise DeviceError(f'device.{name} = {value:g}{unit}; it must be given, above 0')
-
-    @property
-    def torque_per_ampere(self) -> float:
-        """Torque at the load for one ampere, N m/A."""
-        return self.torque_constant * self.ratio
 
 
 @dataclass
@@ -85,8 +50,17 @@ class OnRequest(Device):
         self.reading = Reading()
         self._sampling = False  # whether answers are samples
         self._answers = 0
-        self._braked = 0
-        self._rested = False
+        self.forget()
+
+    @property
+    def state(self) -> DriveState:
+        """How the drive stands by what it told last."""
+        return self._state
+
+    @property
+    def fault(self) -> str:
+        """What the drive told last is wrong, in words; empty for nothing."""
+        return self._fault
 
     @abstractmethod
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
@@ -168,7 +142,10 @@ class OnRequest(Device):
     def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return the order, the set-point and the request."""
         self._sampling = True
-        return self.frames(self._settled(order), point, now)
+        order = self._settled(order)
+        frames = self.frames(order, point, now)
+        self._last_order = order
+        return frames
 
     def _settled(self, order: Order) -> Order:
         """Return the order, or that to take the torque away once a quick stop has come to rest."""
@@ -228,17 +205,23 @@ class OnRequest(Device):
     def forget(self) -> None:
         """Forget what the drive was told and has told."""
         self.reading = Reading()
+        self._state, self._fault = DriveState.UNKNOWN, ''
+        self._last_order: Order | None = None
         self._braked, self._rested = 0, False
         self.forget_told()
 
     @abstractmethod
     def forget_told(self) -> None:
-        """Forget what a protocol keeps beside the reading."""
+        """Forget, or set for the first time, what a protocol keeps beside these."""
 
-    @staticmethod
-    def up(state: DriveState, order: Order) -> bool:
+    def up(self, order: Order) -> bool:
         """Whether an order is to be given to a drive that follows its reference."""
-        return state is DriveState.OPERATION_ENABLED and order in (Order.ENABLE, Order.QUICK_STOP)
+        return self._state is DriveState.OPERATION_ENABLED and order in (
+            Order.ENABLE, Order.QUICK_STOP)
+
+    def clears(self, order: Order) -> bool:
+        """Whether an order is to clear a fault; once, until another order comes."""
+        return order is Order.RESET and self._last_order is not Order.RESET
 
 
 _MOTOR, _CURRENT, _WANTED, _TEMPERATURE, _VOLTAGE = (COLUMNS.index(name) for name in (

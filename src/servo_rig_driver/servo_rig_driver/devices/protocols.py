@@ -9,13 +9,14 @@ from ..driver.rig_health import RigHealth
 from ..driver.rig_watch import RigWatch
 from .canopen_device import CanopenDevice
 from .device import Device
+from .drive_settings import DriveSettings
 from .mit_mode import MitMode
 from .mit_table import load_mit_table
 from .moteus import Moteus
 from .moteus_registers import MoteusTable
 from .object_dictionary import NODE_IDS
 from .odrive import load_odrive, Odrive
-from .on_request import DriveSettings, OnRequest
+from .on_request import OnRequest
 from .pdo_table import load_frames
 
 Made = tuple[Device, RigWatch]

@@ -19,7 +19,6 @@ import sys
 from time import monotonic, time_ns
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
@@ -29,33 +28,17 @@ from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import String
-import yaml
 
 from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
 from ..node_help import asked_for_help
 from .growing_bag import RecordingFile
+from .recorder_parameters import declare, EVENT, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
-from .servo_name import servo_file
+from .servo_name import servo_file, servo_name
 
 INFO = 'recording'
-EVENT = 'servo_twin_msgs/msg/Event'
-DEFAULT_TOPICS = {
-    'encoder': 'servo_twin_msgs/msg/Encoder',
-    'torque': 'servo_twin_msgs/msg/Torque',
-    'current': 'servo_twin_msgs/msg/Current',
-    'command': 'servo_twin_msgs/msg/Command',
-    'joint_states': 'sensor_msgs/msg/JointState',
-    'twin/prediction': 'servo_twin_msgs/msg/Prediction',
-    'twin/residual': 'servo_twin_msgs/msg/Residual',
-    'twin/plot/residual': 'servo_twin_msgs/msg/PlotResidual',
-    'events': EVENT,
-    '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
-    '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
-}
-"""What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
-
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 _SPIN = 0.2  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
 _WITHOUT = 2.0  # s without a sample after which a recorder records nothing that counts
@@ -75,8 +58,8 @@ class Recorder(Node):
         super().__init__('recorder')
         self.done: Future = Future()
         self.failure = ''
-        self._declare()
-        topics = self._topics(self._get('topics'))
+        declare(self)
+        topics = topics_of(self)
         output = self._get('output') or datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S')
         info = self._info()
         info_topic = self.resolve_topic_name(INFO)
@@ -103,47 +86,15 @@ class Recorder(Node):
         self._began = monotonic()
         self._lost, self._samples = (0, monotonic()), (0, monotonic())
 
-    def _declare(self) -> None:
-        def declare(name: str, default: object, text: str, **limits: object) -> None:
-            self.declare_parameter(name, default, ParameterDescriptor(description=text, **limits))
-
-        declare('topics', list(DEFAULT_TOPICS), 'Topics to record: names that the recorder knows, '
-                "or 'name:package/msg/Type'; relative names are in the node's namespace")
-        declare('output', '', 'Bag directory to create; empty: recordings/<date and time>')
-        declare('servo_file', '', 'Servo file that is stored with the bag: a path or a '
-                'shipped name such as rv_plain; empty: none')
-        declare('family', '', 'Excitation family, such as speed_ladder; empty: not said')
-        declare('replicate', 0, 'Number of this recording of the same excitation; 0: not said',
-                integer_range=[IntegerRange(from_value=0, to_value=2**31 - 1, step=1)])
-        declare('note', '', 'Free text')
-        declare('chunk_bytes', 1 << 20, 'Uncompressed bytes after which a chunk goes to disk',
-                integer_range=[IntegerRange(from_value=1 << 12, to_value=1 << 20, step=1)])
-        declare('chunk_seconds', 0.5, 'Age [s] at which a chunk goes to disk: what a killed '
-                'recorder loses', floating_point_range=[
-                    FloatingPointRange(from_value=0.01, to_value=60.0)])
-        declare('history', 5000, 'Messages a topic that may wait while the recorder is busy',
-                integer_range=[IntegerRange(from_value=1000, to_value=1_000_000, step=1)])
-
     def _get(self, name: str):
         return self.get_parameter(name).value
-
-    def _topics(self, entries: list[str]) -> dict[str, str]:
-        topics = {}
-        for entry in entries:
-            name, _, kind = entry.partition(':')
-            kind = kind or DEFAULT_TOPICS.get(name, '')
-            if kind.count('/') != 2:
-                raise ValueError(f"topics: {entry!r} has no type; write 'name:package/msg/Type', "
-                                 f'or one of {list(DEFAULT_TOPICS)}')
-            topics[self.resolve_topic_name(name)] = kind
-        return topics
 
     def _info(self) -> RecordingInfo:
         path = self._get('servo_file')
         path = str(servo_file(path)) if path else ''
         content = Path(path).read_text('utf8') if path else ''
         info = RecordingInfo(
-            servo=_servo_name(path, content), servo_file=content, family=self._get('family'),
+            servo=servo_name(path, content), servo_file=content, family=self._get('family'),
             replicate=self._get('replicate'), note=self._get('note'))
         info.header.stamp = self.get_clock().now().to_msg()
         return info
@@ -236,16 +187,6 @@ class Recorder(Node):
                 line += f', {watch.restarts} restarts' if watch.restarts else ''
             lines.append(line)
         return '\n'.join(lines)
-
-
-def _servo_name(path: str, content: str) -> str:
-    """Return the name that a servo file gives, or else the file's own."""
-    try:
-        fields = yaml.safe_load(content) if content else {}
-    except yaml.YAMLError as error:
-        raise ValueError(f'servo_file {path} is no YAML: {error}') from None
-    named = fields.get('servo') if isinstance(fields, dict) else None
-    return named if isinstance(named, str) else Path(path).stem
 
 
 def _qos(kind: str, depth: int) -> QoSProfile:

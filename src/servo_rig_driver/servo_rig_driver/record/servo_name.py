@@ -1,10 +1,11 @@
-"""Finds the servo file that a person names, as servo_twin.description.shipped does."""
+"""Finds a servo file as servo_twin.description.shipped does, and the name that it gives."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+import yaml
 
 
 def servo_file(name_or_path: str | Path) -> Path:
@@ -30,3 +31,13 @@ def servo_file(name_or_path: str | Path) -> Path:
         raise ValueError(f'{path}: cannot be read: no such file; give the path of one, or the '
                          f'name of a shipped one: {known}')
     return found
+
+
+def servo_name(path: str, content: str) -> str:
+    """Return the name that a servo file gives, or else the file's own."""
+    try:
+        fields = yaml.safe_load(content) if content else {}
+    except yaml.YAMLError as error:
+        raise ValueError(f'servo_file {path} is no YAML: {error}') from None
+    named = fields.get('servo') if isinstance(fields, dict) else None
+    return named if isinstance(named, str) else Path(path).stem

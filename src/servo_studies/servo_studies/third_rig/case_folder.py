@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from .fault_cases import Case
+from .fault_case import Case
 
 
 def write_case(case: Case, folder: Path) -> Path:

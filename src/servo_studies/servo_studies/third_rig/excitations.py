@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .rig_machines import Machine
+from .machine import Machine
 
 
 class Excitation(NamedTuple):

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from .integrator import ELEMENTS, LAPSE, NODES, Plant, PORTS, REACH, VARIABLES, WEIGHT
+from .plant import Plant
+from .terms import ELEMENTS, LAPSE, NODES, PORTS, REACH, VARIABLES, WEIGHT
 
 Law = Callable[[Any], Any]
 PLACES = ('motor', 'load', 'mesh')
@@ -78,7 +79,7 @@ def laws_of(terms: tuple[Term, ...]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements with memory at one place, see the integrator."""
+    """Elements with memory at one place, see `terms.py`."""
 
     kind: int
     reach: np.ndarray  # rad

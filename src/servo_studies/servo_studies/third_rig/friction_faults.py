@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fault_terms import Change, Elements, Inapplicable, mechanism
-from .integrator import DAHL, ELASTOPLASTIC, SLIP_ELEMENTS
+from .terms import DAHL, ELASTOPLASTIC, SLIP_ELEMENTS
 
 
 @mechanism('load motor')

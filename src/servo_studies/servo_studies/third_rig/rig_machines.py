@@ -1,5 +1,5 @@
 """
-The machines of the third rig: what they are, how they are asked to move, and their servo files.
+The machines of the third rig: what they are and how they are asked to move.
 
 A servo file says what the data sheets say; the machine itself is drawn within its tolerances. It
 comes in three styles: `textbook` has inertias, gear, drive, loop, Coulomb and viscous friction;
@@ -8,84 +8,14 @@ comes in three styles: `textbook` has inertias, gear, drive, loop, Coulomb and v
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
-import yaml
 
-from .fault_terms import Change, Scale
-from .integrator import CASCADE, Plant, POSITION_LOOP, SPEED_PI
+from .machine import Known, Machine
+from .plant import CASCADE, Plant, POSITION_LOOP, SPEED_PI
 
 STYLES = ('textbook', 'plain', 'rich')
-
-
-@dataclass(frozen=True)
-class Known:
-    """An effect that the servo file has: right, or within the share that is tolerated."""
-
-    name: str
-    effect: str
-    site: str
-    values: dict[str, Any]
-    tolerance: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Machine:
-    """A class of machines, or one of them."""
-
-    name: str
-    about: str
-    plant: Plant
-    torque: float                # N m at the load, rated
-    speed: float                 # rad/s at the load, highest
-    acceleration: float          # rad/s2 at the load
-    travel: float                # rad to either side
-    period: float                # s
-    step: float                  # s, of the integrator
-    tolerance: dict[str, float]  # share of each property of the plant
-    noise: dict[str, float]      # of each sensor that it has, before the counts
-    jitter: float                # s
-    families: tuple[str, ...]
-    seconds: float = 10.0        # of a recording
-    rigid: bool = False
-    hung: tuple[float, float] = (6.0, 15.0)
-    plain: tuple[Known, ...] = ()
-    rich: tuple[Known, ...] = ()
-    known: tuple[Known, ...] = field(default=())
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """What it measures beside the command."""
-        return tuple(self.noise)
-
-    @property
-    def has(self) -> frozenset[str]:
-        """Return what mechanisms may ask for."""
-        p = self.plant
-        return frozenset(one for one, there in {
-            'compliant': not self.rigid, 'load': 'load_position' in self.noise,
-            'torque': 'torque' in self.noise, 'current': 'current' in self.noise,
-            'temperature': 'temperature' in self.noise, 'voltage_drive': p.resistance > 0.0,
-            'current_drive': p.resistance == 0.0, 'coulomb': True, 'closed': True,
-            'external': 'load_steps' in self.families}.items() if there)
-
-    def scale(self, site: str, way: float = 1.0) -> Scale:
-        """Return the sizes that its faults at a site are counted in, more or less."""
-        orders = tuple(one.values['order'] for one in self.known if 'order' in one.values)
-        return Scale(self.plant, site, way, self.torque, self.speed, self.travel, self.seconds,
-                     self.hung, orders)
-
-    def sensor_noise(self, channel: str) -> float:
-        """Return the noise of a channel with that of its counts and instants, rms."""
-        p = self.plant
-        count = {'motor_position': p.motor_count, 'load_position': p.load_count,
-                 'torque': p.torque_count, 'current': p.current_count}.get(channel, 0.0)
-        moved = {'motor_position': p.ratio, 'load_position': 1.0}.get(channel, 0.0)
-        return float(np.sqrt(self.noise[channel]**2 + count**2 / 12
-                             + (0.3 * moved * self.speed * self.jitter)**2))
 
 
 def _counts(turn: float) -> float:
@@ -254,116 +184,3 @@ def told(name: str, style: str) -> Machine:
     known = {'textbook': (), 'plain': machine.plain, 'rich': machine.plain + machine.rich}[style]
     gap = sum(one.values['width'] for one in known if one.effect == 'backlash')
     return replace(machine, known=known, plant=machine.plant._replace(gap=gap))
-
-
-def within_tolerance(machine: Machine, chance: np.random.Generator) -> Machine:
-    """Return one machine of a class: each value drawn within 0.8 of its tolerance."""
-    def about(value: float, share: float) -> float:
-        return value * (1.0 + share * chance.uniform(-0.8, 0.8))
-
-    p = machine.plant
-    values = {name: about(getattr(p, name), share) for name, share in machine.tolerance.items()}
-    if p.back_emf:  # one flux makes both
-        values['back_emf'] = p.back_emf * values['torque_constant'] / p.torque_constant
-    known = tuple(replace(one, values=one.values | {
-        name: about(one.values[name], share) for name, share in one.tolerance.items()})
-        for one in machine.known)
-    values['gap'] = sum(one.values['width'] for one in known if one.effect == 'backlash')
-    return replace(machine, plant=p._replace(**values), known=known)
-
-
-def known_effects(machine: Machine) -> Change:
-    """Return what the effects of the servo file do, in terms of this rig."""
-    whole = Change()
-    for one in machine.known:
-        m, v = machine.scale('load' if one.site == 'mesh' else one.site), one.values
-        if one.effect == 'stribeck_friction':
-            whole += m.resists(v['excess'] / m.torque, speed=lambda x, m=m, v=v: np.exp(
-                -(x * m.speed / v['fade'])**v['exponent']))
-        elif one.effect in ('cogging', 'transmission_error', 'gravity'):
-            port = {'cogging': 'motor_torque', 'gravity': 'load_torque'}.get(
-                one.effect, 'load_error')
-            waves = list(zip(np.atleast_1d(v['cosine']), np.atleast_1d(v['sine']), strict=True))
-            whole += m.adds(port, m.turn(lambda p, waves=waves: sum(
-                c * np.cos(k * p) + s * np.sin(k * p) for k, (c, s) in enumerate(waves, 1)),
-                v.get('order', 1.0)))
-    return whole
-
-
-_UNITS = {'ratio': '', 'rotor_inertia': 'kg m2', 'load_inertia': 'kg m2', 'stiffness': 'N m/rad',
-          'damping': 'N m s/rad', 'torque_constant': 'N m/A', 'resistance': 'ohm',
-          'inductance': 'H', 'back_emf': 'V s/rad', 'level': 'N m', 'slope': 'N m s/rad',
-          'excess': 'N m', 'fade': 'rad/s', 'width': 'rad', 'order': '1/rad'}
-_SENSORS = {'motor_position': ('motor_encoder', 'rad'), 'load_position': ('load_encoder', 'rad'),
-            'torque': ('torque_sensor', 'N m'), 'current': ('current_sensor', 'A')}
-_PATHS = {'motor_coulomb': 'effects.motor_coulomb.level',
-          'motor_viscous': 'effects.motor_viscous.slope',
-          'load_coulomb': 'effects.load_coulomb.level',
-          'load_viscous': 'effects.load_viscous.slope'}
-
-
-def servo_file(machine: Machine) -> str:
-    """Return the servo file of a machine as it is told, as YAML."""
-    p = machine.plant
-
-    def value(number: Any, unit: str = '', source: str = 'data sheet') -> dict[str, Any]:
-        number = [float(one) for one in number] if isinstance(number, list) else float(number)
-        return {'value': number, **({'unit': unit} if unit else {}), 'source': source}
-
-    def of(*names: str) -> dict[str, Any]:
-        return {name: value(getattr(p, name), _UNITS[name]) for name in names}
-
-    winding = ('resistance', 'inductance', 'back_emf') if p.resistance else ()
-    gear = () if machine.rigid else ('stiffness', 'damping')
-    effects = {name: {'effect': effect, 'at': name.split('_')[0],
-                      kind: value(getattr(p, name), _UNITS[kind])}
-               for name, effect, kind in (
-                   ('motor_coulomb', 'coulomb_friction', 'level'),
-                   ('motor_viscous', 'viscous_friction', 'slope'),
-                   ('load_coulomb', 'coulomb_friction', 'level'),
-                   ('load_viscous', 'viscous_friction', 'slope'))}
-    for one in machine.known:
-        wave = 'rad' if one.effect == 'transmission_error' else 'N m'
-        effects[one.name] = {'effect': one.effect, 'at': one.site, **{
-            name: value(what, _UNITS.get(name, wave if name in ('cosine', 'sine') else ''))
-            for name, what in one.values.items()}}
-    noise = {_SENSORS[channel][0]: {'noise': value(
-        machine.sensor_noise(channel), _SENSORS[channel][1], 'resolution and scatter')}
-        for channel in machine.noise if channel in _SENSORS}
-    noise['voltage_sensor'] = {'noise': value(1e-6, 'V', 'the command is known')}
-    tree = {
-        'servo': machine.name, 'step': min(5e-5, machine.period / 10),
-        'drive': {'type': 'voltage' if p.resistance else 'current',
-                  'gain': value(p.gain, 'V/V' if p.resistance else 'A/V'),
-                  **of(*winding, 'torque_constant')},
-        'mechanism': {'type': 'rigid' if machine.rigid else 'two_inertia',
-                      **of('rotor_inertia', 'load_inertia', 'ratio', *gear)},
-        'controller': _loop(p, lambda number, unit: value(number, unit, 'setting')),
-        'sensors': noise, 'effects': effects,
-        'tolerance': dict(_tolerances(machine))}
-    return f'# {machine.about}.\n' + yaml.safe_dump(tree, sort_keys=False, width=98)
-
-
-def _loop(p: Plant, value: Any) -> dict[str, Any]:
-    """Return the controller of a servo file."""
-    loop = {'ki': value(p.ki, 'V/rad'), 'filter': value(p.filter, 's'),
-            'limit': value(p.limit, 'V')}
-    if p.controller == SPEED_PI:
-        return {'type': 'velocity_pi', 'kp': value(p.kv, 'V s/rad'), **loop}
-    loop |= {'kp': value(p.kp, '1/s'), 'kv': value(p.kv, 'V s/rad')}
-    if p.controller == POSITION_LOOP:
-        return {'type': 'position_loop', **loop, 'kd': value(p.kd, ''), 'kf': value(p.kf, '')}
-    return {'type': 'cascade', **loop, 'speed_limit': value(p.speed_limit, 'rad/s')}
-
-
-def _tolerances(machine: Machine) -> Iterator[tuple[str, Any]]:
-    """Yield the paths of a servo file and what of them may be off."""
-    shares = dict(machine.tolerance)
-    if machine.plant.back_emf:
-        shares['back_emf'] = shares['torque_constant']
-    for name, share in shares.items():
-        section = 'drive' if name in (*_AMPLIFIER, *_WINDING, 'back_emf') else 'mechanism'
-        yield _PATHS.get(name, f'{section}.{name}'), f'{100 * share:g} %'
-    for one in machine.known:
-        for name, share in one.tolerance.items():
-            yield f'effects.{one.name}.{name}', f'{100 * share:g} %'

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fault_terms import Change, mechanism
-from .integrator import DRY, HARDENING, LINEAR, SWINGING
+from .plant import DRY, HARDENING, LINEAR, SWINGING
 
 
 @mechanism('motor')

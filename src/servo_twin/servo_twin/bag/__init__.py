@@ -6,7 +6,8 @@ columns, thousands at a time; what rosbag2 tools do with such a bag is the same 
 """
 
 from .bag_reading import namespaces, read_predictions, read_recording
-from .bag_writing import BagError, BagWriter, Samples, write_predictions, write_recording
+from .bag_topics import Samples
+from .bag_writing import BagError, BagWriter, write_predictions, write_recording
 from .event_reading import read_changes, read_events
 
 __all__ = [

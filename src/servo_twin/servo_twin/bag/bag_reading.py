@@ -12,14 +12,8 @@ from typing import Any
 import numpy as np
 
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
-from .bag_writing import (
-    BagError,
-    COUPLED_COLUMN,
-    COUPLED_FIELD,
-    COUPLED_TOPIC,
-    SAMPLE_TOPICS,
-    TWIN_TOPICS,
-)
+from .bag_topics import COUPLED_COLUMN, COUPLED_FIELD, COUPLED_TOPIC, SAMPLE_TOPICS, TWIN_TOPICS
+from .bag_writing import BagError
 from .mcap_reading import DAMAGE
 from .message_columns import decode, Run
 from .message_definitions import deserialize, embedded_types, PACKAGE

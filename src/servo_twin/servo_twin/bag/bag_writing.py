@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
@@ -11,31 +10,13 @@ import numpy as np
 import yaml
 
 from ..recording.recording import MAY_BE_EMPTY, Predictions, Recording
+from .bag_topics import sample_topics, Samples, TWIN_TOPICS
 from .cdr_layout import HEADER, lay_out, Layout
 from .mcap_writing import ChannelEntry, McapFile, MESSAGE_HEAD
 from .message_definitions import commented, own_types, PACKAGE
 
 CHUNK_BYTES = 1 << 22
 """Uncompressed size that a chunk aims at."""
-
-SAMPLE_TOPICS = {
-    'encoder': ('Encoder', ('motor_position', 'load_position')),
-    'torque': ('Torque', ('torque', 'external_torque')),
-    'current': ('Current', ('current', 'voltage', 'current_reference', 'reference_velocity',
-                            'reference_position', 'temperature', 'added_command')),
-}
-"""Topic of a rig: its message and the columns of a recording that it carries."""
-
-COUPLED_TOPIC = 'coupled/encoder'
-COUPLED_COLUMN, COUPLED_FIELD = 'coupled_position', 'load_position'
-"""
-What another axis read that this one carries: the topic of a rig that has one, an Encoder message
-with this rig's sequence numbers; the column of a recording; the field that it comes from.
-"""
-
-TWIN_TOPICS = {'prediction': ('twin/prediction', 'Prediction'),
-               'residual': ('twin/residual', 'Residual')}
-"""Part of the twin's answer: its topic and its message."""
 
 _QOS = {
     'history': 'keep_last', 'depth': 1000, 'reliability': 'reliable', 'durability': 'volatile',
@@ -48,21 +29,6 @@ _QOS = {
 
 class BagError(ValueError):
     """A bag that cannot be read or written as asked."""
-
-
-@dataclass(frozen=True)
-class Samples:
-    """
-    What one topic carries over a run of samples.
-
-    ``columns`` maps field names of ``message`` to arrays of shape (samples,); ``constants`` gives
-    the fields that are the same in every message. What is named in neither is NaN (lists, as long
-    as the columns; empty those of MAY_BE_EMPTY) or 0.
-    """
-
-    message: str
-    columns: Mapping[str, np.ndarray]
-    constants: Mapping[str, Any] = field(default_factory=dict)
 
 
 class BagWriter:
@@ -282,13 +248,3 @@ def write_predictions(path: Path | str, predictions: Predictions, recording: Rec
                           period=recording.period, sequence=recording.sequence,
                           block_size=block_size)
     return bag.path
-
-
-def sample_topics(recording: Recording) -> dict[str, Samples]:
-    """Return what the rig's topics carry of a recording."""
-    topics = {topic: Samples(message, {name: recording[name] for name in names
-                                       if name not in MAY_BE_EMPTY or recording.has(name)})
-              for topic, (message, names) in SAMPLE_TOPICS.items()}
-    if recording.has(COUPLED_COLUMN):
-        topics[COUPLED_TOPIC] = Samples('Encoder', {COUPLED_FIELD: recording[COUPLED_COLUMN]})
-    return topics

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rosbags.highlevel import AnyReader
 
-from ..recording.events import Change, Happened, PARAMETERS, SERVO_FILE
+from ..recording.events import Change, CHANGES, Happened, obeyed
 from .message_definitions import PACKAGE
 
 KIND = f'{PACKAGE}/msg/Event'
@@ -33,6 +33,6 @@ def read_events(bag: Path, namespace: str | None = None) -> list[Happened]:
 
 
 def read_changes(bag: Path, namespace: str | None = None) -> list[Change]:
-    """Return the changes of parameters and servo file of a bag's twin; see read_events."""
-    return [Change(one.sequence, one.kind, one.content) for one in read_events(bag, namespace)
-            if one.kind in (PARAMETERS, SERVO_FILE)]
+    """Return what a replay of a bag's twin obeys, in its order; see read_events."""
+    return obeyed([Change(one.sequence, one.kind, one.content)
+                   for one in read_events(bag, namespace) if one.kind in CHANGES])

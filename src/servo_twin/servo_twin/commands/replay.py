@@ -17,11 +17,13 @@ from typing import TYPE_CHECKING
 
 from ..cli import named_servo
 from ..lockstep.live_modes import LIVE_MODES
+from ..recording.events import as_for_another, BEGAN, with_mode
 from .any_bag import bag_of
 from .terminal import add_force, add_told, new_file, tell, terminal
 
 if TYPE_CHECKING:
     from ..physics.servo import Servo
+    from ..recording.events import Change
     from ..recording.recording import Recording
 
 
@@ -38,8 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', type=Path, metavar='OUT',
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
-    parser.add_argument('--mode', choices=LIVE_MODES, default=LIVE_MODES[0],
-                        help='the way of running (default %(default)s)')
+    parser.add_argument('--mode', choices=LIVE_MODES,
+                        help='the way of running; left out: as the twin in the bag ran, else '
+                             f'{LIVE_MODES[0]}')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
     parser.add_argument('--stretch', type=int,
                         help='which part of a bag whose driver was restarted; left out: the '
@@ -75,7 +78,6 @@ def main(arguments: argparse.Namespace) -> int:
 
 def _answered(arguments: argparse.Namespace) -> int:
     from ..bag import (
-        read_changes,
         read_events,
         read_predictions,
         read_recording,
@@ -83,7 +85,7 @@ def _answered(arguments: argparse.Namespace) -> int:
     )
     from ..balances.goodness_of_fit import fit_of
     from ..lockstep.lockstep import Settings, warm_up
-    from ..lockstep.whole_recording import answer, differences, seen_by
+    from ..lockstep.whole_recording import answer, began_before, differences, seen_by
     from ..pages.event_table import event_table
     from ..pages.fit_table import balance_table, channel_table
 
@@ -94,21 +96,23 @@ def _answered(arguments: argparse.Namespace) -> int:
                                digest=False)
     read = perf_counter()
     servo = servo_of(recording, arguments.servo)
-    live = None
+    changes = _changes(arguments)
+    live, early = None, 0
     if arguments.compare:
         live = read_predictions(arguments.bag, arguments.namespace, arguments.stretch)
-        recording = seen_by(recording, live)
+        early = began_before(recording, changes)
+        recording = seen_by(recording, live, changes)
     warm_up(servo)
     ready = perf_counter()
-    # another servo file than the one that ran has no such changes
-    changes = [] if arguments.servo else read_changes(arguments.bag, arguments.namespace)
-    result = answer(recording, servo, Settings(mode=arguments.mode), changes)
+    mode = arguments.mode or (changes[0].values['mode'] if changes and changes[0].kind == BEGAN
+                              else LIVE_MODES[0])
+    result = answer(recording, servo, Settings(mode=mode), changes)
     answered = perf_counter()
     if arguments.output:
         write_predictions(arguments.output, result, recording, namespace=arguments.namespace or '')
     took = perf_counter() - ready + read - begin
     console.print(f'[bold]{recording.name}[/]: {recording.duration:.4g} s of {servo.name} at '
-                  f'{1.0 / recording.period:.6g} Hz, {arguments.mode}; answered in '
+                  f'{1.0 / recording.period:.6g} Hz, {mode}; answered in '
                   f'{answered - ready:.3g} s, {recording.duration / took:.0f} times as fast as it '
                   f'was, reading{" and writing" if arguments.output else ""} included')
     for warning in (*recording.warnings, *result.warnings):
@@ -127,12 +131,30 @@ def _answered(arguments: argparse.Namespace) -> int:
         'warnings': [*recording.warnings, *result.warnings]})
     if arguments.page:
         from ..pages.replay_page import write_page
-        page = write_page(arguments.page, servo, recording, result, arguments.mode,
+        page = write_page(arguments.page, servo, recording, result, mode,
                           happened=happened)
         console.print(f'page: {page}', highlight=False, soft_wrap=True)
     if arguments.output:
         console.print(f'bag: {arguments.output}', highlight=False, soft_wrap=True)
-    return 0 if live is None else say_differences(differences(live, result), printed)
+    if live is None:
+        return 0
+    status = say_differences(differences(live, result), printed)
+    if status and early:
+        print(f'the live twin began {early} samples before the bag does, and a replay can only '
+              'begin where the bag does: start the recorder before the twin', file=sys.stderr)
+    return status
+
+
+def _changes(arguments: argparse.Namespace) -> list[Change]:
+    """Return what the replay obeys: with a servo or a mode of the user's, only what it leaves."""
+    from ..bag import read_changes
+
+    changes = read_changes(arguments.bag, arguments.namespace)
+    if arguments.servo:
+        changes = as_for_another(changes)
+    if arguments.mode:
+        changes = with_mode(changes, arguments.mode)
+    return changes
 
 
 def servo_of(recording: Recording, given: Path | None) -> Servo:

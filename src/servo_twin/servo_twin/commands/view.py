@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+from importlib.util import find_spec
 from pathlib import Path
 import tempfile
 
@@ -43,6 +44,9 @@ def main(arguments: argparse.Namespace) -> int:
     """Serve the page until a signal; returns 0. Raises ValueError for what cannot be shown."""
     if arguments.faults and not arguments.control:
         raise ValueError('--faults needs --control: a read only page injects nothing')
+    if not find_spec('tornado'):
+        raise ValueError('the live view needs the Python package tornado: '
+                         "pip install 'servo_twin[view]'")
     with tempfile.TemporaryDirectory(prefix='servo_twin_view_') as scratch:
         if arguments.bag is None:
             from ..nodes.spinning import started

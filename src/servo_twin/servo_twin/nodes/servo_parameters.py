@@ -8,7 +8,7 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..lockstep.twin import changed
+from ..lockstep.live_changes import changed
 from ..physics.servo import Servo, Value
 
 SOURCE = 'set as a ROS parameter'

@@ -178,6 +178,7 @@ class TwinNode(LifecycleNode):
                 self._health.why = str(problem)
 
     def _step(self, block: Block) -> None:
+        self._next = block.sequence
         self._keep_pace(block.period)
         samples = block.samples
         self._next = block.sequence + len(samples)
@@ -198,6 +199,11 @@ class TwinNode(LifecycleNode):
                 raise ServoError(f'encoder.period = {period} s, it must be positive')
             self._close()
             self._lockstep = Lockstep(self._servo, period, self.settings)
+            self._happened(
+                events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, '
+                f'{self.settings.mode.replace("_", " ")}',
+                events.written({**vars(self.settings),
+                                'servo_file': servo_file.dumps(self._servo)}))
 
     def _compare(self, residual: Answer, now: int) -> None:
         lockstep = self._lockstep
@@ -239,9 +245,13 @@ class TwinNode(LifecycleNode):
     def _apply(self, parameters: list[Parameter]) -> None:
         if self._declaring:
             return
-        self.settings = twin_parameters.settings(self)
-        if self._lockstep is not None:
+        before, self.settings = self.settings, twin_parameters.settings(self)
+        if self._lockstep is not None and self.settings != before:
             self._lockstep.follow(self.settings)
+            now = vars(self.settings)
+            self._happened(events.SETTINGS, ', '.join(
+                f'{name} = {value}' for name, value in now.items()
+                if value != vars(before)[name]), events.written(now))
         if self._servo is None:
             return
         changes = {path: value for path, value in servo_parameters.changes_in(

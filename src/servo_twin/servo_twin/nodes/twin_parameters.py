@@ -11,9 +11,9 @@ from rclpy.parameter import Parameter
 
 from ..balances.residual_filters import WINDOW
 from ..description.shipped import servo_file
+from ..lockstep.live_changes import check_mode
 from ..lockstep.live_modes import LIVE_MODES
 from ..lockstep.lockstep import Settings
-from ..lockstep.twin import check_mode
 from ..physics.servo import Servo, ServoError
 
 SHIPPED = 'rv_bench'

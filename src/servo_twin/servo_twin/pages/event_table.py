@@ -10,8 +10,9 @@ from rich.text import Text
 
 from ..recording.events import Happened
 
-WORDS = {'parameters': 'parameter', 'servo_file': 'servo file', 'trouble': 'trouble',
-         'over': 'over', 'note': 'note', 'change': 'change detected'}
+WORDS = {'began': 'twin began', 'parameters': 'parameter', 'servo_file': 'servo file',
+         'settings': 'setting', 'trouble': 'trouble', 'over': 'over', 'note': 'note',
+         'change': 'change detected'}
 """How people call the kinds of Event.msg."""
 
 

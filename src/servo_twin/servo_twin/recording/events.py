@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 import json
 
 from ..physics.servo import Value
 
-PARAMETERS, SERVO_FILE = 'parameters', 'servo_file'
+BEGAN, PARAMETERS, SERVO_FILE, SETTINGS = 'began', 'parameters', 'servo_file', 'settings'
+CHANGES = (BEGAN, PARAMETERS, SERVO_FILE, SETTINGS)
+"""The kinds that a replay obeys."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Change:
 
     @property
     def values(self) -> dict[str, Value]:
-        """The values by path of a change of parameters."""
+        """The values by path of a change of parameters; fields by name of the other kinds."""
         return {path: tuple(value) if isinstance(value, list) else value
                 for path, value in json.loads(self.content).items()}
 
@@ -46,3 +48,29 @@ class Happened:
 def written(values: Mapping[str, Value]) -> str:
     """Return values by path as the content of a change; floats come back to the last bit."""
     return json.dumps(dict(values))
+
+
+def obeyed(changes: Sequence[Change]) -> list[Change]:
+    """
+    Return the changes that a replay obeys, in their order.
+
+    What was set before a twin had answered any sample stands in the servo with which it began. A
+    twin that was started again counts from 0 once more, so that such a change names no instant.
+    """
+    last = max((k for k, one in enumerate(changes) if one.kind == BEGAN), default=-1)
+    return [one for k, one in enumerate(changes) if one.sequence or k > last or one.kind == BEGAN]
+
+
+def as_for_another(changes: Sequence[Change]) -> list[Change]:
+    """Return the changes as they act on another servo, whose values stay as they are."""
+    return [_with(one, servo_file='') if one.kind == BEGAN else one
+            for one in changes if one.kind in (BEGAN, SETTINGS)]
+
+
+def with_mode(changes: Sequence[Change], mode: str) -> list[Change]:
+    """Return the changes as they act on a twin that runs in one mode all the time."""
+    return [_with(one, mode=mode) if one.kind in (BEGAN, SETTINGS) else one for one in changes]
+
+
+def _with(change: Change, **fields: str) -> Change:
+    return replace(change, content=json.dumps({**change.values, **fields}))

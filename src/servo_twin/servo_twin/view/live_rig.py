@@ -23,7 +23,7 @@ from servo_twin_msgs.msg import Event, Prediction, Residual
 
 from ..description.servo_file import dumps, load, loads
 from ..description.shipped import servo_file
-from ..lockstep.twin import changed
+from ..lockstep.live_changes import changed
 from ..nodes.heard_health import HeardHealth
 from ..nodes.message_conversion import to_instant, TOPICS
 from ..physics.servo import Servo, ServoError

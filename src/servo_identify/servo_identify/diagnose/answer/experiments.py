@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS, OUTPUTS
-from servo_twin.recording.recording import Recording
 
+from ...experiment.reach import CHANNELS, reach_of, reached
 from ..decisions import PRACTICAL
 from ..handover.added import added_of, servo_with
 from ..handover.curves import curve_of, Part
@@ -20,7 +21,6 @@ from .evidence import Evidence, Finding
 
 DURATION = 10.0  # s of each candidate
 BEYOND = 1.2  # times the largest travel, speed and torque seen that a recording may reach
-COMPARED = ('motor_position', 'load_position', 'torque', 'current')
 MARGIN = 10.0 * PRACTICAL  # share of a signal within which two twins look alike to a person
 READABLE = ('drive.', 'mechanism.')  # values that an instrument can read by themselves
 
@@ -30,7 +30,7 @@ PROCEDURES = {'speed_ladder': 'speed_ladder', 'slow_reversals': 'slow_reversals'
 """The procedure of `servo-identify experiment` that records a family."""
 
 
-def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict:
+def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict[str, Any]:
     """
     Return what to record next, empty where nothing is left to tell apart.
 
@@ -44,9 +44,10 @@ def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict:
         return {}
     one, rival = open_pairs[0]
     pair = [one.part.mechanism.name, rival.mechanism.name]
-    twins = evidence.handover.patch, _other(evidence, one, rival)
-    if twins[1] is None:
+    other = _other(evidence, one, rival)
+    if other is None:
         return {'separates': pair, 'family': '', 'settings': {}}
+    twins = evidence.handover.patch, other
     best = max(_told(evidence, twins, reach), key=lambda found: found[0], default=None)
     if best is None or best[0] <= 1.0:
         return {'separates': pair, 'family': '', 'settings': {}} | _measure(pair, twins)
@@ -76,7 +77,8 @@ def _other(evidence: Evidence, one: Finding, rival: Rival) -> Servo | None:
         return None
 
 
-def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, float]) -> Iterator:
+def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, float]
+          ) -> Iterator[tuple[float, str, dict[str, Any], str, list[float], str]]:
     """Yield (ratio, family, settings, channel, sizes, unit) of each candidate."""
     recordings = [one.measured.recording for one in evidence.found.samples.errors]
     limits = reached(recordings) * BEYOND
@@ -84,10 +86,11 @@ def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, fl
         limits[k] = max(limits[k], reach.get(name, 0.0))
     noise = evidence.found.samples.errors[0].measured.noise
     for family, settings in _candidates(evidence, limits, reach):
-        both = [_simulated(twin, family, settings, recordings[0].period) for twin in twins]
-        if any(y is None for y in both) or np.any(_reach(both[0]) > 1.001 * limits + 1e-12):
+        both = [y for y in (_simulated(twin, family, settings, recordings[0].period)
+                            for twin in twins) if y is not None]
+        if len(both) < len(twins) or np.any(reach_of(both[0]) > 1.001 * limits + 1e-12):
             continue
-        for channel in COMPARED:
+        for channel in CHANNELS:
             if not recordings[0].has(channel):
                 continue
             first, second = (y[channel] for y in both)
@@ -101,31 +104,8 @@ def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, fl
                    [size, float(np.sqrt(np.mean(second**2)))], unit)
 
 
-def reached(recordings: list[Recording]) -> np.ndarray:
-    """Return the largest travel (rad), speed (rad/s) and torque (N m) at the load."""
-    most = np.zeros(3)
-    for one in recordings:
-        columns = {name: one[name] for name in COMPARED}
-        if not one.has('load_position'):
-            columns['load_position'] = one['motor_position']
-        columns['period'] = one.period
-        most = np.maximum(most, _reach(columns))
-    return most
-
-
-def _reach(columns: Mapping) -> np.ndarray:
-    period = columns['period']
-    angle, torque = columns['load_position'], columns['torque']
-    step = max(1, round(0.02 / period))
-    way = angle[step:] - angle[:-step]
-    return np.array([
-        np.nanmax(angle) - np.nanmin(angle),
-        np.nanmax(np.abs(way), initial=0.0) / (step * period),
-        np.nanmax(np.abs(torque)) if np.isfinite(torque).any() else 0.0])
-
-
 def _candidates(evidence: Evidence, limits: np.ndarray,
-                reach: Mapping[str, float]) -> list[tuple[str, dict]]:
+                reach: Mapping[str, float]) -> list[tuple[str, dict[str, Any]]]:
     """Return (family, settings) of recordings within limits, those of the rig so far."""
     errors = evidence.found.samples.errors
     travel, speed, _ = limits / BEYOND
@@ -134,7 +114,7 @@ def _candidates(evidence: Evidence, limits: np.ndarray,
     volts = max(volts, reach.get('amplitude', 0.0))
     load = max(float(np.max(np.abs(e.measured.column('external_torque', 0.0)))) for e in errors)
     load = max(load, reach.get('torque', 0.0))
-    found: list[tuple[str, dict]] = []
+    found: list[tuple[str, dict[str, Any]]] = []
     if evidence.servo.controller.parameters and speed > 0.0:
         rise = {'acceleration': 10.0 * speed}
         top = min(speed, 8.0 * travel / DURATION)
@@ -155,7 +135,8 @@ def _candidates(evidence: Evidence, limits: np.ndarray,
     return found
 
 
-def _simulated(servo: Servo, family: str, settings: dict, period: float) -> dict | None:
+def _simulated(servo: Servo, family: str, settings: dict[str, Any],
+               period: float) -> dict[str, Any] | None:
     samples = int(DURATION / period)
     t = np.arange(samples) * period
     columns = {name: np.full(samples, np.nan) for name in INPUTS}
@@ -175,7 +156,7 @@ def _simulated(servo: Servo, family: str, settings: dict, period: float) -> dict
     return dict(zip(OUTPUTS, y.T, strict=True)) | {'period': period}
 
 
-def _waves(family: str, settings: dict, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _waves(family: str, settings: dict[str, Any], t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return reference (V, or rad/s at the load) and external torque, N m, shape of t each."""
     still = np.zeros(len(t))
     if family == 'slow_reversals':
@@ -213,7 +194,7 @@ def _eased(wanted: np.ndarray, most: float) -> np.ndarray:
     return eased
 
 
-def _command(family: str, settings: dict) -> str:
+def _command(family: str, settings: dict[str, Any]) -> str:
     """Return the command line that records a family on the rig."""
     words = ['servo-identify', 'experiment', PROCEDURES[family], '-o', 'next', '--servo',
              'SERVO.yaml', '--duration', f'{DURATION:g}']
@@ -225,13 +206,12 @@ def _command(family: str, settings: dict) -> str:
     return ' '.join(words)
 
 
-def _measure(pair: list[str], twins: tuple[Servo, Servo]) -> dict:
+def _measure(pair: list[str], twins: tuple[Servo, Servo]) -> dict[str, Any]:
     """Return ``{measure: {parameter, unit, values}}`` of a value that the two disagree about."""
     for path in twins[0].values:
         if not path.startswith(READABLE) or path not in twins[1].values:
             continue
-        values = [float(twin.values[path]) for twin in twins
-                  if not isinstance(twin.values[path], tuple)]
+        values = [twin.numbers[path] for twin in twins if path in twin.numbers]
         if len(values) == 2 and abs(values[0] - values[1]) > MARGIN * max(map(abs, values)):
             return {'measure': {'parameter': path, 'unit': twins[0].unit(path),
                                 'values': dict(zip(pair, values, strict=True))}}

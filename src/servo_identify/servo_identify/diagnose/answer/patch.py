@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from servo_twin.description import servo_file
-from servo_twin.physics.servo import Servo, ServoError
+from servo_twin.physics.servo import Placed, Servo, ServoError, Value
 
 DIGITS = 6  # of a value that was found
 
@@ -58,7 +58,7 @@ def difference(before: str, after: str) -> str:
                                 'augmented.yaml', n=2))
 
 
-def _entry(servo: Servo, path: str):
+def _entry(servo: Servo, path: str) -> CommentedMap:
     value, unit = servo.values[path], servo.unit(path)
     said = servo.provenance.get(path)
     entry = CommentedMap()
@@ -73,7 +73,7 @@ def _entry(servo: Servo, path: str):
     return entry
 
 
-def _rounded(value):
+def _rounded(value: Value) -> CommentedSeq | float:
     if isinstance(value, tuple):
         row = CommentedSeq([float(f'{v:.{DIGITS}g}') for v in value])
         row.fa.set_flow_style()
@@ -81,7 +81,7 @@ def _rounded(value):
     return float(f'{value:.{DIGITS}g}')
 
 
-def _put(tree, owner: list[str], entry) -> None:
+def _put(tree: CommentedMap, owner: list[str], entry: CommentedMap) -> None:
     """Put a value at a path, where the file has it as a bare number or as a mapping."""
     at = tree
     for key in owner[:-1]:
@@ -91,7 +91,7 @@ def _put(tree, owner: list[str], entry) -> None:
     at[owner[-1]] = entry
 
 
-def _add(tree, placed, servo: Servo) -> None:
+def _add(tree: CommentedMap, placed: Placed, servo: Servo) -> None:
     if not tree.get('effects'):
         tree['effects'] = CommentedMap()
     one = CommentedMap()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 import json
 from pathlib import Path
+from typing import Any
 
 SCHEMA = 'servo_gap/2'
 RUNGS = ('place', 'mechanism', 'curve', 'law')
@@ -45,19 +46,19 @@ class MissingEffect:
 
     effect: str
     site: str
-    parameters: dict[str, dict]
+    parameters: dict[str, dict[str, Any]]
     shrink_predicted: float
     shrink_realised: float
     interval: tuple[float, float]
     ambiguous_with: tuple[str, ...]
     rung: str
     confidence: dict[str, float]
-    mechanism: dict
+    mechanism: dict[str, Any]
     law: bool
-    curve: dict | None
+    curve: dict[str, Any] | None
     alternatives: tuple[Alternative, ...]
     change: str
-    added: dict | None = None
+    added: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -66,23 +67,23 @@ class GapReport:
 
     servo: str
     recordings: dict[str, list[str]]
-    channels: dict[str, dict]
+    channels: dict[str, dict[str, Any]]
     where: tuple[Located, ...]
     which: tuple[MissingEffect, ...]
-    verdict: dict
-    gap: dict
-    unknown: dict
-    next_experiment: dict
+    verdict: dict[str, Any]
+    gap: dict[str, Any]
+    unknown: dict[str, Any]
+    next_experiment: dict[str, Any]
     warnings: tuple[str, ...]
-    moved: tuple[dict, ...] = ()
-    defaults: tuple[dict, ...] = ()
-    stability: dict = field(default_factory=dict)
-    equations: dict = field(default_factory=dict)
-    findings: tuple[dict, ...] = ()
+    moved: tuple[dict[str, Any], ...] = ()
+    defaults: tuple[dict[str, Any], ...] = ()
+    stability: dict[str, Any] = field(default_factory=dict)
+    equations: dict[str, Any] = field(default_factory=dict)
+    findings: tuple[dict[str, Any], ...] = ()
     confirm: tuple[str, ...] = ()
-    timing: dict = field(default_factory=dict)
+    timing: dict[str, Any] = field(default_factory=dict)
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> dict[str, Any]:
         """Return the report as plain numbers, lists and dictionaries."""
         return _plain({'schema': SCHEMA, **asdict(self)})
 
@@ -94,7 +95,7 @@ class GapReport:
         return self.verdict['sentence']
 
 
-def _plain(thing):
+def _plain(thing: Any) -> Any:
     if isinstance(thing, dict):
         return {str(k): _plain(v) for k, v in thing.items()}
     if isinstance(thing, list | tuple):

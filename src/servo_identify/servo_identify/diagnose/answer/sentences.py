@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import hypot
+from typing import Any
 
 from .report import MissingEffect
 
@@ -15,8 +16,8 @@ SITES = {'motor': 'motor shaft', 'load': 'load shaft', 'mesh': 'transmission',
          'command': 'command', 'drive': 'drive', 'controller': 'controller'}
 
 
-def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict,
-             unknown: dict) -> str:
+def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict[str, Any],
+             unknown: dict[str, Any]) -> str:
     """Return the verdict in a few sentences: place, effect, size, confidence, what remains."""
     place = PLACES.get(balance, balance)
     if status == 'no_gap':
@@ -83,7 +84,7 @@ def _listed(words: Sequence[str], last: str = 'and') -> str:
     return words[0] if len(words) == 1 else f'{", ".join(words[:-1])} {last} {words[-1]}'
 
 
-def size_of(parameters: dict[str, dict], curve: dict | None) -> str:
+def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None) -> str:
     """Return the size of an effect with its unit: its first value, or the span of its curve."""
     first = [(name, p) for name, p in parameters.items() if '[' not in name]
     if {'cosine', 'sine'} <= set(parameters):  # of one turn: what it is at most

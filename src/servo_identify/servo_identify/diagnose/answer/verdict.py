@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +26,7 @@ CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torsion': 'ra
 SURE = 1.645  # standard deviations of a 90 % interval
 
 
-def report_of(evidence: Evidence, following: dict, warnings: list[str],
+def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str],
               timing: dict[str, float]) -> GapReport:
     """Put the evidence into a report."""
     located, squares = _where(evidence)
@@ -114,7 +116,8 @@ def _place(evidence: Evidence, located: tuple[Located, ...]) -> str:
     return max(gaps, key=lambda one: one.gap_to_noise).balance if gaps else ''
 
 
-def _status(evidence: Evidence, which, gap: dict, squares: dict[str, float]) -> str:
+def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, Any],
+            squares: dict[str, float]) -> str:
     if which:
         if gap['solved'] >= SOLVED and not evidence.unnamed:
             return 'explained'
@@ -177,7 +180,7 @@ def _closed(evidence: Evidence, equation: str) -> float:
     return float(1.0 - after / before) if before > 0.0 else 0.0
 
 
-def _parameters(evidence: Evidence, added: Added) -> dict[str, dict]:
+def _parameters(evidence: Evidence, added: Added) -> dict[str, dict[str, Any]]:
     """Return the values of a missing effect: value, standard deviation and unit."""
     patch, found = evidence.handover.patch, {}
     for path in added.free:
@@ -193,7 +196,7 @@ def _parameters(evidence: Evidence, added: Added) -> dict[str, dict]:
     return found
 
 
-def _gap(evidence: Evidence) -> dict:
+def _gap(evidence: Evidence) -> dict[str, Any]:
     gaps = {name: one.gap for name, one in evidence.reported.items()}
     given, after = gaps['given'], evidence.handed.gap
     solved = shrink(given, after)
@@ -206,7 +209,7 @@ def _gap(evidence: Evidence) -> dict:
             'refitted_solved': shrink(given, gaps['refit'])}
 
 
-def _channels(evidence: Evidence) -> dict[str, dict]:
+def _channels(evidence: Evidence) -> dict[str, dict[str, Any]]:
     gaps: dict[str, Gap] = {name: one.gap for name, one in evidence.reported.items()}
     return {channel: {
         'unit': CHANNEL_UNITS[channel], 'rms_gap': gaps['given'].rms(channel),
@@ -216,7 +219,7 @@ def _channels(evidence: Evidence) -> dict[str, dict]:
         'within_tolerance': gaps['within'].rms(channel)} for channel in gaps['given'].squares}
 
 
-def _worse(channels: dict[str, dict]) -> list[str]:
+def _worse(channels: dict[str, dict[str, Any]]) -> list[str]:
     return [f'the {name.replace("_", " ")} gets worse with what is added: '
             f'{one["as_given"]:.3g} to {one["augmented"]:.3g} {one["unit"]}'
             for name, one in channels.items()
@@ -224,21 +227,22 @@ def _worse(channels: dict[str, dict]) -> list[str]:
             and one['augmented'] > 2.0 * one['noise_floor']]
 
 
-def _moved(evidence: Evidence) -> list[dict]:
+def _moved(evidence: Evidence) -> list[dict[str, Any]]:
     """Return the values within tolerance that the fit would move."""
-    joint, servo, rows = evidence.handover.joint, evidence.servo, []
+    joint, servo = evidence.handover.joint, evidence.servo
+    rows: list[dict[str, Any]] = []
     if joint is None:
         return rows
     for path, (low, high) in servo.tolerance.items():
         if path in joint.values:
-            given, value = float(servo.values[path]), joint.values[path]
+            given, value = servo.numbers[path], joint.values[path]
             half = 0.5 * (high - low) or 1.0
             rows.append({'path': path, 'given': given, 'found': value, 'low': low, 'high': high,
                          'unit': servo.unit(path), 'sigma': 2.0 * (value - given) / half})
     return rows
 
 
-def _equations(evidence: Evidence) -> dict[str, dict]:
+def _equations(evidence: Evidence) -> dict[str, dict[str, Any]]:
     search = evidence.found.search
     best: Fitted = evidence.found.explanation.smallest
     sizes = np.maximum(search.sizes.sum(axis=1), 1.0)
@@ -248,13 +252,13 @@ def _equations(evidence: Evidence) -> dict[str, dict]:
             for i, e in enumerate(search.regression.equations)}
 
 
-def _remains(evidence: Evidence, gap: dict) -> str:
+def _remains(evidence: Evidence, gap: dict[str, Any]) -> str:
     left = [name for name, one in _equations(evidence).items() if one['after'] > OPEN]
     text = f'{round(100.0 * max(0.0, 1.0 - gap["solved"]))} % of the error above the noise remains'
     return text + (f'; the equations of {", ".join(left)} are still off' if left else '') + '.'
 
 
-def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
+def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]:
     """Return what is known of a pattern without a name, or of a gap that follows none."""
     nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False,
                'nearest': _nearest(evidence)}
@@ -275,11 +279,11 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict:
     return known
 
 
-def _nearest(evidence: Evidence, most: int = 3) -> list[dict]:
+def _nearest(evidence: Evidence, most: int = 3) -> list[dict[str, Any]]:
     """Return what predicts best of all that is no finding, where nothing was found."""
     if evidence.findings:
         return []
-    several: dict[tuple[str, ...], dict] = {}
+    several: dict[tuple[str, ...], dict[str, Any]] = {}
     for fit in evidence.found.search.singles:
         mechanism = evidence.found.hypotheses[fit.choice.numbers[0]].mechanism
         if mechanism.name != UNKNOWN:

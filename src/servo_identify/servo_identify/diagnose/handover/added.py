@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from servo_twin.physics.catalogue import find
+from servo_twin.physics.effect import Effect
 from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
-from servo_twin.physics.servo import Placed, Servo
+from servo_twin.physics.servo import Placed, Servo, Value
 
-from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from ..selection.explain import Explained
-from .curves import Part
+from .curves import Curve, Part
 from .laws import Formed, formed, lawful, of_orders
 
 FINE_STEP = 0.2  # of the time in which a spring swings by one radian
@@ -35,7 +36,7 @@ class Added:
 
     part: Part
     placed: tuple[Placed, ...] = ()
-    values: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
+    values: Mapping[str, Value] = field(default_factory=dict)
     free: tuple[str, ...] = ()
     law: bool = False
     mechanism: type | None = None
@@ -63,11 +64,8 @@ def servo_with(servo: Servo, several: Sequence[Added]) -> Servo:
 
 def added_of(found: Explained, parts: Sequence[Part]) -> list[Added]:
     """Return the parts of an answer as effects of the servo."""
-    servo, taken, several = found.samples.servo, set(), []
-    taken.update(placed.name for placed in servo.effects)
-    for part in parts:
-        several.append(_added(found, part, taken))
-    return several
+    taken = {placed.name for placed in found.samples.servo.effects}
+    return [_added(found, part, taken) for part in parts]
 
 
 def _added(found: Explained, part: Part, taken: set[str]) -> Added:
@@ -87,8 +85,8 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
                        taken)
     if name == 'stiffness_error':
         return _sprung(servo, part, amplitudes)
-    if name == 'presliding_friction':
-        return _presliding(servo, part, taken)
+    if name == 'presliding_friction' and part.curve is not None:
+        return _presliding(servo, part, part.curve, taken)
     waves = _by_orders(part, one)
     if waves:
         mean = amplitudes[np.asarray(one.knots) == 0.0][:1] if len(one.knots) else []
@@ -104,7 +102,7 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
         return _placed(part, [direct], site, taken)
     if name == UNKNOWN and part.mechanism.port == 'sensor':
         return Added(part)
-    stiffness = servo.values.get('mechanism.stiffness', np.inf)
+    stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     known = formed(_with_port(part), servo, stiffness)
     if known is None:
         return Added(part)
@@ -134,7 +132,9 @@ def _named(effect: str, site: str, taken: set[str]) -> str:
 
 
 def _placed(part: Part, several: Sequence[Formed], site: str, taken: set[str]) -> Added:
-    placed, values, free = [], {}, []
+    placed: list[Placed] = []
+    values: dict[str, Value] = {}
+    free: list[str] = []
     for one in several:
         at = site if site in one.effect.sites else SITES.get(site, one.effect.sites[0])
         instance = Placed(_named(one.effect.name, at, taken), one.effect, at)
@@ -145,7 +145,7 @@ def _placed(part: Part, several: Sequence[Formed], site: str, taken: set[str]) -
     return Added(part, tuple(placed), values, tuple(free), all(one.law for one in several))
 
 
-def _inside(effect, name: str, value):
+def _inside(effect: type[Effect], name: str, value: Value) -> Value:
     low, high = effect.parameters[name].bounds
     if isinstance(value, tuple):
         return tuple(float(np.clip(v, low, high)) for v in value)
@@ -153,14 +153,15 @@ def _inside(effect, name: str, value):
 
 
 def _changed(servo: Servo, part: Part, by: dict[str, float]) -> Added:
-    declared, values = dict(servo.declarations()), {}
+    declared = dict(servo.declarations())
+    values: dict[str, Value] = {}
     for path, change in by.items():
         low, high = declared[path].bounds
-        values[path] = float(np.clip(float(servo.values[path]) + change, low, high))
+        values[path] = float(np.clip(servo.numbers[path] + change, low, high))
     return Added(part, (), values, tuple(values), True)
 
 
-def _by_orders(part: Part, one) -> list[Formed]:
+def _by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     """Return the waves of a periodic mechanism as effects; empty for any other."""
     knots = np.asarray(one.knots, dtype=float) if one.form is not None and one.knots and all(
         isinstance(k, int | float) for k in one.knots) else np.zeros(0)
@@ -176,7 +177,7 @@ def _by_orders(part: Part, one) -> list[Formed]:
     return of_orders(find(part.mechanism.name), tuple(knots[at]), part.amplitudes[at])
 
 
-def _direct(part: Part, one) -> Formed | None:
+def _direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
     if name in ('gravity', 'load_encoder_eccentricity') and len(a) == 2:
@@ -205,7 +206,7 @@ def _direct(part: Part, one) -> Formed | None:
     return Formed(effect, whole, tuple(values), True)
 
 
-def _loops(part: Part, one) -> Formed:
+def _loops(part: Part, one: Hypothesis) -> Formed:
     """
     Return hysteresis in torque over torsion, from its angle lost over torque.
 
@@ -221,13 +222,13 @@ def _loops(part: Part, one) -> Formed:
                   ('level', 'travel'), True)
 
 
-def _presliding(servo: Servo, part: Part, taken: set[str]) -> Added:
+def _presliding(servo: Servo, part: Part, curve: Curve, taken: set[str]) -> Added:
     """
     Return friction that builds up over the travel, LuGre, from what it lacks after a reversal.
 
     What builds up is friction that the servo has: it is taken from the Coulomb friction there.
     """
-    curve, effect = part.curve, find('presliding_friction')
+    effect = find('presliding_friction')
     lacks = np.maximum(curve.y, 0.0)
     level = 0.5 * float(lacks[0])
     travel = float(np.trapezoid(lacks, curve.x)) / max(2.0 * level, 1e-300)
@@ -238,7 +239,7 @@ def _presliding(servo: Servo, part: Part, taken: set[str]) -> Added:
     for placed in servo.effects:
         path = f'effects.{placed.name}.level'
         if placed.effect.name == 'coulomb_friction' and placed.site == part.mechanism.site:
-            values[path] = max(0.0, float(servo.values[path]) - level)
+            values[path] = max(0.0, servo.numbers[path] - level)
     return Added(part, (instance,), values, tuple(instance.paths(
         {'level': 0.0, 'breakaway': 0.0})), True)
 
@@ -254,16 +255,16 @@ def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
     if part.curve is not None:  # a curve over torque or acceleration: its slope, the compliance
         x, y, often = part.curve.x, part.curve.y, part.curve.density
         if part.curve.variable == 'acceleration':
-            x = x * float(servo.values['mechanism.load_inertia'])
+            x = x * servo.numbers['mechanism.load_inertia']
         amplitudes = np.array([abs(float((often * x) @ y) / float((often * x) @ x)), 0.0])
     bounds = {n: TwoInertia.parameters[n].bounds for n in ('stiffness', 'damping')}
     stiffness = float(np.clip(1.0 / max(amplitudes[0], 1e-12), *bounds['stiffness']))
     relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (
         amplitudes[0] > 0.0) else 0.0
     damping = float(np.clip(relaxation * stiffness, *bounds['damping']))
-    rotor, load = (max(float(servo.values[f'mechanism.{n}_inertia']), 1e-9)
+    rotor, load = (max(servo.numbers[f'mechanism.{n}_inertia'], 1e-9)
                    for n in ('rotor', 'load'))
-    ratio = float(servo.values['mechanism.ratio'])
+    ratio = servo.numbers['mechanism.ratio']
     rate = np.sqrt(stiffness * (1.0 / (rotor * ratio**2) + 1.0 / load))  # rad/s
     step = FINE_STEP / max(rate, relaxation * rate**2)
     step = min(servo.step, max(SHORTEST_STEP, float(f'{step:.1g}')))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -41,9 +41,9 @@ class Handover:
     refit: Servo
     within: Servo
     joint: Estimate | None
-    gaps: dict[str, Gap]
+    gaps: Mapping[str, Gap]
     warnings: tuple[str, ...]
-    chosen: dict[str, float] = field(default_factory=dict)
+    chosen: Mapping[str, float] = field(default_factory=dict)
 
     def without(self, one: Added) -> Servo:
         """Return the patch without one of its effects, its base where others need it."""
@@ -52,7 +52,8 @@ class Handover:
 
 
 def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
-                accepting: Sequence[Recording], tick=lambda share: None) -> Handover:
+                accepting: Sequence[Recording],
+                tick: Callable[[float], None] = lambda share: None) -> Handover:
     """
     Return the missing effects with values fitted by simulation.
 
@@ -128,8 +129,8 @@ class Tried:
     estimate: Estimate | None
 
 
-def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short,
-          accepting) -> Tried | None:
+def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
+          short: Sequence[Recording], accepting: Sequence[Recording]) -> Tried | None:
     """Return the effects at the values that do best on the accept recordings."""
     alone = refitted(servo_with(servo, added), short, [p for one in added for p in one.free])
     several = [(added, None)] + [(_at_values(added, by.servo), by)
@@ -139,7 +140,7 @@ def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None, short,
 
 
 def _tried(servo: Servo, added: tuple[Added, ...], by: Estimate | None,
-           accepting) -> Tried | None:
+           accepting: Sequence[Recording]) -> Tried | None:
     gap = _gap(_built(servo, added), accepting)
     return None if gap is None else Tried(added, gap, by)
 
@@ -160,7 +161,8 @@ def _alike(base: Servo, best: Tried, fitting: Sequence[Recording],
     """
     after, known, given = (_gap(_built(base, best.added), fitting), _gap(base, fitting),
                            _gap(base, accepting))
-    return (None not in (after, known, given) and after.total() < known.total()
+    return (after is not None and known is not None and given is not None
+            and after.total() < known.total()
             and shrink_interval(given, best.gap)[1] > 0.0)
 
 
@@ -169,19 +171,21 @@ def _total(servo: Servo, recordings: Sequence[Recording]) -> float:
     return np.inf if gap is None else gap.total()
 
 
-def _lawful(servo: Servo, best: Tried, short, accepting) -> Tried:
+def _lawful(servo: Servo, best: Tried, short: Sequence[Recording],
+            accepting: Sequence[Recording]) -> Tried:
     """Return the effects with the law of the catalogue where it predicts as well as the curve."""
     for one in best.added:
         if one.as_law is None:
             continue
-        lawful = tuple(other.as_law if other is one else other for other in best.added)
+        lawful = tuple(one.as_law if other is one else other for other in best.added)
         tried = _best(servo, lawful, None, short, accepting)
         if tried is not None and tried.gap.total() <= best.gap.total():
             best = tried
     return best
 
 
-def _needless(servo: Servo, best: Tried, most: float, accepting) -> Added | None:
+def _needless(servo: Servo, best: Tried, most: float,
+              accepting: Sequence[Recording]) -> Added | None:
     """Return the effect whose removal hurts least, if what is left then is at most ``most``."""
     rests = []
     for one in best.added:

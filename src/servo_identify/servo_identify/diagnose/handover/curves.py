@@ -140,10 +140,11 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     total = max(sum(sizes.values()), 1e-300)
     parts = [_of_file(found, Part(number, replace(one.mechanism, name=name, variables=(
         ('direction',) if name == 'coulomb_friction' else one.mechanism.variables)),
-        curve.share(y), amplitudes)) for name, y in named.items() if sizes[name] > WORTH * total]
+        curve.share(y), amplitudes)) for name, y in sorted(
+            named.items(), key=lambda pair: -sizes[pair[0]]) if sizes[name] > WORTH * total]
     if any(part.mechanism.name in without for part in parts):
         return [replace(whole, mechanism=replace(one.mechanism, name=UNKNOWN))]
-    return sorted(parts, key=lambda part: -part.curve.size()) or [whole]
+    return parts or [whole]
 
 
 def _value(found: Explained, name: str, site: str) -> Placed | None:
@@ -157,10 +158,10 @@ def _value(found: Explained, name: str, site: str) -> Placed | None:
 def _of_file(found: Explained, part: Part) -> Part:
     """Return a part as a change of a value, where the servo file has its law there."""
     known = _value(found, part.mechanism.name, part.mechanism.site)
-    if part.mechanism.name not in VALUES or known is None:
+    if part.mechanism.name not in VALUES or known is None or part.curve is None:
         return part
     name, power = VALUES[part.mechanism.name]
-    ratio = found.samples.servo.values['mechanism.ratio']
+    ratio = found.samples.servo.numbers['mechanism.ratio']
     lever = ratio if known.site != part.mechanism.site and known.site == 'motor' else 1.0
     x, y = part.curve.x, part.curve.y
     change = float((x**power @ y) / (x**power @ x**power)) / lever**(1 + power)
@@ -201,14 +202,14 @@ def _amounts(curve: Curve, tables: dict[str, np.ndarray]) -> dict[str, np.ndarra
     """Return what each of some laws takes of a curve: amounts of one sign."""
     table = np.hstack(list(tables.values()))
     sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
-    best = None
+    tried = []
     for sign in (1.0, -1.0):
         amounts, left = nnls(table * sure[:, None], sign * curve.y * sure)
-        if best is None or left < best[0]:
-            best = left, sign * amounts
+        tried.append((left, sign * amounts))
+    best = min(tried, key=lambda pair: pair[0])[1]
     found, at = {}, 0
     for name, some in tables.items():
         mine = slice(at, at + some.shape[1])
         at = mine.stop
-        found[name] = some @ best[1][mine]
+        found[name] = some @ best[mine]
     return found

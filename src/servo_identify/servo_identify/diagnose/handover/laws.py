@@ -7,6 +7,7 @@ form of any law may be off.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import inf
@@ -16,10 +17,11 @@ from scipy.optimize import least_squares
 
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.effect import Effect
-from servo_twin.physics.servo import Servo
+from servo_twin.physics.servo import Servo, Value
 from servo_twin.physics.spline import spline, turning
 
 from ..decisions import FORM
+from ..mechanisms.hypothesis import Mechanism
 from .curves import Curve, Part
 
 COEFFICIENTS, AROUND = 8, 12  # of a spline over an interval, and over a turn
@@ -66,22 +68,22 @@ def formed(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     flexible = FLEXIBLE.get((part.mechanism.port, part.curve.variable))
     if flexible is None or law is not None and law.law:
         return law
-    return _spline(find(flexible), _at_its_port(part, servo, stiffness))
+    return _spline(find(flexible), _at_its_port(part.mechanism, part.curve, servo, stiffness))
 
 
 def lawful(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     """Return the law of the catalogue that is nearest to a curve; None where there is none."""
     if part.curve is None or part.mechanism.name not in names():
         return None
-    return _fitted(find(part.mechanism.name), _at_its_port(part, servo, stiffness))
+    return _fitted(find(part.mechanism.name),
+                   _at_its_port(part.mechanism, part.curve, servo, stiffness))
 
 
-def _at_its_port(part: Part, servo: Servo, stiffness: float) -> Curve:
+def _at_its_port(mechanism: Mechanism, curve: Curve, servo: Servo, stiffness: float) -> Curve:
     """Return a curve over what its port sees: the torsion, and a load at the motor's shaft."""
-    curve = part.curve
-    if part.mechanism.port == 'mesh':
+    if mechanism.port == 'mesh':
         curve = over_torsion(curve, stiffness)
-    lever = servo.values['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
+    lever = servo.numbers['mechanism.ratio'] if mechanism.site == 'motor' else 1.0
     if curve.variable == 'load' and lever != 1.0:
         curve = replace(curve, x=curve.x / lever)
     return curve
@@ -97,14 +99,15 @@ def over_torsion(curve: Curve, stiffness: float) -> Curve:
     order = np.argsort(torsion)
     even = np.linspace(torsion.min(), torsion.max(), len(torsion))
 
-    def at(y):
+    def at(y: np.ndarray) -> np.ndarray:
         return np.interp(even, torsion[order], -stiffness * y[order])
 
     low, high = at(curve.high), at(curve.low)
     return Curve('torsion', 'rad', 'N m', even, at(curve.y), low, high, curve.density)
 
 
-def _answer(effect: type[Effect], x: np.ndarray, variable: str, values: dict) -> np.ndarray:
+def _answer(effect: type[Effect], x: np.ndarray, variable: str,
+            values: dict[str, Value]) -> np.ndarray:
     """Return what a law says over a variable, all else being zero, forwards."""
     seen = {'torsion': 'angle'}.get(variable, SEEN.get(variable, variable))
     if seen not in effect.motion._fields:
@@ -123,7 +126,7 @@ def _answer(effect: type[Effect], x: np.ndarray, variable: str, values: dict) ->
 
 class _Values:
 
-    def __init__(self, values: dict) -> None:
+    def __init__(self, values: dict[str, Value]) -> None:
         self.__dict__.update(values)
 
 
@@ -137,7 +140,7 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
     scale = {n: abs(_scale(effect, n, curve)) or 1.0 for n in sought}
     sure = np.sqrt(curve.density / curve.density.max())
 
-    def error(q):
+    def error(q: np.ndarray) -> np.ndarray:
         now = {**values, **{n: v * scale[n] for n, v in zip(sought, q, strict=True)}}
         y = _answer(effect, curve.x, curve.variable, now)
         return sure * np.nan_to_num(y - curve.y, nan=1e3 * size) / size
@@ -145,16 +148,15 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
     low, high = (np.array([effect.parameters[n].bounds[k] / scale[n] for n in sought])
                  for k in (0, 1))
     shapes = [n for n in sought if effect.parameters[n].off is None]
-    best = None
+    tried = []
     for some in product(STARTS, repeat=len(shapes)):
         start = np.array([dict(zip(shapes, some, strict=True)).get(n, 1.0) for n in sought])
         start = np.minimum(np.maximum(start, low + 1e-6 * np.minimum(1.0, high - low)),
                            high - 1e-6 * (high - low))
         if not np.all((low < start) & (start < high)):
             return None
-        tried = least_squares(error, start, bounds=(low, high), max_nfev=60)
-        if best is None or tried.cost < best.cost:
-            best = tried
+        tried.append(least_squares(error, start, bounds=(low, high), max_nfev=60))
+    best = min(tried, key=lambda one: one.cost)
     values |= {n: float(v * scale[n]) for n, v in zip(sought, best.x, strict=True)}
     left = _answer(effect, curve.x, curve.variable, values) - curve.y
     if not np.isfinite(left).all():
@@ -167,7 +169,8 @@ def _scale(effect: type[Effect], name: str, curve: Curve) -> float:
     parameter = effect.parameters[name]
     top, size = float(np.max(np.abs(curve.x))) or 1.0, float(np.max(np.abs(curve.y))) or 1.0
     if parameter.off is None:
-        return top if parameter.unit == curve.unit else float(parameter.default)
+        assert not isinstance(parameter.default, tuple)  # rows are waves
+        return top if parameter.unit == curve.unit else parameter.default
     per = {'': size if parameter.unit == curve.y_unit else 1.0}
     if parameter.unit == curve.y_unit:
         return size
@@ -180,7 +183,8 @@ def _within(curve: Curve, left: np.ndarray) -> bool:
     return curve.size(left) <= max(FORM * curve.size(), band)
 
 
-def _waves(effect: type[Effect], curve: Curve, values: dict) -> Formed | None:
+def _waves(effect: type[Effect], curve: Curve,
+           values: dict[str, Value]) -> Formed | None:
     """Return the harmonics of a law over a turn fitted to a curve."""
     if curve.variable != 'angle':
         return None
@@ -196,7 +200,8 @@ def _waves(effect: type[Effect], curve: Curve, values: dict) -> Formed | None:
     return Formed(effect, values, ('cosine', 'sine'), _within(curve, table @ found - curve.y))
 
 
-def of_orders(effect: type[Effect], knots: tuple, amplitudes: np.ndarray) -> list[Formed]:
+def of_orders(effect: type[Effect], knots: Sequence[float],
+              amplitudes: np.ndarray) -> list[Formed]:
     """
     Return the effects of waves at some orders: one for a base order and its multiples.
 

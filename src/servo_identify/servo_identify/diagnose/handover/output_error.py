@@ -204,6 +204,6 @@ def refitted(servo: Servo, recordings: Sequence[Recording],
         return None
     try:
         return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
-                   weights='whitened', tolerance=True)
+                   weights='whitened', tolerance=True, near=True)
     except (ValueError, np.linalg.LinAlgError):
         return None

@@ -84,11 +84,13 @@ def _through(builder: Builder, change: Callable[[np.ndarray, float], np.ndarray]
         return np.column_stack([one.drive_current(theta, command + more) - before
                                 for more in table.T])
 
-    def unmeasured(one: EquationErrors) -> np.ndarray:
-        return np.zeros_like(current(one)) if 'current' in one.measured.channels else (
-            current(one))
+    known = {id(one): current(one) for one in builder.samples.errors}
 
-    direct = builder.place('drive_current', current)
+    def unmeasured(one: EquationErrors) -> np.ndarray:
+        measured = 'current' in one.measured.channels
+        return np.zeros_like(known[id(one)]) if measured else known[id(one)]
+
+    direct = builder.place('drive_current', lambda one: known[id(one)])
     driven = builder.place('current', unmeasured)
     return Columns(direct.table + driven.table, 'drive_current', current)
 

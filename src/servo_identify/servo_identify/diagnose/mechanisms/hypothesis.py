@@ -113,7 +113,7 @@ class Hypothesis:
     path: str = ''
     room: tuple[float, float] = (-np.inf, np.inf)
     tried: int = 1
-    detail: Mapping[str, object] = field(default_factory=dict)
+    detail: Mapping[str, Any] = field(default_factory=dict)
     form: Form | None = None
 
     def bounds(self) -> list[tuple[np.ndarray, np.ndarray]]:

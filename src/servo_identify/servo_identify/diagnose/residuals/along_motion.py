@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, overload
 
 import numpy as np
@@ -70,15 +71,19 @@ class AlongMotion:
         if key is not None and self._projected.get('drive key') == key:
             return self._projected['drive current']
         command = self.measured.column('voltage', 0.0) if command is None else command
-        fast = self.measured.fast
-        speed = np.pad(fast.smooth(bridged(self._angles(self._readings)[0]), 1), fast.reach,
-                       mode='edge')
-        current = drive_current(self.servo, theta, command, speed, self.measured)
+        current = drive_current(self.servo, theta, command, self._fast_speed, self.measured)
         if self.measured.recording.has('voltage'):  # a drive without a command is off
             current[~np.isfinite(self.measured.recording['voltage'])] = np.nan
         if key is not None:
             self._projected['drive key'], self._projected['drive current'] = key, current
         return current
+
+    @cached_property
+    def _fast_speed(self) -> np.ndarray:
+        """Speed of the motor for the electrical equations, rad/s, at every sample."""
+        fast = self.measured.fast
+        return np.pad(fast.smooth(bridged(self._angles(self._readings)[0]), 1), fast.reach,
+                      mode='edge')
 
     def controller_output(self, theta: np.ndarray, settings: Mapping[int, float] | None = None,
                           shaken: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..decisions import SAMPLING
-from .samples import late_channels, ResidualSamples, sampling_columns
+from .samples import ResidualSamples
+from .sampling_instants import late_channels, sampling_columns
 
 CONVENTION = (-1.1, 0.2)  # sample periods: a reading may be taken before or after the command acts
 STEP = 0.25  # share of a tolerance over which a slope is taken

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from servo_twin.balances.equation_terms import EQUATIONS, Term
+from servo_twin.balances.equation_terms import EQUATIONS
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
@@ -16,15 +16,13 @@ from .along_motion import drive_current
 from .doubt import doubt_about
 from .equation_errors import EquationErrors
 from .measured import measure
-from .test_function import taps, TestFunction
+from .residual_noise import propagated_noise, signal_of
+from .sampling_instants import Columns, sampling_columns
+from .test_function import TestFunction
 
 LARGEST = 1e5  # a model that runs away moves a residual by no more than this
 JITTER = 0.15  # sample periods by which instants of sampling scatter unseen
 ROUGH = 0.6745  # median size of a normal deviate
-
-Columns = Mapping[int, Mapping[str, np.ndarray]]
-"""By recording and equation: values at the centres, shape (centres,) or (centres, n)."""
-
 
 @dataclass
 class ResidualSamples:
@@ -176,144 +174,3 @@ def residual_samples(recordings: Sequence[Recording], servo: Servo) -> ResidualS
 
     return ResidualSamples(servo, [EquationErrors(servo, one)
                                    for one in measure(recordings, servo, drive)])
-
-
-def signal_of(one: EquationErrors, equation: str, theta: np.ndarray, keep: np.ndarray) -> float:
-    """Root mean square of the largest term of an equation: what its residual is small against."""
-    motion = one.motion_of(equation)
-    if equation == 'transmission':
-        twist = motion['torsion'] if 'torsion' in motion.__dict__ else motion['wind_up']
-        return float(np.std(twist))
-    if equation == 'drive':
-        size = one.measured.recording['current']
-    elif equation == 'controller':
-        size = one.measured.recording['voltage']
-    elif equation == 'load':
-        size = one.measured.recording['torque']
-    else:
-        current = (one.measured.recording['current'] if 'current' in one.measured.channels
-                   else one.drive_current(theta))
-        constant = theta[one.slots['drive.torque_constant'].start]
-        lever = theta[one.slots['mechanism.ratio'].start] if equation == 'torque' else 1.0
-        size = current * constant * lever
-    size = size[np.isfinite(size)]
-    return float(np.sqrt(np.mean(size**2))) if len(size) else 0.0
-
-
-def propagated_noise(one: EquationErrors, equation: str,
-                     theta: np.ndarray) -> tuple[float, tuple[float, float]]:
-    """
-    Return (standard deviation of a residual by the noise of the readings, its correlation).
-
-    The correlation is that of neighbouring samples, and of those two apart. Quantities that follow
-    from a reading (the other shaft of one encoder, the current of a command) are followed back.
-    """
-    measured, test = one.measured, one.test(equation)
-    noise = {name: 0.0 if np.isnan(size) else size for name, size in measured.noise.items()}
-    noise['voltage'] = float(np.nan_to_num(one.servo.noise('voltage')))
-    if equation == 'controller':
-        return _controller_noise(one, theta, noise), (0.0, 0.0)
-    ratio = one.servo.numbers['mechanism.ratio']
-    passed: dict[str, np.ndarray] = {}
-
-    def take(signal: str, order: int, factor: float) -> None:
-        shape = taps(test.spacing, order) * ((-1.0) ** order / test.period ** order) * factor
-        passed[signal] = passed.get(signal, 0.0) + shape
-
-    for term in one._terms(theta)[equation]:
-        for signal, order, factor in _readings_of(term, one, theta, ratio):
-            take(signal, order, factor)
-    power, shifted = 0.0, np.zeros(2)
-    for signal, shape in passed.items():
-        size = noise.get(signal, 0.0) ** 2
-        power += size * float(shape @ shape)
-        for k in (1, 2):
-            lag = k * test.stride
-            if lag < len(shape):
-                shifted[k - 1] += size * float(shape[lag:] @ shape[:-lag])
-    alike = shifted / power if power > 0.0 else np.zeros(2)
-    return float(np.sqrt(power)), (float(alike[0]), float(alike[1]))
-
-
-def _readings_of(term: Term, one: EquationErrors, theta: np.ndarray, ratio: float
-                 ) -> Iterator[tuple[str, int, float]]:
-    """Yield (reading, order, factor) of a term: what is derived is followed to its readings."""
-    channels = one.measured.channels
-    if term.signal == 'motor_position' and term.signal not in channels:
-        yield 'load_position', term.order, term.factor * ratio
-    elif term.signal == 'load_position' and term.signal not in channels:
-        yield 'motor_position', term.order, term.factor / ratio
-    elif term.signal in ('drive_current', 'current') and (
-            term.signal == 'drive_current' or 'current' not in channels):
-        values = {p: theta[s.start] for p, s in one.slots.items() if p.startswith('drive.')}
-        resistance = values.get('drive.resistance', 0.0) + values.get('drive.proportional', 0.0)
-        gain = values.get('drive.gain', 0.0) * (values.get('drive.proportional') or 1.0)
-        yield 'voltage', term.order, term.factor * gain / (resistance or 1.0)
-        if resistance:
-            back = -term.factor * values.get('drive.back_emf', 0.0) / resistance
-            shaft = 'motor_position' in channels
-            yield ('motor_position' if shaft else 'load_position', term.order + 1,
-                   back * (1.0 if shaft else ratio))
-    elif term.signal in channels:
-        yield term.signal, term.order, term.factor
-
-
-def _controller_noise(one: EquationErrors, theta: np.ndarray, noise: Mapping[str, float]) -> float:
-    """Standard deviation of the controller's residual by the noise of the encoders, V."""
-    chance = np.random.default_rng(0)
-    angles = one.angles()
-    ratio = one.servo.numbers['mechanism.ratio']
-    has = one.measured.channels
-    shake = [chance.normal(0.0, noise[name], len(angle)) if name in has else None
-             for name, angle in zip(('motor_position', 'load_position'), angles, strict=True)]
-    motor, load = shake
-    if motor is None and load is not None:
-        motor = load * ratio
-    elif load is None and motor is not None:
-        load = motor / ratio
-    shaken = one.controller_output(theta, shaken=(angles[0] + motor, angles[1] + load))
-    change = one.test('controller').project(shaken - one.controller_output(theta))
-    return float(np.hypot(np.nanstd(change),
-                          noise['voltage'] * one.test('controller').gain(0)))
-
-
-def sampling_columns(errors: list[EquationErrors], steep: bool = False) -> Columns:
-    """
-    Return what a channel does that is read one sample period late: columns by channel.
-
-    With ``steep`` the angle of the load, whose jumps are none, is left out. All side by side in
-    the order of :func:`late_channels`.
-    """
-    names = [n for n in late_channels(errors) if not (steep and n == 'load_position')]
-    answer: dict[int, dict[str, np.ndarray]] = {}
-    for number, one in enumerate(errors):
-        theta = one.servo.theta
-        for name, several in one._terms(theta).items():
-            table = np.zeros((len(one.times(name)), len(names)))
-            for term in several:
-                signal = _late(term, one)
-                if signal not in names:
-                    continue
-                series = one._series(term.signal, name, theta, one._readings,
-                                     (one.motion, one.gear_motion), {}, None)
-                assert series is not None  # what is read late is a reading
-                shift = term.factor * one.test(name).project(series, term.order + 1)
-                table[:, names.index(signal)] += np.nan_to_num(shift * one.measured.period)
-            answer.setdefault(number, {})[name] = table
-    return answer
-
-
-def _late(term: Term, one: EquationErrors) -> str:
-    if term.signal == 'current':
-        return 'current' if 'current' in one.measured.channels else 'drive'
-    return {'torque': 'torque', 'load_position': 'load_position', 'drive_current': 'drive',
-            'voltage': 'controller'}.get(term.signal, '')
-
-
-def late_channels(errors: list[EquationErrors]) -> list[str]:
-    """Return the channels whose instant of sampling is not known."""
-    seen = {_late(term, one) for one in errors for several in one._terms(one.servo.theta).values()
-            for term in several}
-    both = any({'motor_position', 'load_position'} <= one.measured.channels for one in errors)
-    return [n for n in ('current', 'torque', 'load_position', 'drive', 'controller')
-            if n in seen and (n != 'load_position' or both)]

@@ -28,7 +28,8 @@ def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
 
 
 @njit(cache=True, nogil=True)
-def _active_set(gram, slope, low, high):
+def _active_set(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
+                high: np.ndarray) -> np.ndarray:
     size = len(slope)
     flat = 1e-10 * np.abs(slope).max()
     free = np.ones(size, dtype=np.bool_)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,26 +47,29 @@ class Explained:
 
 
 def explained(samples: ResidualSamples, without: Collection[str] = (),
-              tick=lambda share: None) -> Explained:
+              tick: Callable[[float], None] = lambda share: None) -> Explained:
     """Find the set of mechanisms that explains residuals; ``without`` names what is left out."""
-    answer = None
-    for turn in range(ROUNDS):
-        nuisance = nuisance_of(samples)
-        start = samples.base + nuisance.columns @ bounded(
-            nuisance.columns.T @ nuisance.columns, nuisance.columns.T @ samples.base,
-            nuisance.low, nuisance.high)
-        several = hypotheses_of(Builder(samples), start, without)
-        search = Search(Regression(samples, nuisance, several))
-        answer = Explained(samples, nuisance, several, search, search.explain())
-        tick((turn + 1) / ROUNDS)
-        if turn + 1 == ROUNDS:
-            break
+    answer = _explained(samples, without)
+    for turn in range(1, ROUNDS):
+        tick(turn / ROUNDS)
         errors = [_at(one, n, answer) for n, one in enumerate(samples.errors)]
         if not any(_changed(*pair) for pair in zip(samples.errors, errors, strict=True)):
             break
         samples = ResidualSamples(samples.servo, errors)
-        answer = search = several = None  # the tables of two rounds at once are too much
+        del answer  # the tables of two rounds at once are too much
+        answer = _explained(samples, without)
+    tick(1.0)
     return answer
+
+
+def _explained(samples: ResidualSamples, without: Collection[str]) -> Explained:
+    nuisance = nuisance_of(samples)
+    start = samples.base + nuisance.columns @ bounded(
+        nuisance.columns.T @ nuisance.columns, nuisance.columns.T @ samples.base,
+        nuisance.low, nuisance.high)
+    several = hypotheses_of(Builder(samples), start, without)
+    search = Search(Regression(samples, nuisance, several))
+    return Explained(samples, nuisance, several, search, search.explain())
 
 
 def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
@@ -79,7 +82,8 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
         unseen[signal] = np.nan_to_num(one.full(change))
     for index in fit.choice.numbers:
         columns = answer.hypotheses[index].columns
-        if columns.signal not in ('torque', 'motor_torque', 'load_torque'):
+        if columns.of is None or columns.signal not in (
+                'torque', 'motor_torque', 'load_torque'):
             continue
         series = columns.factor * columns.of(one) @ answer.amplitudes(index)
         series = np.nan_to_num(one.full(series))
@@ -112,7 +116,7 @@ def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
     inertia, rotor = (moved[one.slots[f'mechanism.{name}_inertia'].start]
                       if f'mechanism.{name}_inertia' in one.slots else 0.0
                       for name in ('load', 'rotor'))
-    motion, ratio = one.motion, one.servo.values['mechanism.ratio']
+    motion, ratio = one.motion, one.servo.numbers['mechanism.ratio']
     return {'motor_torque': out['motor_push'] + out['motor_resistance']
             - rotor * ratio * motion['load_acceleration'],
             'load_torque': out['load_push'] + out['load_resistance']

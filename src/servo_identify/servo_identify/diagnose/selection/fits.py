@@ -180,7 +180,8 @@ class Fits:
         return doubt @ share / np.maximum(share.sum(axis=0), 1e-300)
 
     @staticmethod
-    def _solved(gram: np.ndarray, prior: np.ndarray, low, high) -> np.ndarray:
+    def _solved(gram: np.ndarray, prior: np.ndarray, low: np.ndarray,
+                high: np.ndarray) -> np.ndarray:
         gram = gram.copy()
         gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
         return solve(gram, low, high)

@@ -137,16 +137,16 @@ class Regression:
                 moved = np.flatnonzero(some.any(axis=0) | (first == 0))
                 used.append(first + moved)
                 several.append(some[:, moved])
-            used, part = np.concatenate(used), np.hstack(several)
+            kept, part = np.concatenate(used), np.hstack(several)
             del several
             edges = np.searchsorted(samples.block[rows], np.arange(self.blocks + 1))
-            products = np.zeros((self.blocks, len(used), len(used)))
+            products = np.zeros((self.blocks, len(kept), len(kept)))
             for b in range(self.blocks):
                 some = part[edges[b]:edges[b + 1]]
                 products[b] = some.T @ some
             where = np.full(self.size, -1)
-            where[used] = np.arange(len(used))
-            self.inside.append(used)
+            where[kept] = np.arange(len(kept))
+            self.inside.append(kept)
             self.products.append(products)
             self.where.append(where)
 

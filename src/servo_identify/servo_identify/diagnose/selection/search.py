@@ -8,24 +8,20 @@ well as the best, the smallest is the answer.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from servo_twin.balances.equation_terms import EQUATIONS
-
-from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, FORM, OPEN, WORTH
+from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import UNKNOWN
-from .fits import Choice, Fits, Fitted, SURE
+from .fits import Choice, Fitted, SURE
+from .significance import Significance
 
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated
-DRAWS = 400  # sign flips behind the null distribution
 MOST = 5  # mechanisms in a set
-APART = 1e-4  # share of its square that a column must have beside others to count as its own
 
 
-class Search(Fits):
-    """Compares sets of hypotheses."""
+class Search(Significance):
+    """Grows and thins sets of hypotheses."""
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
@@ -60,7 +56,7 @@ class Search(Fits):
         beam, best = [self.nothing], self.nothing
         for _ in range(MOST):
             grown = self._grown(beam)
-            if not grown or not self._significant(best, grown[0]):
+            if not grown or not self.significant(best, grown[0]):
                 break
             best = self._improved(grown[0])
             beam = [best, *(one for one in grown if one is not best)][:BEAM]
@@ -82,13 +78,14 @@ class Search(Fits):
         for near in beam:
             for choice in self.short_list(near):
                 found[choice] = self.fitted(choice)
-        unique = {}
+        unique: dict[frozenset[tuple[int, int]], Fitted] = {}
         for one in sorted(found.values(), key=lambda f: f.total):
             unique.setdefault(frozenset(one.choice.members), one)
         return list(unique.values())
 
     def short_list(self, near: Fitted) -> list[Choice]:
-        listed, counted = [], {}
+        listed: list[Choice] = []
+        counted: dict[tuple[str, ...], int] = {}
         for _, number, side in self.candidates(near):
             key = self.regression.hypotheses[number].mechanism.key
             if counted.get(key, 0) < 2:
@@ -118,7 +115,7 @@ class Search(Fits):
         """Take out what is not needed beside the others."""
         while fit.choice.members:
             rests = [self.fitted(fit.choice.minus(n)) for n in fit.choice.numbers]
-            needless = [rest for rest in rests if not self._significant(rest, fit)]
+            needless = [rest for rest in rests if not self.significant(rest, fit)]
             if not needless:
                 break
             fit = min(needless, key=lambda f: f.total)
@@ -146,7 +143,7 @@ class Search(Fits):
 
         By its form: it leaves no more than what the best form of a mechanism may be off.
         """
-        whole, left, least = (self._power(each) for each in (self.nothing, one, best))
+        whole, left, least = (self.power(each) for each in (self.nothing, one, best))
         if np.all(left <= np.maximum(CALIBRATED + FORM**2 * whole, (1.0 + FORM**2) * least)):
             return True
         lost = self.lost(one, best)
@@ -162,60 +159,10 @@ class Search(Fits):
         return float(0.5 * (self._blocks_of * left).sum()
                      + 0.5 * np.log(max(2, self.regression.blocks)) * fit.numbers)
 
-    def _power(self, fit: Fitted) -> np.ndarray:
-        """Mean square that a set leaves in each equation."""
-        size = np.maximum(self.sizes.sum(axis=1), 1.0)
-        return (self.groups(fit.held_out) * self.sizes).sum(axis=1) / size
-
     def _nameless(self, fit: Fitted) -> int:
         """How many members of a set have no name."""
         return sum(self.regression.hypotheses[n].mechanism.name == UNKNOWN
                    for n in fit.choice.numbers)
-
-    def lost(self, fit: Fitted, best: Fitted) -> np.ndarray:
-        """
-        Return how much worse one set predicts than another, nats: as seen, then resampled.
-
-        What either leaves below the floor does not count. Blocks are resampled within each
-        family of excitation, shape (1 + DRAWS,).
-        """
-        floor = self.floor()[:, None, :]
-        sizes = self._drawn(self.regression.counts)
-        several = []
-        for one in (fit, best):
-            with np.errstate(invalid='ignore', divide='ignore'):
-                left = np.where(sizes > 0, self._drawn(one.held_out) / sizes, 0.0)
-            several.append(np.log(np.maximum(left, floor)))
-        return 0.5 * (sizes * (several[0] - several[1])).sum(axis=(0, 2))
-
-    def _drawn(self, errors: np.ndarray) -> np.ndarray:
-        """Sum by equation, draw and family what is known by equation and block."""
-        family = self.regression.family
-        return np.stack([errors[:, family == f] @ self._draws[:, family == f].T
-                         for f in range(len(self.regression.families))], axis=2)
-
-    @cached_property
-    def _draws(self) -> np.ndarray:
-        """How often each draw takes each block, (1 + DRAWS, blocks); the first takes each once."""
-        chance, family = np.random.default_rng(0), self.regression.family
-        counts = np.ones((1 + DRAWS, self.regression.blocks))
-        for f in range(len(self.regression.families)):
-            mine = np.flatnonzero(family == f)
-            if len(mine):
-                counts[1:, mine] = chance.multinomial(len(mine), np.full(len(mine), 1 / len(mine)),
-                                                      DRAWS)
-        return counts
-
-    def _significant(self, before: Fitted, after: Fitted) -> bool:
-        """
-        Tell whether a gain is more than the best of all hypotheses would have by chance.
-
-        Where an equation is certainly off, something is there: its first name needs less.
-        """
-        level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
-        gain = self.gain(before, after)
-        return (after.total < before.total and self._worth(before, after)
-                and gain > self.chance(before, after, level))
 
     @property
     def singles(self) -> list[Fitted]:
@@ -223,78 +170,6 @@ class Search(Fits):
         several = [one for one in self._known.values()
                    if len(one.choice.members) == 1 and one.total < self.nothing.total]
         return sorted(several, key=lambda one: one.total)
-
-    @cached_property
-    def off(self) -> set[str]:
-        """The equations that are off by more than noise and margin can make them."""
-        power = self._power(self.nothing)
-        return {EQUATIONS[e] for e, square in zip(self.regression.equations, power, strict=True)
-                if square > OPEN**2}
-
-    def _worth(self, before: Fitted, after: Fitted) -> bool:
-        """Tell whether new members close a part of the gap of an equation that is worth naming."""
-        whole, first, last = (self.excess(one) for one in (self.nothing, before, after))
-        return bool(np.any((first - last > WORTH * whole) & self._acts(before, after)))
-
-    def excess(self, fit: Fitted) -> np.ndarray:
-        """Root mean square above the calibrated floor that a set leaves in each equation."""
-        left = np.maximum(0.0, self.groups(fit.held_out) - CALIBRATED)
-        size = np.maximum(self.sizes.sum(axis=1), 1.0)
-        return np.sqrt((left * self.sizes).sum(axis=1) / size)
-
-    def _acts(self, before: Fitted, after: Fitted) -> np.ndarray:
-        """Tell in which equations new members have columns."""
-        new = [self.regression.members[n] for n in after.choice.numbers
-               if n not in before.choice.numbers]
-        return np.array([any((where[members] >= 0).any() for members in new)
-                         for where in self.regression.where])
-
-    def gain(self, before: Fitted, after: Fitted) -> float:
-        """Return what a set gains in the equations in which its new members act, nats."""
-        floor, acts = self.floor(), self._acts(before, after)
-        ratio = np.log(np.maximum(self.groups(before.held_out), floor)
-                       / np.maximum(self.groups(after.held_out), floor))
-        return float(0.5 * (self.sizes * ratio)[acts].sum())
-
-    def chance(self, before: Fitted, after: Fitted, level: float = FALSE_ALARM) -> float:
-        """
-        Return the gain that the best hypothesis reaches by chance at a level, nats.
-
-        What the larger set leaves has its sign drawn block by block: a pattern of the same
-        noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
-        in the groups where more is left than the floor.
-        """
-        regression = self.regression
-        weight = np.where(self.groups(before.held_out) > self.floor(), after.weight, 0.0)
-        whole = self.sums(weight).whole
-        known = before.columns[1:]
-        known = known[np.diag(whole)[known] > 0.0]
-        several = [np.setdiff1d(members, known) for members in regression.members]
-        wanted = np.concatenate([known, *several]).astype(int)
-        scores = regression.scores_of(after.columns, after.values, wanted, weight)
-        flips = np.random.default_rng(0).choice((-1.0, 1.0), (DRAWS, regression.blocks))
-        drawn = flips @ scores
-        gram = whole[wanted[:, None], wanted]
-        size = len(known)
-        inner = gram[:size, :size] + 1e-9 * np.diag(np.maximum(np.diag(gram)[:size], 1e-300))
-        across = np.linalg.solve(inner, gram[:size]) if size else np.zeros((0, len(wanted)))
-        left = drawn - drawn[:, :size] @ across
-        most, at = np.zeros(DRAWS), size
-        for members in several:
-            mine = slice(at, at + len(members))
-            at += len(members)
-            if not len(members):
-                continue
-            square = gram[mine, mine] - gram[mine, :size] @ across[:, mine]
-            own = np.diag(square) > APART * np.diag(gram)[mine]
-            if not own.any():
-                continue  # what the known columns do already
-            weight = np.sqrt(np.diag(square)[own])
-            scaled = np.linalg.pinv(square[np.ix_(own, own)] / np.outer(weight, weight),
-                                    rcond=APART)
-            part = left[:, mine][:, own] / weight
-            most = np.maximum(most, 0.5 * np.einsum('di,ij,dj->d', part, scaled, part))
-        return float(np.quantile(most, 1.0 - level))
 
 
 @dataclass(frozen=True)

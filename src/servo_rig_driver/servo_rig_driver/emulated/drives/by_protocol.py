@@ -9,10 +9,10 @@ from typing import Any
 import yaml
 
 from ...devices.device import DeviceError
+from ...devices.drive_settings import DriveSettings
 from ...devices.mit_table import load_mit_table
 from ...devices.moteus_registers import MoteusTable
 from ...devices.odrive import load_odrive
-from ...devices.on_request import DriveSettings
 from ...devices.tables import MALFORMED
 from ..emulated_bench import Bench
 from .mit_mode import EmulatedMit

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ...can_bus.unix_frames import EXTENDED
+from ...devices.drive_settings import DriveSettings
 from ...devices.mit_table import MitTable
-from ...devices.on_request import DriveSettings
 from ...devices.pdo_table import FrameError
 from .. import rig_sampling
 from ..emulated_bench import Bench

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isnan, nan, tau
 
 from ...can_bus.unix_frames import EXTENDED, FD
+from ...devices.drive_settings import DriveSettings
 from ...devices.moteus_registers import (
     FAULTED,
     MoteusTable,
@@ -15,7 +16,6 @@ from ...devices.moteus_registers import (
 from ...devices.moteus_registers import (
     identifier as frame_identifier,
 )
-from ...devices.on_request import DriveSettings
 from ...devices.pdo_table import FrameError
 from .. import rig_sampling
 from ..emulated_bench import Bench

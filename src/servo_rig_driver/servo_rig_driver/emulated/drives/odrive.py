@@ -6,7 +6,7 @@ from math import tau
 
 from ...can_bus.unix_frames import REMOTE
 from ...devices.dbc_messages import DbcMessages
-from ...devices.on_request import DriveSettings
+from ...devices.drive_settings import DriveSettings
 from ...devices.pdo_table import FrameError
 from .. import rig_sampling
 from ..emulated_bench import Bench

@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...devices.on_request import DriveSettings
+from ...devices.drive_settings import DriveSettings
 from .. import rig_sampling
 from ..emulated_bench import Bench, COMMANDS
 

@@ -1,0 +1,85 @@
+"""Smoothed channels of a recording and their derivatives, in the units of a possible mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from servo_twin.recording.recording import Recording
+
+MOST = 20_000  # samples that are looked at: the first ones
+ANGLES = ('motor_position', 'load_position')
+OTHERS = ('voltage', 'current', 'current_reference', 'torque', 'external_torque',
+          'reference_position', 'reference_velocity')
+
+
+@dataclass(frozen=True)
+class Signals:
+    """
+    Channels under one Gaussian of ``width`` samples; arrays of shape (samples,).
+
+    ``plain`` holds each measured channel in its own unit. ``speed``, ``acceleration`` and ``sign``
+    (of the speed, smoothed) are those of each measured angle, on its own shaft.
+    """
+
+    width: float
+    plain: Mapping[str, np.ndarray]
+    speed: Mapping[str, np.ndarray]
+    acceleration: Mapping[str, np.ndarray]
+    sign: Mapping[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(next(iter(self.plain.values()))) if self.plain else 0
+
+    def scaled(self, factors: Mapping[str, float], time: float = 1.0,
+               renamed: Mapping[str, str] | None = None) -> Signals:
+        """Return the channels times ``factors``, under new names, with another unit of time."""
+        names = renamed or {}
+
+        def of(columns: Mapping[str, np.ndarray], order: int) -> dict[str, np.ndarray]:
+            return {names.get(name, name): factors.get(name, 1.0) / time**order * column
+                    for name, column in columns.items()}
+
+        signs = {names.get(name, name): np.sign(factors.get(name, 1.0)) * column
+                 for name, column in self.sign.items()}
+        return Signals(self.width, of(self.plain, 0), of(self.speed, 1),
+                       of(self.acceleration, 2), signs)
+
+
+def signals(one: Recording, width: float) -> Signals | None:
+    """Return the channels under a Gaussian; None where too few samples are left."""
+    has = [name for name in (*ANGLES, *OTHERS) if one.has(name)]
+    driven = [name for name in ('current', 'voltage') if name in has][:1]  # NaN: the drive is off
+    needed = [*(name for name in ANGLES if name in has), *driven]
+    known = np.all([np.isfinite(one[name][:MOST]) for name in needed], axis=0) if needed else None
+    edge = int(4 * width)
+    if known is None or len(known) < 2 * edge + 20 * width:
+        return None
+    kept = slice(edge, len(known) - edge)
+    whole = gaussian_filter1d(known.astype(float), width)[kept] > 0.99
+    if whole.sum() < 20 * width:
+        return None
+
+    def through(values: np.ndarray, order: int = 0) -> np.ndarray:
+        smooth = gaussian_filter1d(values, width, order=order) / one.period**order
+        return smooth[kept][whole]
+
+    filled = {name: bridged(one[name][:MOST]) for name in has}
+    angles = [name for name in ANGLES if name in has]
+    speeds = {name: gaussian_filter1d(filled[name], width, order=1) for name in angles}
+    return Signals(width, {name: through(column) for name, column in filled.items()},
+                   {name: through(filled[name], 1) for name in angles},
+                   {name: through(filled[name], 2) for name in angles},
+                   {name: through(np.sign(speeds[name])) for name in angles})
+
+
+def bridged(values: np.ndarray) -> np.ndarray:
+    """Return a channel with straight lines over what is missing; NaN where nothing is known."""
+    known = np.isfinite(values)
+    if known.all() or not known.any():
+        return values
+    rows = np.arange(len(values))
+    return np.interp(rows, rows[known], values[known])

@@ -1,0 +1,58 @@
+"""What a recorder can be told, and the topics that it records."""
+
+from __future__ import annotations
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+EVENT = 'servo_twin_msgs/msg/Event'
+DEFAULT_TOPICS = {
+    'encoder': 'servo_twin_msgs/msg/Encoder',
+    'torque': 'servo_twin_msgs/msg/Torque',
+    'current': 'servo_twin_msgs/msg/Current',
+    'command': 'servo_twin_msgs/msg/Command',
+    'joint_states': 'sensor_msgs/msg/JointState',
+    'twin/prediction': 'servo_twin_msgs/msg/Prediction',
+    'twin/residual': 'servo_twin_msgs/msg/Residual',
+    'twin/plot/residual': 'servo_twin_msgs/msg/PlotResidual',
+    'events': EVENT,
+    '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
+    '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
+}
+"""What is recorded when nothing else is said; others are given as 'name:package/msg/Type'."""
+
+
+def declare(node: Node) -> None:
+    """Declare what a recorder can be told."""
+    def one(name: str, default: object, text: str, **limits: object) -> None:
+        node.declare_parameter(name, default, ParameterDescriptor(description=text, **limits))
+
+    one('topics', list(DEFAULT_TOPICS), 'Topics to record: names that the recorder knows, '
+        "or 'name:package/msg/Type'; relative names are in the node's namespace")
+    one('output', '', 'Bag directory to create; empty: recordings/<date and time>')
+    one('servo_file', '', 'Servo file that is stored with the bag: a path or a '
+        'shipped name such as rv_plain; empty: none')
+    one('family', '', 'Excitation family, such as speed_ladder; empty: not said')
+    one('replicate', 0, 'Number of this recording of the same excitation; 0: not said',
+        integer_range=[IntegerRange(from_value=0, to_value=2**31 - 1, step=1)])
+    one('note', '', 'Free text')
+    one('chunk_bytes', 1 << 20, 'Uncompressed bytes after which a chunk goes to disk',
+        integer_range=[IntegerRange(from_value=1 << 12, to_value=1 << 20, step=1)])
+    one('chunk_seconds', 0.5, 'Age [s] at which a chunk goes to disk: what a killed '
+        'recorder loses', floating_point_range=[
+            FloatingPointRange(from_value=0.01, to_value=60.0)])
+    one('history', 5000, 'Messages a topic that may wait while the recorder is busy',
+        integer_range=[IntegerRange(from_value=1000, to_value=1_000_000, step=1)])
+
+
+def topics_of(node: Node) -> dict[str, str]:
+    """Return the types of the topics to record, by resolved name; raises ValueError."""
+    topics = {}
+    for entry in node.get_parameter('topics').value:
+        name, _, kind = entry.partition(':')
+        kind = kind or DEFAULT_TOPICS.get(name, '')
+        if kind.count('/') != 2:
+            raise ValueError(f"topics: {entry!r} has no type; write 'name:package/msg/Type', "
+                             f'or one of {list(DEFAULT_TOPICS)}')
+        topics[node.resolve_topic_name(name)] = kind
+    return topics

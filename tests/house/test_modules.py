@@ -1,0 +1,40 @@
+"""Modules hold one idea: none is long without a reason."""
+
+from pathlib import Path
+
+SOURCES = Path(__file__).parents[2] / 'src'
+MOST = 250  # lines
+
+LONGER = {
+    'servo_identify/diagnose/answer/verdict.py': 'one function for each field of the report',
+    'servo_identify/diagnose/handover/added.py': 'one function for each form of a missing effect',
+    'servo_identify/diagnose/handover/chosen_fit.py': 'one choice, by what each try predicts',
+    'servo_identify/diagnose/handover/laws.py': 'one curve, as law, harmonics or spline',
+    'servo_identify/diagnose/residuals/equation_errors.py': 'one class: equations of a recording',
+    'servo_identify/fit/output_error.py': 'one fit from start to standard deviations',
+    'servo_identify/nodes/identify_node.py': 'one node: its topics share the state',
+    'servo_identify/nodes/jobs_node.py': 'one node: its actions share lock and folder',
+    'servo_rig_driver/driver/driver_node.py': 'one lifecycle node: transitions share the link',
+    'servo_rig_driver/driver/rig_link.py': 'one state machine, a method for each state',
+    'servo_rig_driver/emulated/canopen_nodes.py': 'one set of objects that SDO and PDO both reach',
+    'servo_rig_driver/emulated/rig_process.py': 'one loop between bus, signals and faults',
+    'servo_twin/bag/mcap_reading.py': 'one pass over the records of a file',
+    'servo_twin/description/servo_file.py': 'one file format, read and written side by side',
+    'servo_twin/lockstep/twin.py': 'one twin: steps, gaps and restarts share its state',
+    'servo_twin/nodes/twin_node.py': 'one lifecycle node: transitions share the lockstep',
+    'servo_twin/physics/kernel.py': 'one text that is compiled, made part by part',
+    'servo_twin/physics/servo.py': 'one object that all else is read off',
+    'servo_twin/simulators/to_model/as_joint.py': 'one function for each part that is translated',
+}
+"""Modules past MOST, by their path below a package, and why each is one idea."""
+
+
+def lines_of(path: Path) -> int:
+    return len(path.read_text('utf8').splitlines())
+
+
+def test_a_module_is_short_or_says_why():
+    longer = {str(path.relative_to(package)) for package in SOURCES.iterdir()
+              for path in package.rglob('*.py') if lines_of(path) > MOST}
+    assert longer - set(LONGER) == set(), f'past {MOST} lines: two ideas make two files'
+    assert set(LONGER) - longer == set(), 'these need no reason any more'

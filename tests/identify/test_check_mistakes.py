@@ -1,0 +1,167 @@
+"""Realistic mistakes in recordings of every emulated rig: the check ..."""
+
+from dataclasses import replace
+from functools import lru_cache
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servo_identify.data.scales import scale_findings
+from servo_rig_driver.emulated.make_recording import make_recording
+from servo_twin.description.servo_file import load
+from servo_twin.recording.recording import COLUMNS, Recording
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+ANGLES = ('motor_position', 'load_position')
+AMPLITUDES = {'pan_tilt_azimuth': 6.0, 'pan_tilt_elevation': 6.0}
+"""Volts that move a rig which two volts do not."""
+RIGS = sorted(path.stem for path in (CONFIG / 'rigs').glob('*.yaml'))
+
+
+@lru_cache
+def recorded(rig, family='sine', channels=''):
+    """Return five seconds of a rig; ``channels`` leaves some out: motor, load, no current."""
+    settings = {'amplitude': AMPLITUDES.get(rig, 1.5)} if family == 'sine' else {}
+    made = make_recording(family, CONFIG / 'rigs' / f'{rig}.yaml', settings=settings, duration=5.0,
+                          rate=500.0)
+    columns = {name: made[name] for name in COLUMNS if name in made}
+    left_out = {'motor': ('load_position', 'torque'), 'load': ('motor_position', 'torque'),
+                'no current': ('current', 'torque')}.get(channels, ())
+    columns |= {name: np.full(len(made['t']), np.nan) for name in left_out}
+    return Recording(f'{rig} {family}', 0.002, columns)
+
+
+@lru_cache
+def servo_of(rig):
+    """Return the shipped servo of a rig."""
+    return load(CONFIG / 'servos' / f'{rig}.yaml')
+
+
+def times(one, **factors):
+    """Return a recording with channels multiplied."""
+    return replace(one, columns={**one.columns, **{n: f * one[n] for n, f in factors.items()}})
+
+
+def called(one, **names):
+    """Return a recording whose channels are called otherwise: new=old; the old ones are gone."""
+    nothing = np.full(len(one), np.nan)
+    columns = {**one.columns, **dict.fromkeys(names.values(), nothing)}
+    return replace(one, columns={**columns, **{new: one[old] for new, old in names.items()}})
+
+
+def red(one, rig):
+    """Return the red sentences about one recording."""
+    return ' '.join(finding.sentence for finding in scale_findings([one], servo_of(rig))
+                    if finding.level == 'red')
+
+
+def mistakes(one, rig):
+    """Yield (what was done, words that must be said) for all that such a recording can have."""
+    there = [name for name in ANGLES if one.has(name)]
+    servo = servo_of(rig)
+    for name in there:
+        yield times(one, **{name: -1.0}), (name, 'other sign')
+        unit, factor, words = (('1/1000', 1e3, 'mm') if servo.straight(name) else
+                               ('57.3', 180.0 / pi, 'degrees'))
+        yield times(one, **{name: factor}), (unit, f'{name} is in {words}')
+    if len(there) == 2:
+        yield times(one, **dict.fromkeys(there, -1.0)), ('other sign',)
+        yield called(one, motor_position='load_position', load_position='motor_position'), (
+            'encoders are exchanged',)
+        if not any(servo.straight(name) for name in there):
+            yield times(one, **dict.fromkeys(there, 180.0 / pi)), ('57.3', 'are in degrees')
+    yield replace(one, period=1e3 * one.period), ('0.001', 'milliseconds')
+    yield times(one, voltage=-1.0), ('voltage', 'other sign')
+    yield times(one, voltage=1e3), ('1/1000', 'mV')
+    if one.has('current'):
+        yield times(one, current=-1.0), ('current has the other sign',)
+        yield times(one, current=1e3), ('1/1000', 'mA')
+        yield times(one, current=-1.0, voltage=-1.0), ('opposite sign',)
+    if one.has('torque'):
+        yield times(one, torque=-1.0), ('torque sensor reads against',)
+        yield times(one, torque=1e3), ('1/1000', 'mN m')
+
+
+@pytest.mark.parametrize('rig', RIGS)
+def test_it_is_not_red_about_correct_recordings_of(rig):
+    for family, channels in (('sine', ''), ('sine', 'motor'), ('sine', 'load'),
+                             ('multisine', 'no current'), ('speed_ladder', '')):
+        one = recorded(rig, family, channels)
+        if any(one.has(name) for name in ANGLES):
+            assert red(one, rig) == '', (family, channels)
+
+
+@pytest.mark.parametrize('rig', RIGS)
+def test_it_names_each_mistake_and_its_factor_in_recordings_of(rig):
+    one = recorded(rig)
+    for spoilt, words in mistakes(one, rig):
+        said = red(spoilt, rig)
+        missing = [word for word in words if word not in said]
+        assert not missing, (words, said)
+
+
+@pytest.mark.parametrize(('rig', 'has', 'is_of'), [
+    ('rv_bench', 'motor', 'load'), ('rv_bench', 'load', 'motor'), ('geared_dc', 'motor', 'load'),
+    ('dc_gearmotor', '', 'load'), ('ema_bench', 'load', 'motor')])
+def test_it_sees_an_encoder_of_the_other_shaft_where_there_is_one(rig, has, is_of):
+    one = recorded(rig, 'sine', has)
+    right = 'load_position' if has == 'load' else 'motor_position'
+    wrong = 'motor_position' if has == 'load' else 'load_position'
+    said = red(called(one, **{wrong: right}), rig)
+    assert 'angle of the other shaft' in said, said
+
+
+def test_it_asks_for_the_shaft_where_an_inertia_could_be_as_wrong():
+    found, = scale_findings([called(recorded('robstride'), load_position='motor_position')],
+                            servo_of('robstride'))
+    assert found.level == 'amber' and 'that of the other shaft?' in found.sentence
+
+
+@pytest.mark.parametrize(('factor', 'word'), [(30.0 / pi, 'rpm'), (180.0 / pi, 'deg/s'),
+                                              (-1.0, 'runs against')])
+def test_it_sees_the_unit_and_the_sign_of_a_reference_speed(factor, word):
+    one = recorded('rv_bench', 'speed_ladder')
+    assert word in red(times(one, reference_velocity=factor), 'rv_bench')
+
+
+def test_it_sees_voltage_and_current_swapped_where_a_drive_tells_them_apart():
+    for rig in ('rv_bench', 'dc_gearmotor', 'geared_dc'):
+        assert 'swapped' in red(called(recorded(rig), voltage='current', current='voltage'), rig)
+
+
+def test_it_names_two_mistakes_at_once():
+    said = red(times(recorded('rv_bench'), current=1e3, load_position=-1.0), 'rv_bench')
+    assert 'mA' in said and 'load_position' in said
+
+
+@pytest.mark.parametrize('rig', ['rv_bench', 'dc_gearmotor', 'robstride'])
+def test_a_servo_file_that_is_half_off_is_no_mistake_of_the_table(rig):
+    given = servo_of(rig)
+    for factor in (0.5, 2.0):
+        for path in ('mechanism.load_inertia', 'drive.torque_constant', 'drive.gain'):
+            servo = replace(given, tolerance={}, values={
+                **given.values, path: factor * given.values[path]})
+            found = scale_findings([recorded(rig)], servo)
+            assert [one for one in found if one.level == 'red'] == []
+
+
+def test_one_recording_of_several_stops_a_diagnosis_only_if_its_mistake_explains_it():
+    good = [replace(recorded('rv_bench', family), name=family)
+            for family in ('sine', 'multisine', 'speed_ladder')]
+    degrees = replace(times(good[0], motor_position=180.0 / pi), name='in degrees')
+    red_ones = [one.sentence for one in scale_findings([*good, degrees], servo_of('rv_bench'))
+                if one.level == 'red']
+    assert len(red_ones) == 1
+    assert red_ones[0].startswith('in degrees: ') and 'degrees' in red_ones[0]
+    # somebody pushes the load: the shaft goes against the torque of the motor, and not in
+    # proportion to it
+    t = np.arange(len(good[0])) * good[0].period
+    push = 0.7 * np.sqrt(2.0) * np.sin(2.0 * np.pi * 0.31 * t)
+    pushed = replace(good[0], name='pushed', columns={
+        **good[0].columns,
+        **{name: np.std(good[0][name]) * push - 0.5 * good[0][name]
+           for name in ('voltage', 'current')}})
+    told = scale_findings([*good, pushed], servo_of('rv_bench'))
+    assert [one.level for one in told] == ['amber'] and told[0].sentence.startswith('pushed: ')
