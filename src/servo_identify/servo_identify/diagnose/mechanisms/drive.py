@@ -60,6 +60,11 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
                 yield one
 
 
+def delay_of_command(builder: Builder, late: float) -> Columns:
+    """Return what a command that is late (s) does to all residuals."""
+    return _through(builder, partial(_change, _delayed, late))
+
+
 def _change(late: Callable[[np.ndarray, float, float], np.ndarray], time: float,
             command: np.ndarray, step: float) -> np.ndarray:
     """Return what a lag or a delay of some time (s) changes of a command, (samples, 1)."""
