@@ -146,14 +146,13 @@ def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_pat
             sleep(holding.pop())
         take(self, client)
     monkeypatch.setattr(CanHub, '_take', slow)
-    with driven(name, tmp_path) as (made, link):
+    with driven(name, tmp_path, answer_timeout=60.0) as (made, link):  # none is given up
         now = link.link.now()
         holding.append(1.5 * link.player.timeout)
         link.player.add(now, Mode.VELOCITY, 0.0, [link.of['limit.velocity']], [], now)
         link.says('the bus held a set-point up until it was older than command_timeout')
         still(link)
         assert link.health.counted('samples.unanswered') > 0
-        assert link.sampler.waiting < 20
         turning(link)
 
 
