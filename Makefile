@@ -42,9 +42,10 @@ coverage: setup  ## run the fast tests and say which lines none of them ran
 	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not ros' $(ARGS)
 	@$(WITH_ENV) coverage combine -q && coverage report
 
-fuzz: setup  ## try spoilt files, frames and command lines; SECONDS=600 SEED=1 JOBS=2, ARGS=...
+fuzz: setup  ## try spoilt files, frames and command lines; SECONDS=600 SEED=1 JOBS=2 GUIDED=1, ARGS=...
+	@$(if $(GUIDED),$(WITH_ENV) python -m pip install -q -r requirements/fuzz.txt)
 	@$(WITH_ENV) python tests/fuzz/fuzz.py --seconds $(or $(SECONDS),600) --seed $(or $(SEED),1) \
-	    --jobs $(or $(JOBS),2) $(ARGS)
+	    --jobs $(or $(JOBS),2) $(if $(GUIDED),--guided) $(ARGS)
 	@$(WITH_ENV) HYPOTHESIS_PROFILE=search python -m pytest tests/house/test_fuzz.py -k 'loads_or or is_read_or'
 
 soak: setup  ## run the bench for an hour while faults come; SOAK=24h SEED=1, ARGS=-o DIR for the report

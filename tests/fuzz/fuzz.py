@@ -16,6 +16,11 @@ from pathlib import Path
 import subprocess
 import sys
 import tempfile
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from target import Target
+    from trial import Trials
 
 HERE = Path(__file__).resolve().parent
 CASES = HERE.parent / 'house' / 'fuzz_cases'
@@ -30,6 +35,7 @@ def main() -> int:
     parser.add_argument('--only', nargs='*', help='names of targets')
     parser.add_argument('--keep', type=Path, default=CASES, help='where findings are kept')
     parser.add_argument('--coverage', action='store_true', help='count the lines that were run')
+    parser.add_argument('--guided', action='store_true', help='by coverage, with atheris')
     parser.add_argument('--json', type=Path, help='where to write the counts')
     parser.add_argument('--one', help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -38,9 +44,10 @@ def main() -> int:
     if arguments.one:
         return _one(arguments)
     names = arguments.only or list(TARGETS)
-    each = arguments.seconds * arguments.jobs / len(names)
+    whole = arguments.seconds * arguments.jobs / sum(TARGETS[name].share for name in names)
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        told = list(pool.map(lambda name: _apart(name, arguments, each), names))
+        told = list(pool.map(
+            lambda name: _apart(name, arguments, whole * TARGETS[name].share), names))
     print(f'{"target":10} {"inputs":>9} {"answered":>9} {"refused":>9} {"found":>6} '
           f'{"slowest, s":>10} {"of lines":>10}')
     for one in told:
@@ -61,12 +68,13 @@ def _apart(name: str, arguments: argparse.Namespace, seconds: float) -> dict:
         command = [sys.executable, str(HERE / 'fuzz.py'), '--one', name, '--seconds', str(seconds),
                    '--seed', arguments.seed, '--keep', str(arguments.keep)]
         command += ['--coverage'] if arguments.coverage else []
+        command += ['--guided'] if arguments.guided else []
         log = Path(scratch) / 'log'
         with log.open('wb') as output:
             ended = subprocess.run(command, cwd=scratch, stdout=output, stderr=subprocess.STDOUT,
                                    timeout=seconds + 120.0, check=False)
         answer = Path(scratch) / 'answer.json'
-        if answer.exists():
+        if answer.exists() and not ended.returncode:
             return json.loads(answer.read_text())
         last = (Path(scratch) / 'last').read_bytes() if (Path(scratch) / 'last').exists() else b''
         _keep(arguments.keep, name, last)
@@ -90,19 +98,28 @@ def _one(arguments: argparse.Namespace) -> int:
         os.ftruncate(last, len(content))
 
     os.environ['SERVO_TWIN_CACHE'] = str(Path('cache').resolve())
+    if arguments.guided:
+        from guided import search
+        search(target, Path('box/work').resolve(), arguments.seconds, remember,
+               lambda trials: _tell(target, trials, arguments.keep))
     trials = tried(target, f'{arguments.seed} {target.name}', Path('box/work').resolve(),
                    arguments.seconds, before=remember,
                    ready=coverage.start if coverage else lambda: None)
+    if coverage:
+        coverage.stop()
+    _tell(target, trials, arguments.keep, **{'covered': _covered(coverage)} if coverage else {})
+    return 0
+
+
+def _tell(target: Target, trials: Trials, keep: Path, **more: str) -> None:
+    """Keep the findings and write the counts down."""
     for content, _ in trials.findings.values():
-        _keep(arguments.keep, target.name, content)
+        _keep(keep, target.name, content)
     told = {'target': target.name, 'inputs': trials.inputs, 'answered': trials.answered,
             'refused': trials.refused, 'slowest': trials.slowest,
             'findings': [said for _, said in trials.findings.values()]}
-    if coverage:
-        coverage.stop()
-        told['covered'] = _covered(coverage)
-    Path('answer.json').write_text(json.dumps(told))
-    return 0
+    Path('answer.tmp').write_text(json.dumps(told | more))
+    Path('answer.tmp').rename('answer.json')
 
 
 def _covered(coverage) -> str:

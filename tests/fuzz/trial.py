@@ -13,7 +13,7 @@ from time import monotonic, process_time
 import traceback
 
 from mutation import spoilt
-from targets import SAID, Target
+from target import SAID, Target
 
 SECONDS, HANGS = 5.0, 60.0  # s of processor time, and of any, that one input may take
 MEMORY = 3 << 30  # bytes of address space beyond what the process had at the start
@@ -47,35 +47,41 @@ def limit_memory() -> None:
 
 def judge(target: Target, content: bytes, folder: Path) -> tuple[str, str]:
     """Return ('answered' | 'refused' | 'finding', what it said or where it broke)."""
+    before, begin = set(folder.parent.iterdir()), monotonic()
+    outcome = _outcome(target, content, folder)
+    if outcome[0] != 'finding' and monotonic() - begin > SECONDS:  # or was the machine busy?
+        begin = process_time()
+        outcome = _outcome(target, content, folder)
+        if process_time() - begin > SECONDS:
+            outcome = 'finding', f'slow: {process_time() - begin:.1f} s of processor time'
+    strange = [path for path in set(folder.parent.iterdir()) - before if path != folder]
+    if strange:
+        outcome = 'finding', f'made {strange[0].name} outside of its folder'
+    return outcome
+
+
+def _outcome(target: Target, content: bytes, folder: Path) -> tuple[str, str]:
     def late(*_: object) -> None:
         raise TooLong
-    before = set(folder.parent.iterdir())
     signal.signal(signal.SIGALRM, late)
     signal.setitimer(signal.ITIMER_REAL, HANGS)
-    begin = process_time()
     try:
         with chdir(folder):
             target.take(content, folder)
-        outcome = 'answered', ''
+        return 'answered', ''
     except SAID as said:
-        outcome = ('refused', str(said)) if str(said).strip() else ('finding', 'says nothing')
+        return ('refused', str(said)) if str(said).strip() else ('finding', 'says nothing')
     except TooLong:
-        outcome = 'finding', f'hangs: more than {HANGS:g} s'
+        return 'finding', f'hangs: more than {HANGS:g} s'
     except BaseException as problem:
         last = traceback.extract_tb(problem.__traceback__)[-1]
         ours = [frame for frame in traceback.extract_tb(problem.__traceback__)
                 if 'servo_' in frame.filename]
         at = ours[-1] if ours else last
-        outcome = 'finding', (f'{type(problem).__name__} at {Path(at.filename).name}:{at.lineno}: '
-                              f'{str(problem)[:200]}')
+        return 'finding', (f'{type(problem).__name__} at {Path(at.filename).name}:{at.lineno}: '
+                           f'{str(problem)[:200]}')
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-    if outcome[0] != 'finding' and process_time() - begin > SECONDS:
-        outcome = 'finding', f'slow: {process_time() - begin:.1f} s of processor time'
-    strange = [path for path in set(folder.parent.iterdir()) - before if path != folder]
-    if strange:
-        outcome = 'finding', f'made {strange[0].name} outside of its folder'
-    return outcome
 
 
 def tried(target: Target, seed: str, folder: Path, seconds: float, most: int = 10**9,
@@ -90,19 +96,20 @@ def tried(target: Target, seed: str, folder: Path, seconds: float, most: int = 1
         content = spoilt(random.choice(seeds), random, target.text, seeds)
         before(content)
         begin = monotonic()
-        outcome, said = judge(target, content, folder)
-        trials.slowest = max(trials.slowest, monotonic() - begin)
-        if outcome == 'finding':
-            key = said.partition(': ')[0]
-            if key in trials.findings:
-                trials.refused += 1  # one of a kind is kept
-            else:
-                trials.findings[key] = (content, said)
-        elif outcome == 'answered':
-            trials.answered += 1
-        else:
-            trials.refused += 1
+        note(trials, content, *judge(target, content, folder), monotonic() - begin)
     return trials
+
+
+def note(trials: Trials, content: bytes, outcome: str, said: str, seconds: float) -> None:
+    """Count what came of an input; one finding of a kind is kept."""
+    trials.slowest = max(trials.slowest, seconds)
+    kind = said.partition(': ')[0]
+    if outcome == 'finding' and kind not in trials.findings:
+        trials.findings[kind] = content, said
+    elif outcome == 'answered':
+        trials.answered += 1
+    else:
+        trials.refused += 1
 
 
 def named(content: bytes) -> str:

@@ -1,8 +1,10 @@
 """What all commands have in common: the command line ..."""
 
 from importlib.metadata import version
+import os
 from pathlib import Path
 import re
+import shutil
 import subprocess
 import sys
 from xml.etree import ElementTree
@@ -91,6 +93,28 @@ def test_it_completes_commands_options_and_shipped_servos_in_bash(capsys):
     assert 'rv_bench' in completed('servo-identify', 'check', '--servo')
     assert identify(['--completion', 'zsh']) == 0
     assert 'bashcompinit' in capsys.readouterr().out
+
+
+@pytest.mark.skipif(shutil.which('zsh') is None, reason='zsh is not installed')
+@pytest.mark.parametrize(('typed', 'wanted'), [
+    ('servo-identify diagn', 'servo-identify diagnose'),
+    ('servo-identify diagnose --fail-on u', '--fail-on unknown'),
+    ('servo-identify check --servo rv_b', '--servo rv_bench'),
+    ('servo-identify diagnose --despite', '--despite-check')])
+def test_a_zsh_completes_what_is_typed(typed, wanted, tmp_path, capsys):
+    pexpect = pytest.importorskip('pexpect')
+    identify(['--completion', 'zsh'])
+    (tmp_path / 'completion').write_text(capsys.readouterr().out)
+    shell = pexpect.spawn('zsh', ['-f', '-i'], encoding='utf8', cwd=str(tmp_path), timeout=30,
+                          dimensions=(40, 200), env={**os.environ, 'ZDOTDIR': str(tmp_path),
+                                                     'HOME': str(tmp_path), 'TERM': 'dumb'})
+    try:
+        shell.sendline('unsetopt zle_bracketed_paste; source completion; echo is ready$((1))')
+        shell.expect('is ready1')
+        shell.send(f'{typed}\t')
+        shell.expect_exact(wanted)
+    finally:
+        shell.close(force=True)
 
 
 @pytest.mark.parametrize('module', [

@@ -1,6 +1,8 @@
 """Input that nobody meant ends in an answer or in a sentence; `make fuzz` tries longer."""
 
+import json
 from pathlib import Path
+import subprocess
 import sys
 
 from hypothesis import given, HealthCheck, settings
@@ -114,8 +116,20 @@ def test_spoilt_input_ends_in_an_answer_or_a_sentence(name, tmp_path):
     assert trials.inputs and not trials.findings, [said for _, said in trials.findings.values()]
 
 
+def test_coverage_guides_the_spoiling_where_atheris_is_there(tmp_path):
+    pytest.importorskip('atheris', reason='make fuzz GUIDED=1 fetches it')
+    fuzz = Path(__file__).resolve().parents[1] / 'fuzz' / 'fuzz.py'
+    ran = subprocess.run(
+        [sys.executable, fuzz, '--guided', '--seconds', '3', '--only', 'packet', '--keep',
+         tmp_path / 'found', '--json', tmp_path / 'counts.json'],
+        capture_output=True, text=True, timeout=120, check=False)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    told, = json.loads((tmp_path / 'counts.json').read_text())
+    assert told['inputs'] > 100 and told['answered'] and told['refused']
+
+
 def test_the_judge_sees_what_is_no_sentence(tmp_path):
-    from targets import Target
+    from target import Target
 
     def taking(problem):
         def take(content, folder):

@@ -205,6 +205,20 @@ def test_a_torque_that_reads_wrong_is_named_as_the_reading():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize('silent', [(), ('current',)])
+def test_the_only_encoder_that_is_late_is_named_or_stands_beside_a_late_command(silent):
+    rig = with_effect('sensor_delay', 'motor_position', delay=4e-3)
+    gone = ('load_position', 'torque', *silent)
+    one, two, three_ = (replace(each, columns={
+        **each.columns, **{name: np.full(len(each), np.nan) for name in gone}})
+        for each in three(rig))
+    which = diagnose([one], SERVO, [two], [three_]).report.which
+    assert which[0].effect == 'sensor_delay' and which[0].site == 'motor_position'
+    assert ('command_delay' in which[0].ambiguous_with) == bool(silent)
+    assert which[0].parameters['delay']['value'] == pytest.approx(4e-3, rel=0.3)
+
+
+@pytest.mark.slow
 def test_one_more_order_of_what_the_file_has_is_found():
     known = SERVO.with_effects(Placed('te', find('transmission_error'), 'mesh'), values={
         'effects.te.order': 40.0, 'effects.te.cosine': (6e-5,)})

@@ -209,6 +209,19 @@ def test_no_label_lies_over_another_and_no_axis_has_a_single_tick(browser, full,
     assert paper == ('rgb(20, 23, 27)' if dark else 'rgb(251, 250, 247)')
 
 
+@pytest.mark.parametrize('values', [8, 12, 25])
+@pytest.mark.parametrize('width', [360, 1400])
+def test_many_correlations_lie_over_nothing_and_are_not_cut_off(browser, tmp_path, values, width):
+    one = document()
+    names = [f'effects.of_some_length_{k}.level' for k in range(values)]
+    one['correlations'] = {'names': names, 'matrix': np.where(
+        np.eye(values), 1.0, -0.93).tolist()}
+    browser.open(write_page(one, tmp_path / 'page.html'), width)
+    assert browser.run(OVERLAPS) == []
+    assert browser.run("""(() => { const box = document.querySelector('table.heat').parentElement;
+        return box.scrollWidth <= box.clientWidth + 1; })()""")
+
+
 def test_it_shows_the_values_under_the_mouse_in_every_plot(browser, full):
     browser.open(full)
     browser.mouse('Moved', *middle_of(browser, '#plots .u-over'))

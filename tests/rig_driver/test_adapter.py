@@ -209,7 +209,8 @@ def test_a_twin_runs_beside_a_robot_whose_drives_nobody_touches(tmp_path, capsys
         lambda m: m.position, lambda m: m.effort))
     steady = recording.time > 1.5  # the offset of the clock is told by the fastest message
     shift = np.interp(recording.time + recording.start, at, angle) - recording['motor_position']
-    assert np.nanmax(np.abs(shift[steady])) < 0.1  # rad: 25 ms at 4 rad/s, on a busy machine
+    # rad: 25 ms at 4 rad/s; where the machine stood still, no message was fast
+    assert np.nanquantile(np.abs(shift[steady]), 0.9) < 0.1
     assert set(np.round(recording['voltage'][~np.isnan(recording['voltage'])], 9)) <= set(
         np.round(effort, 9))
     assert len(read_predictions(bag)) > 300

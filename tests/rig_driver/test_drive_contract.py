@@ -93,7 +93,7 @@ def test_a_stop_ends_at_rest_however_long_the_quick_stop_may_take(name, tmp_path
 def test_a_driver_that_dies_leaves_a_drive_that_stops_by_itself(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
-        link.link._port._wire.send = lambda frames: None
+        link.link._port._wire.send = lambda *_: None
         wait_for(lambda: not made.pushes, 'the drive stops by itself')
 
 
@@ -108,6 +108,52 @@ def test_no_set_point_older_than_the_timeout_reaches_the_motor(name, tmp_path):
         assert set(made.tap.counts) <= {'drive' if zero_by_drive else None}
         assert link.state is DriveState.OPERATION_ENABLED
         wait_for(lambda: abs(link.column('current')[-1]) < 0.3, 'the motor has no current')
+
+
+def still(link, seconds=0.2):
+    """Check that the motor does not move, and that no sample began with a set-point."""
+    begun = len(link.blocks)
+    wait_for(lambda: len(link.blocks) > begun + seconds / link.of['sync_period'], 'samples come')
+    assert np.ptp(link.column('motor_position')) < 0.02
+    assert np.isnan(link.column('reference_velocity')).all()
+
+
+def test_a_set_point_that_grew_old_while_the_driver_was_held_up_is_taken_out(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        ask, held_up = link.device.ask, []
+
+        def slow(number, order, point, now):
+            frames = ask(number, order, point, now)
+            if point is not None:
+                held_up.append(number)
+                sleep(1.3 * link.player.timeout)
+            return frames
+        link.device.ask = slow
+        now = link.link.now()
+        link.player.add(now, Mode.VELOCITY, 0.0, [link.of['limit.velocity']], [], now)
+        wait_for(lambda: held_up, 'it is asked for')
+        still(link)
+        assert link.state is DriveState.OPERATION_ENABLED
+        link.device.ask = ask
+        turning(link)
+
+
+def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_path, monkeypatch):
+    holding, take = [], CanHub._take
+
+    def slow(self, client):
+        if holding:
+            sleep(holding.pop())
+        take(self, client)
+    monkeypatch.setattr(CanHub, '_take', slow)
+    with driven(name, tmp_path, answer_timeout=60.0) as (made, link):  # none is given up
+        now = link.link.now()
+        holding.append(1.5 * link.player.timeout)
+        link.player.add(now, Mode.VELOCITY, 0.0, [link.of['limit.velocity']], [], now)
+        link.says('the bus held a set-point up until it was older than command_timeout')
+        still(link)
+        assert link.health.counted('samples.unanswered') > 0
+        turning(link)
 
 
 def test_references_beyond_the_limits_are_held_there(name, tmp_path):

@@ -20,18 +20,17 @@ QUICK = {'block_size': 10, 'retry_period': 0.1, 'listen_time': 0.05, 'heartbeat_
 
 
 @contextmanager
-def driving(name, folder):
-    """Give a bench, the driver process whose drive is enabled, and a node that listens."""
-    with bench(name, folder) as made:
-        ears = Listener(name)
-        driver = DriverProcess(name, CONFIG / 'drivers' / f'{name}.yaml',
-                               bus__channel=made.channel, **QUICK)
-        try:
-            ears.all_well()
-            yield made, driver, ears
-        finally:
-            driver.close()
-            ears.close()
+def driver_of(made):
+    """Give a driver process whose drive is enabled, and a node that listens."""
+    ears = Listener(made.name)
+    driver = DriverProcess(made.name, CONFIG / 'drivers' / f'{made.name}.yaml',
+                           bus__channel=made.channel, **QUICK)
+    try:
+        ears.all_well()
+        yield driver, ears
+    finally:
+        driver.close()
+        ears.close()
 
 
 def turning(made, ears):
@@ -55,7 +54,7 @@ def went_down(made, since):
 @pytest.mark.parametrize('name', DRIVES)
 def test_it_is_led_by_its_lifecycle_and_ends_in_order_by_two_interrupts(name, tmp_path):
     code, words = OVER_TEMPERATURE[name]
-    with driving(name, tmp_path) as (made, driver, ears):
+    with bench(name, tmp_path) as made, driver_of(made) as (driver, ears):
         hands = Hands(ears)
         with ears.every_sample():
             turning(made, ears)
@@ -84,22 +83,37 @@ def test_it_is_led_by_its_lifecycle_and_ends_in_order_by_two_interrupts(name, tm
         assert 'Traceback' not in said
 
 
-@pytest.mark.parametrize('name', ('robstride', 'moteus'))
-def test_it_is_taken_down_by_a_service_manager_and_stops_when_its_driver_is_killed(name, tmp_path):
-    with driving(name, tmp_path) as (made, driver, ears):
-        turning(made, ears)
+@pytest.fixture(scope='module', params=('odrive', 'robstride', 'moteus'))
+def stand(request, tmp_path_factory):
+    """A drive of each protocol, for many drivers one after the other."""
+    with bench(request.param, tmp_path_factory.mktemp(request.param)) as made:
+        yield made
+
+
+@pytest.mark.parametrize('end', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL,
+                                 Transition.TRANSITION_ACTIVE_SHUTDOWN],
+                         ids=lambda end: getattr(end, 'name', 'shutdown by its service'))
+def test_however_its_driver_ends_the_motor_has_no_torque_and_stays_so(stand, end):
+    with driver_of(stand) as (driver, ears):
+        turning(stand, ears)
         since = monotonic()
-        driver.process.send_signal(signal.SIGTERM)
-        went_down(made, since)
-        assert driver.wait()[0] == 0
-        second = DriverProcess(name, CONFIG / 'drivers' / f'{name}.yaml',
-                               bus__channel=made.channel, **QUICK)
-        try:
-            wait_for(lambda: made.pushes, 'the drive is enabled')
-            second.process.kill()
-            wait_for(lambda: not made.pushes, 'the drive stops by its own watchdog')
-        finally:
-            second.close()
+        if isinstance(end, signal.Signals):
+            driver.process.send_signal(end)
+        else:
+            assert Hands(ears).change(end)
+        if end is signal.SIGKILL:  # nobody is left to brake it
+            wait_for(lambda: not stand.pushes, 'the drive stops by its own watchdog')
+            assert monotonic() - since < WATCHDOG + DOWN_WITHIN
+        else:
+            went_down(stand, since)
+        if isinstance(end, signal.Signals):
+            status, said = driver.wait()
+            assert status == (-end if end is signal.SIGKILL else 0), said
+            assert 'Traceback' not in said
+        stand.tap.said.clear()
+        sleep(0.3)
+        assert not stand.pushes
+        assert stand.tap.said in ([], ['off'])
 
 
 def test_what_a_drive_lacks_is_named_when_it_is_configured():

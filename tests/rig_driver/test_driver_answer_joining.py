@@ -45,6 +45,15 @@ def test_it_keeps_the_order_through_a_stall_longer_than_the_counter_is_wide():
     assert out[1000:] == [(number, [number, number]) for number in range(1000)]
 
 
+def test_it_takes_no_answer_for_that_to_a_request_that_reached_nobody():
+    join = SampleJoiner(1, in_order=True)
+    for number in (1, 2, 3):
+        join.ask(number)
+    join.withdraw(2)
+    assert [join.answer(0, word, None) for word in ('a', 'c')] == [(1, ['a']), (3, ['c'])]
+    assert (join.lost, join.waiting) == (1, 0)
+
+
 @given(st.sets(st.tuples(st.integers(0, 1), st.integers(0, 59)), max_size=40), st.booleans())
 def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
     join, out = SampleJoiner(2), []

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from time import monotonic_ns
 
 import can
 from hypothesis import given
@@ -80,7 +81,7 @@ def test_frames_cross_three_processes_in_order_and_none_is_lost(path):
     wire.send([(0x7FF, b'')])
     assert echo.wait(10) == 0
     hub.send_signal(signal.SIGTERM)
-    assert '0 refused, 0 clients let go' in hub.communicate(timeout=10)[1]
+    assert '0 refused, 0 too late, 0 clients let go' in hub.communicate(timeout=10)[1]
     wire.bus.shutdown()
 
 
@@ -93,6 +94,21 @@ def test_a_node_hears_all_others_and_never_itself(hub, path):
         assert heard == [0x10 + other for other in range(3) if other != k]
         assert wire.recv(0.0) == []
         wire.bus.shutdown()
+
+
+def test_what_has_expired_goes_back_to_its_sender_and_to_nobody_else(hub, path):
+    here, there = Wire(opened(path)), Wire(opened(path))
+    now, hour = monotonic_ns(), 3_600_000_000_000
+    here.send([(0x201, b'\x01')], now - 1, tag=7)
+    here.send([(0x201, b'\x02')], now + hour, tag=8)
+    here.send([(0x202 | can_frames.FD, b'\x03')], now - 1, tag=9)
+    here.send([(0x203, b'\x04')])
+    assert gather(there, 2) == [(0x201, b'\x02'), (0x203, b'\x04')]
+    assert here.recv(1.0) == here.recv(1.0) == []
+    assert here.late() == [7, 9]
+    assert (hub.passed, hub.late, hub.refused, here.late()) == (2, 2, 0, [])
+    here.bus.shutdown()
+    there.bus.shutdown()
 
 
 def test_a_packet_of_the_wrong_length_is_refused_told_and_counted(hub, path, caplog):
@@ -246,12 +262,13 @@ def test_a_virtual_bus_speaks_the_same_way():
         wire.bus.shutdown()
 
 
-def test_what_a_client_said_last_arrives_though_it_left_unread_packets(tmp_path):
+@pytest.mark.parametrize('unread', [50, 2000])  # in its socket; and in the hub as well
+def test_what_a_client_said_last_arrives_though_it_left_unread_packets(tmp_path, unread):
     path = str(tmp_path / 'can')
     with CanHub(path):
         leaving, other = (UnixBus(path) for _ in range(2))
-        for k in range(50):
-            other.send_frames([(0x80, bytes([k]))])
+        for _ in range(unread):
+            other.send_frames([(0x80, b'\0')])
         leaving.send_frames([(0x181, b'last')])
         leaving.shutdown()
         for _ in range(50):

@@ -56,7 +56,9 @@ def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     read_recording(path)  # ours reads it too
     with next(path.glob('*.mcap')).open('rb') as file:
         try:
-            for schema, channel, message in NonSeekingReader(file).iter_messages():
+            # in the order of the file: sorted, nothing of a bag that was cut would come
+            for schema, channel, message in NonSeekingReader(file).iter_messages(
+                    log_time_order=False):
                 if not channel.topic.endswith('/encoder'):
                     continue
                 if not known:

@@ -24,8 +24,8 @@ def text(figures: dict) -> tuple[str, bool]:
         ('samples missing outside any fault', f'{len(bags["unexplained"])} of {bags["samples"]} '
          f'samples in {bags["read"]} bags; within faults {bags["missing"]} are missing, each by a '
          f'jump of the running number', not bags['unexplained']),
-        ('set-points older than `command_timeout` (0.1 s, and 0.02 s to send) at a drive with '
-         'torque',
+        ('set-points older than `command_timeout` (0.1 s, and 3 ms by which a value tells it) at '
+         'a drive with torque',
          f'{len(figures["stale"])} of {figures["commands"]}; the oldest '
          f'{1e3 * figures["oldest"]:.0f} ms; {figures["powerless"]} at a drive whose watchdog had '
          f'taken the torque away', not figures['stale']),
@@ -38,7 +38,7 @@ def text(figures: dict) -> tuple[str, bool]:
         ('bags that cannot be read', f'{len(bags["unreadable"])} of {bags["bags"]} '
          f'({bags["empty"]} without a sample yet)', not bags['unreadable']),
         ('replay of the last bag against what the twin said live, parameter changes included',
-         f'{sum(same for _, same, _ in figures["replays"])} '
+         f'{sum(same for _, same, _ in figures["replays"])} of '
          f'{len(figures["replays"])} alike to the last bit',
          all(same for _, same, _ in figures['replays'])),
         ('stack traces in the logs', str(len(figures['traces'])), not figures['traces']),

@@ -59,9 +59,10 @@ class WireProxy:
         while True:
             try:
                 wire = wire or Wire(open_bus(BusSettings('unix_bus', self.names[side]), 1.0))
+                before = time()  # the machine may stand still between two lines
                 frames = wire.recv(0.0)
-                if not frames:  # nothing waited: what comes now was sent after this instant
-                    empty = time()
+                if not frames:  # nothing waited: what comes now was sent after that instant
+                    empty = before
                     frames = wire.recv(0.2)
                 self._note(side, frames, empty)
             except (can.CanError, OSError):

@@ -18,7 +18,8 @@ from wire_proxy import CONTROL, MODE, RECORD, STATUS, SYNC, VELOCITY, VOLTAGE
 from servo_twin_msgs.msg import Command, Encoder, Event, Prediction
 
 TIMEOUT, LIMIT = 0.1, 2.0  # s, rad/s: command_timeout and limit.velocity of the driver
-LOOKED = 0.02  # s between the judgement of a driver and its frame on a loaded machine
+LOOKED = 0.02  # s between a frame and its entry in the log, on a loaded machine
+READ = 0.003  # s: the age of a set-point by its value, which the bus carries in steps
 SLOPE, TOP, HALF = 0.05, 0.5, 20.0  # rad/s2, rad/s, s: the reference, which tells its own time
 VELOCITY_MODE = 9
 WATCHDOG = 0.1  # s without SYNC, of the emulated drive
@@ -115,7 +116,7 @@ class Bus:
                 self.powerless += old > TIMEOUT
                 return
             self.oldest = max(self.oldest, old)
-            if old > TIMEOUT + LOOKED:
+            if old > TIMEOUT + READ:
                 self.stale.append((now, old))
 
 

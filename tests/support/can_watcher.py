@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from threading import Event, Thread
+from time import monotonic
 
 from can import CanError
 from driver_bench import wait_for
@@ -59,6 +60,27 @@ class CanWatcher:
         self.wire.send([(0x601, b'\x40\x41\x60\x00' + bytes(4))])
         wait_for(lambda: self._answer, 'the drive tells its statusword')
         return self._answer[0]
+
+    def forget(self) -> None:
+        """Forget what the drive was told and how it stood, until now."""
+        self.controls.clear()
+        self.states.clear()
+
+    def saw_it_go_down(self, since: float, within: float, turns: bool = True) -> None:
+        """
+        Check that the drive braked, then had no torque, within some s of an instant.
+
+        A motor at rest (``turns`` false) brakes unseen.
+        """
+        try:
+            wait_for(lambda: DISABLED in self.states, 'the drive is down')
+        except AssertionError as error:
+            raise AssertionError(f'{error}: {self.states}, {self.controls}') from None
+        assert monotonic() - since < within
+        told = f'{self.states}, {self.controls}'
+        assert self.controls[self.controls.index(0x02):] in ([0x02], [0x02, 0x00]), told
+        assert self.states[-1] == DISABLED, told
+        assert not turns or QUICK_STOP in self.states, told
 
     def close(self) -> None:
         """Leave the bus."""

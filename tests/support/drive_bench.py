@@ -29,13 +29,11 @@ from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import LinkSettings, RigLink
 from servo_rig_driver.driver.sampler import Sampler
 from servo_rig_driver.driver.setpoints import SetpointPlayer
-from servo_rig_driver.emulated import canopen_nodes
 from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 from servo_rig_driver.emulated.rig_process import EmulatedRig
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 WATCHDOG = 1.0  # s; a busy machine stands still for longer than a drive's usual 0.1 s
-canopen_nodes.SYNC_LOST = WATCHDOG
 EXTENDED, REMOTE, FD = 1 << 31, 1 << 30, 1 << 32
 FAIL_ID = 0x7EF
 OVER_TEMPERATURE = {'canopen': (0x4310, 'over-temperature of the motor'),

@@ -201,6 +201,14 @@ class Listener:
                  'the drive is enabled and nothing is wrong')
 
 
+def alive(pid: int) -> bool:
+    """Whether a process runs: one that has ended and that nobody waits for does not (Linux)."""
+    try:
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
+    except OSError:
+        return False
+
+
 def instant(message: Any) -> int:
     """Return the stamp of a message as ns."""
     return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec

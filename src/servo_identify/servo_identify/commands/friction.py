@@ -16,7 +16,7 @@ import sys
 
 from servo_twin.commands.terminal import add_force, add_told, new_folder, tell, terminal
 
-from ..data.arguments import add_data
+from ..data.arguments import add_data, files
 from ..data.arguments import recordings as read
 from ..learn.friction.friction_features import FEATURES
 from ..learn.friction.learners import lacking, names
@@ -57,11 +57,12 @@ def main(arguments: argparse.Namespace) -> int:
         print(f'left out, since a library is missing: '
               f'{", ".join(name for name in names() if name not in chosen)}', file=sys.stderr)
     servo = servo_file.load(arguments.servo)
+    files([*arguments.bags, *arguments.unseen])
+    new_folder(arguments.output, arguments.force, 'table.md', 'table.json', 'servo.yaml')
     recordings, unseen = read(arguments), read(arguments, arguments.unseen)
     samples = friction_of(servo, [*recordings, *unseen], arguments.site)
     data = dataset_of(samples, without=arguments.without, unseen=range(
         len(recordings), len(recordings) + len(unseen)))
-    new_folder(arguments.output, arguments.force, 'table.md', 'table.json', 'servo.yaml')
     console = terminal(stderr=True, quiet=arguments.quiet)
     with console.status('learning') as status:
         def told(name: str, epoch: int, loss: float, held: float) -> None:

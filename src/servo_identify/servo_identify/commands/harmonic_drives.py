@@ -14,7 +14,7 @@ from pathlib import Path
 
 from servo_twin.commands.terminal import add_force, add_told, new_file, tell, terminal
 
-from ..data.arguments import add_data, recordings
+from ..data.arguments import add_data, files, recordings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +38,7 @@ def main(arguments: argparse.Namespace) -> int:
 
     from ..jobs.harmonic_drive_ranking import ranked
 
+    files([*arguments.bags, *arguments.held_out])
     new_file(arguments.output, arguments.force)
     console = terminal(quiet=arguments.quiet or arguments.json == '-')
     with console.status('reading') as status:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import add_force, add_told, new_folder, tell
 
-from ..data.arguments import add_data, recordings
+from ..data.arguments import add_data, files, recordings
 
 if TYPE_CHECKING:
     from servo_twin.physics.servo import Servo
@@ -49,13 +49,14 @@ def main(arguments: argparse.Namespace) -> int:
         if not value > 0.0:
             raise ValueError(f'{name} = {value:g} s; it must be positive')
     servo = servo_file.load(arguments.servo)
+    files([arguments.bag])
+    new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
     recording, = recordings(arguments, [arguments.bag])
     snapshots = followed(servo, recording, arguments.time_constant, arguments.every)
     if not snapshots or not snapshots[-1].names:
         raise ValueError(f'{servo.name} has nothing that is tracked online, or '
                          f'{recording.name} is too short')
     windows = in_windows(servo, recording, arguments.time_constant)
-    new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
     _write(snapshots, recording, arguments.output / 'online.csv')
     _draw(snapshots, windows, recording, servo, arguments.output / 'online.png')
     last = snapshots[-1]

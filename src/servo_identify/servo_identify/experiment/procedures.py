@@ -161,8 +161,8 @@ def _position_ramp(c: Choices) -> list:
 
 
 def _speed_ladder(c: Choices) -> list:
-    rung = round((c.duration or 24.0) / c.period / 16)
     speeds = c.speeds or tuple(np.geomspace(0.01, 1.0, 8))
+    rung = round((c.duration or 24.0) / c.period / (2 * len(speeds)))
     steps = np.concatenate([np.full(rung, way * v) for v in speeds for way in (1.0, -1.0)])
     return [('speed_ladder', 'velocity',
              profiles.eased(profiles.framed(steps, c.period), c.period), 0.0)]

@@ -87,13 +87,24 @@ class Wire:
         self.bus = bus
         self._packed = hasattr(bus, 'send_frames')
 
-    def send(self, frames: Sequence[tuple[int, bytes]]) -> None:
-        """Send frames in their order."""
+    def send(self, frames: Sequence[tuple[int, bytes]], until: int | None = None,
+             tag: int = 0) -> None:
+        """
+        Send frames in their order.
+
+        A hub passes none on after ``until``, ns of CLOCK_MONOTONIC: see late(). The queue of
+        a CAN controller knows no such thing.
+        """
         if self._packed:
-            self.bus.send_frames(frames)
+            self.bus.send_frames(frames, until, tag)
             return
         for identifier, data in frames:
             self.bus.send(to_message(identifier, data))
+
+    def late(self) -> list[int]:
+        """Return the tags of what came back, since it was too late, as far as recv() saw it."""
+        returned = self.bus.returned if self._packed else ()
+        return [returned.popleft() for _ in range(len(returned))]
 
     def recv(self, timeout: float | None = None) -> list[tuple[int, bytes]]:
         """Return the frames that came next, or [] when none came within ``timeout`` seconds."""

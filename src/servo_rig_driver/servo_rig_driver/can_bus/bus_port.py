@@ -12,14 +12,17 @@ Frames = list[tuple[int, bytes]]
 
 class BusPort:
     """
-    A bus that may be opened again and again; ``take`` gets the frames that came in.
+    A bus that may be opened again and again.
 
-    All but close() raise can.CanError when the bus is gone.
+    ``take`` gets the frames that came in, ``late`` the tag of each packet that was sent and came
+    back, since it was too late. All but close() raise can.CanError when the bus is gone.
     """
 
-    def __init__(self, open_wire: Callable[[], Wire], take: Callable[[Frames], None]) -> None:
+    def __init__(self, open_wire: Callable[[], Wire], take: Callable[[Frames], None],
+                 late: Callable[[int], None] = lambda tag: None) -> None:
         self._open_wire = open_wire
         self._take = take
+        self._late = late
         self._wire: Wire | None = None
         self._descriptor: int | None = None
 
@@ -37,9 +40,9 @@ class BusPort:
         if wire is not None:
             wire.bus.shutdown()
 
-    def send(self, frames: Frames) -> None:
-        """Send frames in their order."""
-        self._wire.send(frames)
+    def send(self, frames: Frames, until: int | None = None, tag: int = 0) -> None:
+        """Send frames in their order, none of them after ``until``, as Wire.send() has it."""
+        self._wire.send(frames, until, tag)
 
     def receive(self, timeout: float) -> None:
         """Take the frames that come next, waiting up to ``timeout`` s for the first."""
@@ -51,5 +54,7 @@ class BusPort:
                     return
             timeout = 0.0
         received = self._wire.recv(timeout)
+        for tag in self._wire.late():
+            self._late(tag)
         if received:
             self._take(received)

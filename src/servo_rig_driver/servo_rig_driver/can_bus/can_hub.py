@@ -3,7 +3,9 @@ The hub of a Unix bus: what one client sends, all the others get, in one order f
 
     python -m servo_rig_driver.can_bus.can_hub /run/user/1000/rig.can
 
-A packet that holds no CAN frames is refused, told once a client and counted. A client that stops
+A packet that holds no CAN frames is refused, told once a client and counted. One that came too
+late to be passed on goes back to its sender: a machine that stands still must not hand an old
+set-point to a drive. A client that stops
 reading is let go once BACKLOG packets wait for it, so that no frame is lost without a word and the
 others are never held up. The hub may be stopped and started again; clients open the bus again.
 """
@@ -17,14 +19,15 @@ from pathlib import Path
 import selectors
 import socket
 from threading import Thread
-from time import monotonic
+from time import monotonic, monotonic_ns
 
 from ..ending import Ending
 from . import unix_frames as can_frames
 from .unix_bus import check_path
 
 BACKLOG = 200_000
-LARGEST = can_frames.LARGEST + 1  # one more: too long is seen
+HEAD = can_frames.EXPIRY.size
+LARGEST = can_frames.LARGEST + HEAD + 1  # one more: too long is seen
 
 LINGERS = 3.0  # s
 STOP, LOOK = b'.', b'?'
@@ -45,14 +48,16 @@ class CanHub:
     """
     Serves the bus whose socket is ``path``.
 
-    ``passed`` and ``refused`` count packets, ``dropped`` clients that did not read. Raises OSError
-    when another hub serves the path already; a socket left by a killed hub is replaced.
+    ``passed``, ``refused`` and ``late`` count packets, ``dropped`` clients that did not read.
+    Raises OSError when another hub serves the path already; a socket left by a killed hub is
+    replaced.
     """
 
     def __init__(self, path: str) -> None:
         self.path = Path(check_path(path))
         self.passed = 0
         self.refused = 0
+        self.late = 0
         self.dropped = 0
         self._clients: dict[int, _Client] = {}
         self._joined = 0
@@ -158,6 +163,8 @@ class CanHub:
         if not packet:
             self._leave(client)
             return
+        expiry = can_frames.expiry_of(packet)
+        head, packet = (b'', packet) if expiry is None else (packet[:HEAD], packet[HEAD:])
         try:
             can_frames.from_bytes(packet)
         except can_frames.BadFrame as error:
@@ -165,6 +172,10 @@ class CanHub:
             client.refused += 1
             if client.refused == 1:
                 log.error('refused from client %d: %s', client.number, error)
+            return
+        if expiry is not None and monotonic_ns() > expiry[1]:
+            self.late += 1
+            self._give(client, head)
             return
         self.passed += 1
         for other in list(self._clients.values()):
@@ -196,8 +207,7 @@ class CanHub:
         except BlockingIOError:
             return
         except OSError:
-            self._leave(client)
-            return
+            client.waiting.clear()  # it has gone; what it said before is still to be read
         self._selector.modify(client.socket, selectors.EVENT_READ, client)
 
     def _close(self) -> None:
@@ -224,8 +234,8 @@ def main(arguments: list[str] | None = None) -> int:
     Ending(hub.end)
     log.info('serving %s', path)
     hub.serve()
-    log.info('%d packets passed, %d refused, %d clients let go', hub.passed, hub.refused,
-             hub.dropped)
+    log.info('%d packets passed, %d refused, %d too late, %d clients let go', hub.passed,
+             hub.refused, hub.late, hub.dropped)
     return 0
 
 

@@ -21,7 +21,7 @@ import can
 from . import unix_frames as can_frames
 from .private_folder import socket_path
 
-LARGEST = can_frames.LARGEST
+LARGEST = can_frames.LARGEST + can_frames.EXPIRY.size
 LONGEST_PATH = 107  # bytes; limit of Linux's sockaddr_un
 SENDING_MAY_TAKE = 2.0  # s; the hub reads at once, so this passes only when it hangs
 
@@ -101,7 +101,8 @@ class UnixBus(can.BusABC):
     One node's place on the bus whose hub listens at ``channel``, the path of a socket.
 
     Raises can.CanOperationError when the hub goes away; open a new bus then. It carries classic
-    frames and CAN FD. ``refused`` counts packets from the hub that were no frames.
+    frames and CAN FD. ``refused`` counts packets from the hub that were no frames; ``returned``
+    holds the tags of those sent that the hub got too late to pass on.
     """
 
     def __init__(self, channel: str, can_filters: can.typechecking.CanFilters | None = None,
@@ -112,17 +113,22 @@ class UnixBus(can.BusABC):
         self._open = True
         self._waiting: deque[tuple[int, bytes]] = deque()
         self.refused = 0
+        self.returned: deque[int] = deque()
         self.channel_info = f'Unix bus {channel}'
         super().__init__(channel=channel, can_filters=can_filters, **kwargs)
 
-    def send_frames(self, frames: Sequence[tuple[int, bytes]]) -> None:
+    def send_frames(self, frames: Sequence[tuple[int, bytes]], until: int | None = None,
+                    tag: int = 0) -> None:
         """
         Send frames (identifier with the flags of unix_frames.py, data) in their order.
 
-        Frames of one kind, classic or CAN FD, that follow each other go out as one packet.
+        Frames of one kind, classic or CAN FD, that follow each other go out as one packet. Later
+        than ``until``, ns of CLOCK_MONOTONIC, the hub passes none of them on.
         """
+        head = b'' if until is None else can_frames.EXPIRY.pack(
+            can_frames.EXPIRES, tag % can_frames.TAGS, until)
         for _, alike in groupby(frames, lambda frame: frame[0] & can_frames.FD):
-            self._send_packet(b''.join([can_frames.to_bytes(*frame) for frame in alike]))
+            self._send_packet(head + b''.join([can_frames.to_bytes(*frame) for frame in alike]))
 
     def _send_packet(self, packet: bytes) -> None:
         try:
@@ -157,6 +163,10 @@ class UnixBus(can.BusABC):
             raise can.CanOperationError(f'{self.channel_info}: {error}') from error
         if not packet:
             raise can.CanOperationError(f'{self.channel_info}: the hub has closed the connection')
+        late = can_frames.expiry_of(packet)
+        if late is not None:
+            self.returned.append(late[0])
+            return []
         try:
             return can_frames.from_bytes(packet)
         except can_frames.BadFrame:

@@ -2,13 +2,18 @@
 CAN frames as bytes on a Unix socket, in the layouts of Linux: struct can_frame and canfd_frame.
 
 A packet holds one frame or several, all classic (16 bytes each) or all CAN FD (72 bytes each).
-This is the only file that knows the layouts.
+Before them may stand an expiry: until when the hub shall pass them on, and by which tag the sender
+knows them. The hub gives the expiry alone back where it was too late. This is the only file that
+knows the layouts.
 """
 
 from __future__ import annotations
 
 from struct import Struct
 
+EXPIRY = Struct('<IIq')  # EXPIRES, tag, until: ns of CLOCK_MONOTONIC, one for all processes
+EXPIRES = 0xFFFFFFFF  # no frame begins so: a remote frame that is an error frame
+TAGS = 1 << 32
 LAYOUT = Struct('<IB3x8s')  # identifier with flags, data length, padding, data
 FD_LAYOUT = Struct('<IBB2x64s')  # the same with the flags of canfd_frame
 EXTENDED, REMOTE, ERROR = 0x80000000, 0x40000000, 0x20000000
@@ -17,7 +22,7 @@ FD = 0x1_00000000
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
 FD_SIZES = (*range(9), 12, 16, 20, 24, 32, 48, 64)
 MOST_FRAMES = 256  # classic frames in one packet
-LARGEST = MOST_FRAMES * LAYOUT.size  # bytes of a packet
+LARGEST = MOST_FRAMES * LAYOUT.size  # bytes of the frames in a packet
 GREETING = b'CAN hub 1'  # the hub's first packet: from now on the client hears everything
 
 _FDF, _BRS = 0x04, 0x01  # of canfd_frame's flags: it is CAN FD, its data at the higher rate
@@ -45,6 +50,14 @@ def to_bytes(identifier: int, data: bytes) -> bytes:
     if size > 8:
         raise BadFrame(f'frame 0x{identifier:X} has {size} data bytes; a CAN frame has 0 to 8')
     return LAYOUT.pack(identifier, size, bytes(data) + _FILL[size])
+
+
+def expiry_of(packet: bytes) -> tuple[int, int] | None:
+    """Return (tag, until in ns of CLOCK_MONOTONIC) of a packet that has an expiry, else None."""
+    if len(packet) < EXPIRY.size:
+        return None
+    mark, tag, until = EXPIRY.unpack_from(packet)
+    return (tag, until) if mark == EXPIRES else None
 
 
 def from_bytes(packet: bytes) -> list[tuple[int, bytes]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 import re
 
 from .device import DeviceError
@@ -24,6 +25,12 @@ class Range:
 
     low: float
     high: float
+
+    def __post_init__(self) -> None:
+        """Raise DeviceError for ends that are not finite and in order."""
+        if not (isfinite(self.low) and isfinite(self.high) and self.low < self.high):
+            raise DeviceError(f'range [{self.low:g}, {self.high:g}]: its ends must be finite, the '
+                              'first one below the second')
 
     def to_integer(self, value: float, bits: int) -> int:
         """
@@ -108,6 +115,11 @@ class BitFrame:
         self.data = data
         self.length = data.bits // 8
 
+    @property
+    def fields(self) -> set[str]:
+        """The names of all fields."""
+        return {field.name for row in (self.identifier, self.data) for field in row.fields}
+
     def pack(self, values: Mapping[str, float]) -> tuple[int, bytes]:
         """Return (identifier, data) for values by name; raises FrameError for unfit ones."""
         return self.identifier.pack(values), self.data.pack(values).to_bytes(self.length, 'big')
@@ -148,5 +160,8 @@ def _field(frame: str, line: str, ranges: Mapping[str, Range]) -> BitField:
         raise DeviceError(f"frame '{frame}': field '{line}' must read 'name bits', 'name bits = "
                           "constant' or 'name bits little'")
     name, bits, constant, little = found.groups()
-    return BitField(name, int(bits), None if constant is None else int(constant, 0), bool(little),
-                    ranges.get(name))
+    size, value = int(bits[:4]), None if constant is None else int(constant, 0)
+    if not 1 <= size <= 64 or (little and size % 8) or (value or 0) >> size:
+        raise DeviceError(f"frame '{frame}': field '{line}' must have 1 to 64 bits, whole bytes "
+                          "where it is 'little', and a constant that fits them")
+    return BitField(name, size, value, bool(little), ranges.get(name))

@@ -70,6 +70,11 @@ class CanopenDevice(Device):
             frames.append(self._heart)
         return frames
 
+    def unsent(self) -> None:
+        """Say everything again."""
+        self.frames.forget()
+        self._beaten = 0
+
     def rest(self, number: int, now: int) -> Frames:
         """Return zero and "disable voltage", without a SYNC."""
         return self.frames.command(number, controlword(Order.NO_TORQUE, self._state), None)[:-1]

@@ -52,9 +52,17 @@ class DbcMessages:
         return self._device in self._by_name[name].senders
 
     def encode(self, name: str, values: Mapping[str, float | str]) -> tuple[int, bytes]:
-        """Return (identifier of node 0, data) of a message; words stand for choices."""
+        """
+        Return (identifier of node 0, data) of a message; words stand for choices.
+
+        Raises DeviceError for values that the file does not know or that do not fit.
+        """
         message = self._by_name[name]
-        return message.frame_id, message.encode(values)
+        try:
+            return message.frame_id, message.encode(values)
+        except Exception as error:  # cantools', bitstruct's and struct's alike
+            raise DeviceError(f"{self.file}: message '{name}' cannot say {dict(values)}: {error}"
+                              ) from error
 
     def decode(self, name: str, data: bytes) -> dict[str, float]:
         """Return the values of a message; raises FrameError for a wrong length."""
@@ -62,7 +70,10 @@ class DbcMessages:
         if len(data) != message.length:
             raise FrameError(f'frame 0x{message.frame_id:03X} ({name}) has {len(data)} bytes, '
                              f'expected {message.length}')
-        return message.decode(data, decode_choices=False)
+        try:
+            return message.decode(data, decode_choices=False)
+        except Exception as error:  # as above
+            raise FrameError(f'frame 0x{message.frame_id:03X} ({name}): {error}') from error
 
     def words(self, name: str, signal: str, value: int) -> str:
         """Return a value in words, by the choices of its signal."""

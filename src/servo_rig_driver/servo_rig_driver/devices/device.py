@@ -91,6 +91,10 @@ class Device(ABC):
         """
 
     @abstractmethod
+    def unsent(self) -> None:
+        """Note that the frames of the last ask() were not sent; another ask() follows."""
+
+    @abstractmethod
     def rest(self, number: int, now: int) -> Frames:
         """Return the frames that take the torque away at once, without a request."""
 

@@ -84,6 +84,9 @@ class MitMode(OnRequest):
             return _ZERO | {'velocity': point.reference, 'kd': own.kd}
         return _ZERO | {'position': point.reference, 'kp': own.kp, 'kd': own.kd}
 
+    def unsent(self) -> None:
+        """Do nothing: each frame says all."""
+
     def hear(self, identifier: int, data: bytes) -> bool | None:
         """Keep what a feedback frame tells."""
         if bool(identifier & EXTENDED) != self.table.extended:

@@ -8,9 +8,13 @@ from dataclasses import dataclass, field
 from .bit_frames import bit_frame, BitFrame, Range
 from .device import DeviceError
 from .drive_master import DriveState
-from .tables import read_table
+from .tables import MALFORMED, read_table
 
 NEEDED = ('control', 'enable', 'stop', 'clear', 'feedback')
+FIELDS = ('position', 'velocity', 'kp', 'kd', 'torque', 'time')
+"""What a driver gives a frame beside the ids of drive and host."""
+TOLD = {'position', 'velocity', 'torque', 'temperature', 'fault'}
+"""What a feedback has to tell."""
 
 
 @dataclass(frozen=True)
@@ -73,15 +77,25 @@ def load_mit_table(name: str) -> MitTable:
         missing = [key for key in NEEDED if key not in frames]
         if missing:
             raise DeviceError(f'{name}: it has no frame {missing}; needed are {list(NEEDED)}')
+        ids = {'drive': 1, 'host': 0}
+        for key in frames:  # so that none fails beside a motor
+            if key != 'feedback':
+                frames[key].pack(ids | dict.fromkeys(FIELDS, 0.0))
+        told = frames['feedback'].fields
+        if not TOLD <= told:
+            raise DeviceError(f"{name}: frame 'feedback' lacks {sorted(TOLD - told)}")
         faults = content['faults']
+        states = content.get('states') or {}
+        if states and 'mode' not in told:
+            raise DeviceError(f"{name}: 'states' are those of a field 'mode' of the frame "
+                              "'feedback', which has none")
         return MitTable(
             name, extended, bool(content['position_wraps']), ranges, frames,
-            {int(key): DriveState[value.upper()] for key, value in
-             (content.get('states') or {}).items()},
+            {int(key): DriveState[value.upper()] for key, value in states.items()},
             {int(key): str(words) for key, words in faults['words'].items()},
             faults['by'] == 'bit', float(content.get('watchdog_rate', 0.0)),
             tuple(key for key in frames if key != 'feedback'))
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except MALFORMED as error:
         if isinstance(error, DeviceError):
             raise
         raise DeviceError(f'{name} is no table of an actuator in MIT mode: {error!r}') from error

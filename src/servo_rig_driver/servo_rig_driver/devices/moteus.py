@@ -80,6 +80,9 @@ class Moteus(OnRequest):
                 'command_velocity': velocity, 'feedforward_torque': torque, 'kp_scale': gains,
                 'kd_scale': gains, 'watchdog_timeout': own.watchdog, 'ilimit_scale': gains}
 
+    def unsent(self) -> None:
+        """Do nothing: each frame says all."""
+
     def hear(self, identifier: int, data: bytes) -> bool | None:
         """Keep what a reply tells."""
         if not identifier & FD or (identifier & ~(FD | EXTENDED)) != (

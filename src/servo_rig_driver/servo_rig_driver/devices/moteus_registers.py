@@ -15,8 +15,9 @@ from struct import Struct
 
 from ..can_bus.unix_frames import EXTENDED, FD, FD_SIZES, STANDARD_MASK
 from .device import DeviceError
+from .drive_master import DriveState
 from .pdo_table import FrameError
-from .tables import read_table
+from .tables import MALFORMED, read_table
 
 WRITE, READ, REPLY, WRITE_ERROR, READ_ERROR, NOP = 0x00, 0x10, 0x20, 0x30, 0x31, 0x50
 REPLY_WANTED = 0x8000
@@ -24,6 +25,10 @@ FAULTED, TIMEOUT = 1, 11
 """Values of the register `mode`."""
 TYPES = ('int8', 'int16', 'int32', 'float')
 """In the order of their place in a subframe's first byte: base + 4 times the place + number."""
+WRITTEN = ('mode', 'command_position', 'command_velocity', 'feedforward_torque', 'kp_scale',
+           'kd_scale', 'watchdog_timeout', 'ilimit_scale')
+TOLD = ('mode', 'fault', 'position', 'velocity', 'q_current', 'control_torque', 'temperature')
+MODES = ('stopped', 'position', 'zero_velocity')
 _STRUCTS = tuple(Struct(f'<{code}') for code in 'bhif')
 _LOWEST = tuple(-(1 << 8 * one.size - 1) for one in _STRUCTS)
 
@@ -75,7 +80,20 @@ class MoteusTable:
             self.states = {int(key): str(value) for key, value in content['states'].items()}
             self.faults = {int(key): str(value) for key, value in content['faults'].items()}
             self.timeout = str(content['timeout'])
-        except (KeyError, TypeError, ValueError) as error:
+            missing = [key for key in WRITTEN if key not in self.registers] + [
+                key for key in TOLD if self.registers.get(key) not in self.reads] + [
+                key for key in MODES if key not in self.modes]
+            if missing:
+                raise DeviceError(f'{name}: it has no {missing}; the driver writes '
+                                  f'{list(WRITTEN)}, reads {list(TOLD)}, by modes {list(MODES)}')
+            for word in self.states.values():
+                DriveState[word.upper()]
+            for one in self.registers.values():  # so that none fails beside a motor
+                one.to_bytes(0.0)
+                varuint(one.number)
+        except (*MALFORMED, ArithmeticError) as error:
+            if isinstance(error, DeviceError):
+                raise
             raise DeviceError(f'{name} is no table of moteus registers: {error!r}') from error
 
     def write(self, values: Mapping[str, float]) -> bytes:

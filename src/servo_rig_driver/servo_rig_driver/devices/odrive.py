@@ -27,6 +27,18 @@ ESTOP = 'emergency stop requested'
 """The error, in the words of the table, that a button leaves."""
 ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
 
+COMMANDS = (
+    ('Set_Axis_State', {'Axis_Requested_State': 'idle'}),
+    ('Set_Axis_State', {'Axis_Requested_State': 'closed loop control'}),
+    *(('Set_Controller_Mode', {'Control_Mode': mode, 'Input_Mode': 'passthrough'})
+      for mode in ('torque', 'velocity', 'position')),
+    ('Set_Input_Pos', {'Input_Pos': 0.0, 'Vel_FF': 0.0, 'Torque_FF': 0.0}),
+    ('Set_Input_Vel', {'Input_Vel': 0.0, 'Input_Torque_FF': 0.0}),
+    ('Set_Input_Torque', {'Input_Torque': 0.0}),
+    ('Clear_Errors', {'Identify': 0}),
+)
+"""All that the driver says, with values that a table has to know."""
+
 _STATES = {'idle': DriveState.SWITCH_ON_DISABLED,
            'closed loop control': DriveState.OPERATION_ENABLED}
 
@@ -83,6 +95,10 @@ class Odrive(OnRequest):
         else:
             told = self._ask_state('idle', now)
         return told + self.query()
+
+    def unsent(self) -> None:
+        """Tell the mode again."""
+        self._mode = ''
 
     def _ask_state(self, name: str, now: int) -> Frames:
         """Return the request for a state; not each time, since an axis then enters it again."""
@@ -171,7 +187,7 @@ def load_odrive(name: str) -> DbcMessages:
     messages.need('Get_Encoder_Estimates', 'Pos_Estimate', 'Vel_Estimate')
     messages.need('Get_Iq', 'Iq_Setpoint', 'Iq_Measured')
     messages.need(SELDOM, 'Motor_Temperature')
-    for command in ('Set_Axis_State', 'Set_Controller_Mode', 'Set_Input_Pos', 'Set_Input_Vel',
-                    'Set_Input_Torque', 'Clear_Errors'):
-        messages.need(command)
+    for command, values in COMMANDS:  # so that none fails beside a motor
+        messages.need(command, *values)
+        messages.encode(command, values)
     return messages

@@ -93,7 +93,9 @@ class OnRequest(Device):
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
         """Ask until the drive answers; then tell it what it has to know."""
         self.watch.beats.expect(now())
+        asked = 0
         while True:
+            asked += 1
             answers = self._asked(port, now)
             if not wanted():
                 return Outcome.CALLED_OFF
@@ -105,6 +107,8 @@ class OnRequest(Device):
         if answers > 1 and all(self._asked_quietly(port, now) > 1 for _ in range(PROOFS)):
             self.doubled = list(self.nodes)
             return Outcome.DOUBLED
+        if asked > 1:  # a late answer would be taken for that to the first sample
+            self._quiet(port, now)
         self._greet(port, now)
         return Outcome.STARTED
 
@@ -113,20 +117,25 @@ class OnRequest(Device):
         frames = self.greeting()
         if not frames:
             return
+        self._answers = 0
         port.send(frames)
-        until = now() + ECHO
-        while now() < until:
+        until = now() + max(ECHO, round(self.settings.retry * 1e9))
+        while now() < until and not self._answers:
             port.receive(0.005)
 
     def _asked_quietly(self, port: BusPort, now: Callable[[], int]) -> int:
         """Return how many answers one request gets, once no earlier one is under way."""
+        self._quiet(port, now)
+        return self._asked(port, now)
+
+    def _quiet(self, port: BusPort, now: Callable[[], int]) -> None:
+        """Wait until no answer has come for a while."""
         quiet_since = now()
         while now() - quiet_since < 5 * ECHO:
             self._answers = 0
             port.receive(0.01)
             if self._answers:
                 quiet_since = now()
-        return self._asked(port, now)
 
     def _asked(self, port: BusPort, now: Callable[[], int]) -> int:
         """Return how many answers one request gets."""

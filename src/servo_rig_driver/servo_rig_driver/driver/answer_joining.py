@@ -54,6 +54,12 @@ class SampleJoiner:
         """Note that SYNC ``number`` went out; the numbers rise."""
         self._open.append([number, self.kinds, *[None] * self.kinds])
 
+    def withdraw(self, number: int) -> None:
+        """Note that SYNC ``number`` reached nobody: no answer is that of its own."""
+        for row in self._open:
+            if row[0] == number:
+                row[1] = 0
+
     def answer(self, kind: int, content: Any, counter: int | None) -> Sample | None:
         """
         Take an answer; return the sample that it completes, if any.
@@ -84,6 +90,8 @@ class SampleJoiner:
         self.lost += 1
 
     def _uncounted(self, kind: int) -> list[Any] | None:
+        while self.in_order and self._open and not self._open[0][1]:
+            self.give_up()
         row = self._open[0 if self.in_order else -1] if self._open else None
         return None if row is None or row[2 + kind] is not None else row
 

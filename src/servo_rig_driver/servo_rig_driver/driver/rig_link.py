@@ -9,7 +9,8 @@ The thread between the driver and the bus: brings the rig up, paces requests, ta
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the
 device is started as its protocol has it; where two nodes have one id, ``refuse`` until stop().
 Request k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one
-packet with what the drive shall hold from then on.
+packet with what the drive shall hold from then on. The age of a set-point is judged at the instant
+of sending, and the packet says until when it may be passed on.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 import os
 import random
 from threading import Event, Thread
-from time import monotonic_ns, sleep
+from time import sleep
 
 import can
 
@@ -30,6 +31,7 @@ from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder, SampleBlock
 from .sampler import Sampler
+from .steady_clock import SteadyClock
 
 SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
@@ -73,8 +75,8 @@ class RigLink:
         self.state = 'closed'
         self.latest = 0
         self._publish = publish
-        self._port = BusPort(open_wire, self._take)
-        self._offset = clock() - monotonic_ns()
+        self._port = BusPort(open_wire, self._take, self._came_back)
+        self._clock = SteadyClock(clock)
         self._origin: int | None = None
         self._next = 0
         self._checked = 0
@@ -125,7 +127,7 @@ class RigLink:
 
     def now(self) -> int:
         """Return the time on the samples' clock, ns."""
-        return monotonic_ns() + self._offset
+        return self._clock.now()
 
     # The thread.
 
@@ -240,7 +242,7 @@ class RigLink:
             due = self._origin + self._next * period
             if now - due > period:
                 self._port.receive(0.0)
-            self._tick(due, now)
+            self._tick(due)
             if now - self._checked > CHECK_EVERY:
                 leave = self._check(now)
                 if leave is not None:
@@ -255,15 +257,17 @@ class RigLink:
             self._port.receive((due - now) * 1e-9)
         return now < due
 
-    def _tick(self, due: int, now: int) -> None:
+    def _tick(self, due: int) -> None:
+        now = self.now()
         late = now - due
         if late > self.settings.late_limit * SECOND:
             self._skip_to(now)
             return
         self.latest = max(self.latest, late)
-        frames = self.sampler.tick(self._next, due, now)
-        self._next += 1
-        self._port.send(frames)
+        number, self._next = self._next, self._next + 1
+        frames = self.sampler.tick(number, due, now)
+        frames, until = self.sampler.judged(frames, self.now())
+        self._port.send(frames, until and self._clock.steady(until), number)
 
     def _skip_to(self, now: int) -> None:
         ahead = -(-(now - self._origin) // self.settings.period)
@@ -301,7 +305,7 @@ class RigLink:
             now = self.now()
             if self._waits(now):
                 continue
-            self._tick(self._origin + self._next * self.settings.period, now)
+            self._tick(self._origin + self._next * self.settings.period)
             if self.sampler.down:
                 break
         self._rest()
@@ -320,3 +324,6 @@ class RigLink:
 
     def _take(self, received: Frames) -> None:
         self.sampler.take(received, self.now())
+
+    def _came_back(self, number: int) -> None:
+        self.sampler.withdraw(number, self.now())

@@ -10,13 +10,13 @@ from collections import deque
 
 from ..can_bus.bus_port import Frames
 from ..devices.device import Device
-from ..devices.drive_master import DriveMaster, MAY_PUSH
+from ..devices.drive_master import DriveMaster, MAY_PUSH, Order
 from ..devices.pdo_table import FrameError
 from .answer_joining import SampleJoiner
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
-from .setpoints import Setpoint, SetpointPlayer
+from .setpoints import Mode, Setpoint, SetpointPlayer
 
 
 class Sampler:
@@ -41,6 +41,7 @@ class Sampler:
         self._asked_at: deque[int] = deque()
         self._joiner = SampleJoiner(device.kinds, device.on_request)
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
+        self._order = Order.NO_TORQUE
         self._expired, self._ended = player.expired, player.ended
         self._lost = 0
         self._unasked = 0
@@ -66,7 +67,8 @@ class Sampler:
 
     def tick(self, number: int, instant: int, now: int) -> Frames:
         """Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``."""
-        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop)
+        self._order = order = self.master.step(self.device.state, now * 1e-9,
+                                               self.device.emergency_stop)
         point = self.player.at(instant, now) if self.master.enabled else None
         if self.device.on_request:
             self._give_up(now)
@@ -74,6 +76,31 @@ class Sampler:
         self._joiner.ask(number)
         self._begun.append((number, point))
         return self.device.ask(number, order, point, now)
+
+    def judged(self, frames: Frames, now: int) -> tuple[Frames, int | None]:
+        """
+        Return the frames of the last tick as they may go out ``now``, and until when; None: ever.
+
+        The machine may have stood still since they were made: a set-point that has become too old
+        meanwhile is taken out of them.
+        """
+        number, point = self._begun[-1]
+        if point is None or point.mode is Mode.OFF:
+            return frames, None
+        until = self.player.expires(point)
+        if now <= until:
+            return frames, until
+        self._begun[-1] = number, None
+        self.device.unsent()
+        return self.device.ask(number, self._order, None, now), None
+
+    def withdraw(self, number: int, now: int) -> None:
+        """Note that the bus was too slow for the set-point of a tick, and left the tick out."""
+        self._joiner.withdraw(number)
+        self.health.count('command.late_on_bus')
+        self.health.event('command.late_on_bus', 'the bus held a set-point up until it was older '
+                          f'than command_timeout = {self.player.timeout:g} s; it was left out',
+                          now)
 
     def rest(self, number: int, now: int) -> Frames:
         """Return the frames that bring the motor to zero at once, without a request."""

@@ -183,7 +183,7 @@ class SetpointPlayer:
             self._now_playing = playing
         if playing is None:
             return None
-        if max(instant, now) - playing.instant > self.timeout * SECOND:
+        if max(instant, now) > self.expires(playing):
             self._now_playing = None
             if self._rests(playing):
                 self.ended += 1
@@ -191,6 +191,10 @@ class SetpointPlayer:
                 self.expired += 1
             return None
         return playing
+
+    def expires(self, point: Setpoint) -> int:
+        """Return until when a set-point may be held, ns."""
+        return point.instant + int(self.timeout * SECOND)
 
     def _rests(self, point: Setpoint) -> bool:
         if point.mode is Mode.OFF:

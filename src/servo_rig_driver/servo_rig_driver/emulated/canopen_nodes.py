@@ -19,7 +19,7 @@ from .object_server import HEARTBEAT_TIME, Objects, Send, WATCHDOG
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 PACE = 1000  # SYNCs after which their rate is judged
-SYNC_LOST = 0.1  # s after which an enabled drive without SYNC fails
+SYNC_LOST = 0.1  # s after which an enabled drive without SYNC fails, unless it is told another
 AT_REST = 0.05  # rad/s at the motor, where a quick stop ends
 LENGTH_ERROR, NO_RPDO, NO_SYNC = 0x8210, 0x8250, 0x8700
 
@@ -41,20 +41,21 @@ class RigNodes:
     """
     Drive, load encoder and torque sensor of one emulated rig.
 
-    ``send`` takes a list of frames. ``refused`` counts frames of the wrong length, ``syncs`` the
-    SYNCs answered.
+    ``send`` takes a list of frames; ``watchdog``, s, is after what silence the drive fails.
+    ``refused`` counts frames of the wrong length, ``syncs`` the SYNCs answered.
     """
 
     fd = False
 
-    def __init__(self, bench: Bench, frames: FrameTable,
-                 send: Send) -> None:
+    def __init__(self, bench: Bench, frames: FrameTable, send: Send,
+                 watchdog: float = SYNC_LOST) -> None:
         self.bench = bench
         self.frames = frames
         self.drive = DriveStates()
         self.refused = 0
         self.syncs = 0
         self._send = send
+        self._watchdog = watchdog
         self._states = dict.fromkeys(frames.ids, PRE_OPERATIONAL)
         self._next_beat = dict.fromkeys(frames.ids, 0.0)
         self._objects = Objects(frames, send, self._read, self._written)
@@ -107,7 +108,7 @@ class RigNodes:
             if every and now >= self._next_beat[name]:
                 self._next_beat[name] = now + every
                 self._send([(HEARTBEAT_ID + number, bytes([self._states[name]]))])
-        if self._last_sync is not None and now - self._last_sync > SYNC_LOST:
+        if self._last_sync is not None and now - self._last_sync > self._watchdog:
             if self.drive.gives_torque:
                 self._fail(NO_SYNC)
             self.bench.answer(sampling.OFF, 0.0, 0.0)

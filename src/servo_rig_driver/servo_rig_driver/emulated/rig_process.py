@@ -31,7 +31,7 @@ from ..devices.device import DeviceError
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import load_frames
 from ..ending import Ending
-from .canopen_nodes import RigNodes
+from .canopen_nodes import RigNodes, SYNC_LOST
 from .drives.by_protocol import driver_parameters, emulated_drive
 from .emulated_bench import Bench, COMMANDS
 from .fault_port import FaultPort
@@ -65,8 +65,10 @@ class EmulatedRig:
         self.bench = Bench(rig, seed, period)
         self._wire: Wire | None = None
         self._random = random.Random(seed)
-        self.nodes = emulated_drive(driver or {}, self.bench, self._send) or RigNodes(
-            self.bench, load_frames(rig.dictionaries, ids or NODE_IDS), self._send)
+        told = driver or {}
+        self.nodes = emulated_drive(told, self.bench, self._send) or RigNodes(
+            self.bench, load_frames(rig.dictionaries, ids or NODE_IDS), self._send,
+            float(told.get('device.watchdog', SYNC_LOST)))
         self.bus = replace(bus, fd=self.nodes.fd)
         self._stopped = False
         self._ends_at: float | None = None
@@ -235,6 +237,9 @@ def main(arguments: list[str] | None = None) -> int:
                         help='parameter file of the driver: the drive speaks its protocol')
     parser.add_argument('--period', type=float, metavar='S', help='of the samples, for a drive '
                         'that is asked for each (default: the sync_period of --driver)')
+    parser.add_argument('--watchdog', type=float, metavar='S', help='of silence after which the '
+                        'drive stops by itself (default: the device.watchdog of --driver, else '
+                        f'{SYNC_LOST:g})')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
     parser.add_argument('--faults', type=Path, metavar='SOCKET',
                         help='let faults be switched while it runs, by a Unix socket made here')
@@ -245,6 +250,8 @@ def main(arguments: list[str] | None = None) -> int:
         handler.addFilter(_one_line)
     try:
         driver = driver_parameters(options.driver) if options.driver else {}
+        if options.watchdog is not None:
+            driver['device.watchdog'] = options.watchdog
         rig = EmulatedRig(options.rig, BusSettings(options.interface, options.channel,
                                                    options.bitrate),
                           options.set, options.seed, {**NODE_IDS, **dict(options.node)}, driver,

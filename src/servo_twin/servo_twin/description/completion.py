@@ -30,6 +30,12 @@ complete -o default -F _{name} {program}
 """
 
 
+_ZSH = """autoload -Uz compinit bashcompinit
+(( $+functions[compdef] )) || compinit -u
+bashcompinit
+"""
+
+
 def script(program: str, parsers: Mapping[str, argparse.ArgumentParser], asked: Sequence[str]
            ) -> str:
     """Return the script for the shell that is asked for; raises SystemExit (2) for another."""
@@ -44,7 +50,7 @@ def script(program: str, parsers: Mapping[str, argparse.ArgumentParser], asked: 
             if known:
                 for name in action.option_strings:
                     choices.append(f'      "{command} {name}") words="{" ".join(known)}" ;;')
-    begin = 'autoload -Uz bashcompinit && bashcompinit\n' if asked[0] == 'zsh' else ''
+    begin = _ZSH if asked[0] == 'zsh' else ''
     return _BASH.format(program=program, which=asked[0], begin=begin,
                         name=program.replace('-', '_'), commands=' '.join(parsers),
                         choices='\n'.join(choices), options='\n'.join(options))

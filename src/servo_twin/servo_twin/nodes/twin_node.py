@@ -24,8 +24,8 @@ from rclpy.parameter import Parameter
 from servo_twin_msgs.msg import Event, Prediction, Residual
 
 from ..description import servo_file
-from ..lockstep.live_changes import changed
 from ..lockstep.lockstep import Answer, Lockstep, warm_up
+from ..lockstep.twin import changed
 from ..physics.servo import Servo, ServoError
 from ..recording import events
 from ..recording.sample_joining import Joiner

@@ -180,14 +180,17 @@ def _by_orders(part: Part, one: Hypothesis) -> list[Formed]:
 def _direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
+    fixed: dict[str, Value] = {}
     if name in ('gravity', 'load_encoder_eccentricity') and len(a) == 2:
         values = {'cosine': float(a[0]), 'sine': float(a[1])}
+        if name != 'gravity' and one.knots:
+            fixed = {'order': float(one.knots[0])}
     elif name in ('current_sensor_offset', 'torque_sensor_offset'):
         values = {'offset': float(a[0])}
     elif name in ('current_sensor_gain', 'torque_sensor_gain'):
         values = {'excess': float(a[0])}
     elif name == 'sensor_delay':
-        values = {'delay': float(a[0])}
+        values = {'delay': float(one.knots[0] * a[0]) if one.knots else float(a[0])}
     elif name == 'command_delay':
         values = {'delay': float(one.knots[0] * a[0])}
     elif name == 'current_lag':
@@ -202,7 +205,7 @@ def _direct(part: Part, one: Hypothesis) -> Formed | None:
     else:
         return None
     effect = find(name)
-    whole = {n: p.default for n, p in effect.parameters.items()} | values
+    whole = {n: p.default for n, p in effect.parameters.items()} | values | fixed
     return Formed(effect, whole, tuple(values), True)
 
 

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
-from .hypothesis import Hypothesis, Mechanism, Series
+from .drive import delay_of_command, DELAYS
+from .hypothesis import Columns, Hypothesis, Mechanism, Series
 from .orders import waves
+
+ENCODERS = ('motor_position', 'load_position')
+ORDERS = (1.0, 2.0)
+"""Of a disc that is not centred, and of one that is not round."""
 
 
 def readings_of(builder: Builder) -> Iterator[Hypothesis]:
@@ -18,10 +24,11 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
     has = frozenset.intersection(*(one.measured.channels for one in builder.samples.errors))
 
     def off(name: str, channel: str, variables: tuple[str, ...], symmetry: str, of: Series,
-            size: int = 1) -> Hypothesis | None:
+            signs: tuple[int, ...] = (0,), knots: tuple[float, ...] = (),
+            tried: int = 1) -> Hypothesis | None:
         mechanism = Mechanism(name, 'sensor', channel, variables, symmetry)
         columns = builder.place(channel, of, -1.0)  # what a reading has too much is not true
-        return builder.hypothesis(mechanism, columns, [0] * size)
+        return builder.hypothesis(mechanism, columns, signs, knots, tried=tried)
 
     def full(one: EquationErrors) -> int:
         return len(one.measured.recording)
@@ -36,10 +43,68 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
             yield from filter(None, (_gain(builder, f'{sensor}_gain', channel),))
     if {'motor_position', 'load_position'} <= has:
         yield from filter(None, (
-            off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
-                lambda one: waves(one.angles()[1], (1.0,)), 2),
-            off('sensor_delay', 'load_position', ('speed',), 'odd',
-                lambda one: -_speed(one)[:, None])))
+            *(off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
+                  partial(_once_a_turn, order), (0, 0), (order, order), len(ORDERS))
+              for order in ORDERS),
+            *(off('sensor_delay', channel, ('speed',), 'odd', partial(_late, channel), (1,))
+              for channel in ENCODERS)))
+    elif has.intersection(ENCODERS):
+        yield from _only_encoder_late(builder, next(iter(has.intersection(ENCODERS))))
+
+
+def _once_a_turn(order: float, one: EquationErrors) -> np.ndarray:
+    return waves(one.angles()[1], (order,))
+
+
+def _late(channel: str, one: EquationErrors) -> np.ndarray:
+    return -_speed(one, ENCODERS.index(channel))[:, None]
+
+
+def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:
+    """
+    Yield delays of the one encoder that there is.
+
+    Nothing says at which time the shaft truly was but its torque: a late angle and a motor that
+    answers late to its current are one. Where no current is measured, neither can be told from a
+    late command, so that its columns are the same.
+    """
+    sensed = all('current' in one.measured.channels for one in builder.samples.errors)
+    if not sensed and not all('voltage' in one.measured.channels
+                              for one in builder.samples.errors):
+        return
+    mechanism = Mechanism('sensor_delay', 'sensor', channel, ('time',), 'none', memory=True)
+    period = builder.scales.period
+    for share in DELAYS:
+        late = share * period
+        columns = _through_the_angle(builder, late) if sensed else delay_of_command(builder, late)
+        one = builder.hypothesis(mechanism, columns, [1], (late,), tried=len(DELAYS))
+        if one:
+            yield one
+
+
+def _through_the_angle(builder: Builder, late: float) -> Columns:
+    """
+    Return what a late angle does where the current is measured, s.
+
+    The current that the motion asks for is late with the angle, and so is the speed by which the
+    drive is modelled.
+    """
+    def asked(one: EquationErrors) -> np.ndarray:
+        current = one.full(one.predicted_current)
+        return (current - _earlier(current, late / one.measured.period))[:, None]
+
+    def made(one: EquationErrors) -> np.ndarray:
+        return one.drive_current_ahead(late)[:, None]
+
+    columns = builder.place('current', asked)
+    drive = builder.samples.rows('drive')[:, None]
+    return replace(columns, table=np.where(
+        drive, builder.place('drive_current', made).table, columns.table))
+
+
+def _earlier(series: np.ndarray, samples: float) -> np.ndarray:
+    at = np.arange(len(series))
+    return np.interp(at + samples, at, series)
 
 
 def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
@@ -63,6 +128,6 @@ def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
         mechanism, replace(columns, table=np.where(drive, made.table, columns.table)), [0])
 
 
-def _speed(one: EquationErrors) -> np.ndarray:
-    test, angle = one.measured.fast, np.nan_to_num(one.angles()[1])
+def _speed(one: EquationErrors, shaft: int) -> np.ndarray:
+    test, angle = one.measured.fast, np.nan_to_num(one.angles()[shaft])
     return np.pad(test.smooth(angle, 1), test.reach, mode='edge')

@@ -17,6 +17,7 @@ PURPOSES = {'screen': 'selected the effects', 'accept': 'had to confirm them',
             'report': 'measured what is gone'}
 SEVERITY = ('red', 'amber', 'green')
 WRITTEN = 12  # values up to which a number fits into each cell of the heat map
+FEW = 7  # values whose correlations can be read on a phone, and beside another table
 
 
 def gap_bars(gap: dict[str, Any], added: bool) -> list[dict[str, Any]]:
@@ -102,7 +103,8 @@ def heat_map(correlations: dict[str, Any]) -> dict[str, Any] | None:
                   'title': f'{name} and {other}'}
                  for other, v in zip(names, values, strict=False)]
         rows.append({'index': k, 'name': name, 'cells': cells})
-    return {'rows': rows, 'written': len(names) <= WRITTEN, 'strongest': _strongest(names, matrix)}
+    return {'rows': rows, 'written': len(names) <= WRITTEN, 'many': len(names) > FEW,
+            'strongest': _strongest(names, matrix)}
 
 
 def _share(value: object) -> str:

@@ -78,6 +78,13 @@ class AlongMotion:
             self._projected['drive key'], self._projected['drive current'] = key, current
         return current
 
+    def drive_current_ahead(self, time: float) -> np.ndarray:
+        """Return how the current of the drive changes with the speed some time later, A."""
+        command, at = self.measured.column('voltage', 0.0), np.arange(len(self._fast_speed))
+        speed = np.interp(at + time / self.measured.period, at, self._fast_speed)
+        ahead = drive_current(self.servo, self.servo.theta, command, speed, self.measured)
+        return ahead - self.drive_current(self.servo.theta)
+
     @cached_property
     def _fast_speed(self) -> np.ndarray:
         """Speed of the motor for the electrical equations, rad/s, at every sample."""

@@ -9,6 +9,8 @@ import yaml
 from ..device import DeviceError
 
 SHIPPED = Path(__file__).parent
+MALFORMED = (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError)
+"""What comes of a table that is not shaped as it should be."""
 
 
 def table_path(name: str, ending: str) -> Path:
@@ -27,7 +29,7 @@ def read_table(name: str, ending: str) -> dict:
     path = table_path(name, ending)
     try:
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+    except (OSError, yaml.YAMLError, ValueError, RecursionError) as error:
         raise DeviceError(f'{path} cannot be read: {error}') from error
     if not isinstance(content, dict):
         raise DeviceError(f'{path} must be a mapping; it is {type(content).__name__}')

@@ -13,6 +13,7 @@ from ...devices.drive_settings import DriveSettings
 from ...devices.mit_table import load_mit_table
 from ...devices.moteus_registers import MoteusTable
 from ...devices.odrive import load_odrive
+from ...devices.tables import MALFORMED
 from ..emulated_bench import Bench
 from .mit_mode import EmulatedMit
 from .moteus import EmulatedMoteus
@@ -39,8 +40,7 @@ def driver_parameters(path: str | Path) -> dict[str, Any]:
         for node in content.values():
             given.update(_flat(node['ros__parameters']))
         return given
-    except (OSError, yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError
-            ) as error:
+    except (OSError, yaml.YAMLError, RecursionError, *MALFORMED) as error:
         raise DeviceError(f'{path} is no parameter file of the driver: {error!r}') from error
 
 

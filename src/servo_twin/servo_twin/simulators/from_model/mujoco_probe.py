@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...description.nearest_name import or_what
 from ..joint import ModelError
 from ..mujoco_model import mujoco_library
 
@@ -120,7 +121,8 @@ class Probe:
         if found < 0:
             unnamed = len(good) - len(named)
             more = f' and {unnamed} without a name' if unnamed else ''
-            raise ModelError(f'there is no joint {joint!r}; hinges and slides are {named}{more}')
+            raise ModelError(f'there is no joint {joint!r}; '
+                             f'{or_what(joint, named, "hinges and slides are")}{more}')
         if joint not in named:
             raise ModelError(f'joint {joint!r} is a ball or free joint; a servo turns a hinge or '
                              f'moves a slide: {named}')
@@ -134,12 +136,15 @@ class Probe:
             if place < 0:
                 known = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, i)
                          for i in range(model.nkey)]
-                raise ModelError(f'there is no keyframe {keyframe!r}; there are {known}')
+                raise ModelError(f'there is no keyframe {keyframe!r}; {or_what(keyframe, known)}')
             pose = np.array(model.key_qpos[place])
         for name, value in at.items():
             place = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
             if place < 0:
-                raise ModelError(f'--at {name}={value:g}: there is no joint {name!r}')
+                known = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, i) or ''
+                         for i in range(model.njnt)]
+                raise ModelError(f'--at {name}={value:g}: there is no joint {name!r}; '
+                                 f'{or_what(name, filter(None, known))}')
             if not is_of(model.jnt_type[place], mujoco.mjtJoint.mjJNT_HINGE,
                          mujoco.mjtJoint.mjJNT_SLIDE):
                 raise ModelError(f'--at {name}={value:g}: only hinges and slides can be set; '

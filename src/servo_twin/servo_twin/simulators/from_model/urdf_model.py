@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...description.nearest_name import or_what
 from ..joint import GRAVITY, Joint, ModelError
 from ..mujoco_model import compiled_text
 from .mujoco_joint import joint_of
@@ -47,7 +48,8 @@ def _read(path: Path | str, name: str, at: Mapping[str, float],
     left_out: list[str] = []
     for other, value in at.items():
         if other not in joints:
-            raise ModelError(f'--at {other}={value:g}: there is no joint {other!r} in {path}')
+            raise ModelError(f'--at {other}={value:g}: there is no joint {other!r} in {path}; '
+                             f'{or_what(other, joints)}')
     _hold(joints, name, at, left_out)
     _cut(robot, joints, one)
     for beside in robot.findall('mujoco'):
@@ -86,7 +88,8 @@ def _chosen(joints: Mapping[str, ElementTree.Element], name: str,
             path: Path | str) -> ElementTree.Element:
     moving = [n for n, one in joints.items() if one.get('type') in _MOVING]
     if name not in joints:
-        raise ModelError(f'{path}: there is no joint {name!r}; joints that move are {moving}')
+        raise ModelError(f'{path}: there is no joint {name!r}; '
+                         f'{or_what(name, moving, "joints that move are")}')
     if name not in moving:
         raise ModelError(f'{path}: joint {name!r} is {joints[name].get("type")}; a servo drives '
                          f'one of {moving}')
