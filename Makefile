@@ -37,10 +37,13 @@ checks: lint types  ## check style, words, links, imports, packages, security, s
 types: setup  ## check the types of the physics, the diagnosis and the front door
 	@$(WITH_ENV) mypy
 
-coverage: setup  ## run the fast tests and say which lines none of them ran
+FLOORS = physics:80 diagnose:60 api:75
+coverage: setup  ## run the fast tests and say which lines none of them ran; fails below the floors
 	@rm -rf log/coverage && mkdir -p log/coverage
 	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not ros' $(ARGS)
 	@$(WITH_ENV) coverage combine -q && coverage report
+	@$(WITH_ENV) for one in $(FLOORS); do echo "$${one%:*}, at least $${one#*:} %:"; \
+	    coverage report --format=total --include="*/$${one%:*}/*" --fail-under=$${one#*:} || exit 1; done
 
 fuzz: setup  ## try spoilt files, frames and command lines; SECONDS=600 SEED=1 JOBS=2 GUIDED=1, ARGS=...
 	@$(if $(GUIDED),$(WITH_ENV) python -m pip install -q -r requirements/fuzz.txt)
