@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import json
+from typing import TYPE_CHECKING
 
-from ..physics.servo import Value
+if TYPE_CHECKING:
+    from ..physics.servo import Value
 
 BEGAN, PARAMETERS, SERVO_FILE, SETTINGS = 'began', 'parameters', 'servo_file', 'settings'
 CHANGES = (BEGAN, PARAMETERS, SERVO_FILE, SETTINGS)
 """The kinds that a replay obeys."""
-
 
 @dataclass(frozen=True)
 class Change:
@@ -26,7 +27,6 @@ class Change:
         """The values by path of a change of parameters; fields by name of the other kinds."""
         return {path: tuple(value) if isinstance(value, list) else value
                 for path, value in json.loads(self.content).items()}
-
 
 @dataclass(frozen=True)
 class Happened:
@@ -44,11 +44,9 @@ class Happened:
         """Seconds since 1970."""
         return self.stamp * 1e-9
 
-
 def written(values: Mapping[str, Value]) -> str:
     """Return values by path as the content of a change; floats come back to the last bit."""
     return json.dumps(dict(values))
-
 
 def obeyed(changes: Sequence[Change]) -> list[Change]:
     """
@@ -60,17 +58,14 @@ def obeyed(changes: Sequence[Change]) -> list[Change]:
     last = max((k for k, one in enumerate(changes) if one.kind == BEGAN), default=-1)
     return [one for k, one in enumerate(changes) if one.sequence or k > last or one.kind == BEGAN]
 
-
 def as_for_another(changes: Sequence[Change]) -> list[Change]:
     """Return the changes as they act on another servo, whose values stay as they are."""
     return [_with(one, servo_file='') if one.kind == BEGAN else one
             for one in changes if one.kind in (BEGAN, SETTINGS)]
 
-
 def with_mode(changes: Sequence[Change], mode: str) -> list[Change]:
     """Return the changes as they act on a twin that runs in one mode all the time."""
     return [_with(one, mode=mode) if one.kind in (BEGAN, SETTINGS) else one for one in changes]
-
 
 def _with(change: Change, **fields: str) -> Change:
     return replace(change, content=json.dumps({**change.values, **fields}))
