@@ -18,12 +18,14 @@ SMALL = 1e-4
 
 
 def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
-           held: np.ndarray, told: Callable[[int, float], None]) -> tuple[Unknowns, int]:
+           held: np.ndarray, told: Callable[[int, float], None],
+           worth: float = 0.0) -> tuple[Unknowns, int]:
     """
     Walk downhill until a step moves the shared numbers hardly at all.
 
     That is by less than ``tolerance`` of a standard error (of independent residuals: the honest
-    ones are larger), or none of them by more than :data:`SMALL` of its scale.
+    ones are larger), or none of them by more than :data:`SMALL` of its scale, or until it takes
+    less than a share ``worth`` of the cost.
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
     called at each accepted step and may raise to stop the fit. Returns the unknowns and how many
     steps were taken.
@@ -51,7 +53,7 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
         moved = np.sqrt(step @ normal.hessian @ step * normal.residual.size / (2.0 * cost))
         unknowns = trial
         told(done, cost)
-        if moved < tolerance or (
+        if moved < tolerance or gained < worth or (
                 len(step) and damping < 1e-3 and np.abs(step).max() < SMALL):
             break
     return unknowns, done

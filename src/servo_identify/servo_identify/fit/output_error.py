@@ -31,6 +31,7 @@ from .start_search import best_starts, searched
 
 RELATIVE_MARGIN = 1e-3
 MOST_ROUNDS, STEPS_A_ROUND, COARSE_ROUNDS, SEARCHES = 12, 2, 2, 3
+WORTH = 1e-3  # share of the cost that a step must take from values that are near
 ROUGH = 5.0  # residual over noise floor of the worst channel, above which slopes are taken coarse
 
 
@@ -157,7 +158,7 @@ def _reweigh(problem: Problem, raw: np.ndarray, whiten: bool = False) -> float:
 def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weights: str,
             iterations: int, precision: float, near: bool,
             progress: Callable[[Progress], None], begun: float) -> Estimate:
-    freedom = problem.freedom
+    freedom, worth = problem.freedom, WORTH if near else 0.0
     first = problem.raw_of(unknowns)
     unknowns, warned, held, cost = _checked(problem, unknowns)
     progress(Progress('check', 0, cost, tuple(warned)))
@@ -171,7 +172,7 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
         if _reweigh(problem, problem.raw_of(unknowns), weights == 'whitened') < 0.2 and taken:
             break
         problem.step = COARSE if turn < COARSE_ROUNDS else FINE
-        unknowns, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told)
+        unknowns, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told, worth)
         taken += done
         if turn and not near:
             unknowns, _ = searched(problem, unknowns)
@@ -184,7 +185,7 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
             unknowns, better = searched(problem, unknowns)
         if search and not better:
             break
-        unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
+        unknowns, done = solved(problem, unknowns, iterations, precision, held, told, worth)
         taken += done
     normal = problem.linearised(unknowns)
     covariance = spread(normal, problem.owner, held)

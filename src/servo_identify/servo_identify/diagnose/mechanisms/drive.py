@@ -40,12 +40,18 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
     def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
 
+    def gate(command: np.ndarray) -> np.ndarray:
+        return -np.column_stack([np.where(np.abs(command) < s * top, command, 0.0)
+                                 for s in BANDS])
+
     def ceiling(command: np.ndarray) -> np.ndarray:
         return -np.sign(command)[:, None] * np.column_stack(
             [np.maximum(np.abs(command) - s * top, 0.0) for s in CEILINGS])
 
     yield from filter(None, (
         shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        # a drive that comes with all of the command once it comes
+        shaped('drive_dead_band', gate, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS))))
     period = builder.scales.period
