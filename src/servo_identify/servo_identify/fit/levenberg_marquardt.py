@@ -24,8 +24,8 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
     Walk downhill until a step moves the shared numbers hardly at all.
 
     That is by less than ``tolerance`` of a standard error (of independent residuals: the honest
-    ones are larger), or none of them by more than :data:`SMALL` of its scale, or until it takes
-    less than a share ``worth`` of the cost.
+    ones are larger), or none of them by more than :data:`SMALL` of its scale. A step that takes
+    less than a share ``worth`` of the cost is the last one too.
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
     called at each accepted step and may raise to stop the fit. Returns the unknowns and how many
     steps were taken.
