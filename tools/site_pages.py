@@ -9,11 +9,16 @@ from __future__ import annotations
 
 from pathlib import Path
 import re
+import sys
 from typing import Any
 
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
 from nbconvert import MarkdownExporter
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from module_tree import tree_page
 
 ROOT = Path(__file__).resolve().parents[1]
 API = """# Python API
@@ -45,7 +50,7 @@ ROOT_PAGES = {'index.md': 'README.md', 'CONTRIBUTING.md': 'CONTRIBUTING.md',
 def on_files(files: Files, config: Any) -> Files:
     """Add the pages that lie elsewhere or are made."""
     pages = {target: (ROOT / source).read_text() for target, source in ROOT_PAGES.items()}
-    pages |= {'reference/api.md': API}
+    pages |= {'reference/api.md': API, 'reference/tree.md': tree_page()}
     for target, text in pages.items():
         files.append(File.generated(config, target, content=text))
     for path in sorted((ROOT / 'docs' / 'notebooks').glob('*.ipynb')):

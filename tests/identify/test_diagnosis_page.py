@@ -11,8 +11,8 @@ import numpy as np
 from page_labels import OVERLAPS, RECORD_LABELS, TICKS
 import pytest
 
+from servo_identify.diagnose.page.packed_series import packed_series
 from servo_identify.diagnose.page.page import page_of, STATUS, write_page
-from servo_identify.diagnose.page.samples import packed_series
 from servo_identify.diagnose.page.words import number, percent, shortened, unit
 
 BARE = {'report': {'verdict': {'status': 'unknown', 'sentence': 'Nothing is known.'}}}

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import servo_identify as si
-from servo_identify.diagnose.handover.output_error import simulated
+from servo_identify.diagnose.handover.simulated_gap import simulated
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 

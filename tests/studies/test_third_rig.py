@@ -15,8 +15,8 @@ from servo_studies.third_rig.excitations import Excitation, excite
 from servo_studies.third_rig.fault_cases import cases, KINDS, LISTED, UNLISTED
 from servo_studies.third_rig.fault_terms import laws_of, MECHANISMS, memory_of, Table, Term
 from servo_studies.third_rig.integrator import run
-from servo_studies.third_rig.machine import within_tolerance
 from servo_studies.third_rig.plant import Plant
+from servo_studies.third_rig.rig_machine import within_tolerance
 from servo_studies.third_rig.rig_machines import MACHINES, STYLES, told
 from servo_studies.third_rig.servo_yaml import servo_file
 from servo_studies.third_rig.terms import held, look, PORTS, stretch

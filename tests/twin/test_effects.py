@@ -36,8 +36,7 @@ load_encoder_eccentricity sensor_delay torque_sensor_gain torque_sensor_offset p
 
 BASE = ('torque', 'angle', 'time', 'current', 'voltage', 'temperature', 'length')
 DIMENSIONS = {
-    '': {}, 'N m': {'torque': 1}, 'rad': {'angle': 1}, 'rad2': {'angle': 2}, 'rad3': {'angle': 3},
-    's': {'time': 1}, 'm': {'length': 1}, 's2': {'time': 2},
+    '': {}, 'N m': {'torque': 1}, 'rad': {'angle': 1}, 's': {'time': 1}, 'm': {'length': 1},
     'A': {'current': 1}, 'V': {'voltage': 1},
     'Hz': {'time': -1}, 'degC': {'temperature': 1}, '1': {},
     'kg m2': {'torque': 1, 'time': 2, 'angle': -1},
@@ -58,13 +57,13 @@ SITE_UNITS = {
 
 
 def dimension(unit: str) -> dict[str, int]:
-    """Return the exponents of a unit; KeyError where it is none."""
+    """Return the exponents of a unit such as ``N m s2/rad2``; KeyError where it is none."""
     above, _, below = unit.partition('/')
     powers = dict.fromkeys(BASE, 0)
     for part, sign in ((above, 1), (below, -1)):
-        for token in re.findall(r'N m|kg m2|\S+', part):
+        for token, times in re.findall(r'(N m|kg m2|1|[^\s\d]+)(\d*)', part):
             for base, power in DIMENSIONS[token].items():
-                powers[base] += sign * power
+                powers[base] += sign * power * int(times or 1)
     return powers
 
 

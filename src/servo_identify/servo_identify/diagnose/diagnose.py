@@ -22,7 +22,7 @@ from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
 from .handover.curves import parts_of
-from .handover.output_error import Diverged, Simulated, simulated
+from .handover.simulated_gap import Diverged, Simulated, simulated
 from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
 from .selection.confidence import redrawn, rivals_of

@@ -23,7 +23,7 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
     """
     Walk downhill until a step moves the shared numbers hardly at all.
 
-    That is by less than ``tolerance`` of a standard error (of independent residuals: the honest
+    That is by less than ``tolerance`` of a standard error of independent residuals (the honest
     ones are larger), or none of them by more than :data:`SMALL` of its scale. A step that takes
     less than a share ``worth`` of the cost is the last one too.
     ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is

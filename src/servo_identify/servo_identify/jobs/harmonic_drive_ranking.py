@@ -19,7 +19,7 @@ from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harm
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from ..diagnose.handover.output_error import (
+from ..diagnose.handover.simulated_gap import (
     Diverged,
     Gap,
     shrink,

@@ -10,7 +10,7 @@ import numpy as np
 from .excitations import Excitation
 from .fault_terms import Change, laws_of, MECHANISMS, memory_of
 from .integrator import run
-from .machine import known_effects, Machine
+from .rig_machine import known_effects, Machine
 
 SETTLING = 0.05   # of a recording, before it begins
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .machine import Machine
+from .rig_machine import Machine
 
 
 class Excitation(NamedTuple):

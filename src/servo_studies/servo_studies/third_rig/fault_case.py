@@ -11,7 +11,7 @@ import numpy as np
 from .bench_run import Diverged, Fault, record
 from .excitations import excite
 from .fault_terms import Mechanism, MECHANISMS
-from .machine import Machine
+from .rig_machine import Machine
 from .servo_yaml import servo_file
 from .visibility import Bench, MOST, unit_amount
 

@@ -24,7 +24,7 @@ from . import (
 from .bench_run import Fault
 from .fault_case import Case
 from .fault_terms import Inapplicable, MECHANISMS
-from .machine import Machine, within_tolerance
+from .rig_machine import Machine, within_tolerance
 from .rig_machines import MACHINES, STYLES, told
 from .visibility import SEVERITIES
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 import numpy as np
 
-from .sampled_loop import command_of, counted, late, remember, RING
+from .loop_and_readings import command_of, counted, late, remember, RING
 from .shaft_step import (
     AMPS,
     angle_lost,

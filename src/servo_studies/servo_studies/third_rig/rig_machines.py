@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .machine import Known, Machine
 from .plant import CASCADE, Plant, POSITION_LOOP, SPEED_PI
+from .rig_machine import Known, Machine
 
 STYLES = ('textbook', 'plain', 'rich')
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
-from .machine import Machine
 from .plant import Plant, POSITION_LOOP, SPEED_PI
+from .rig_machine import Machine
 
 _UNITS = {'ratio': '', 'rotor_inertia': 'kg m2', 'load_inertia': 'kg m2', 'stiffness': 'N m/rad',
           'damping': 'N m s/rad', 'torque_constant': 'N m/A', 'resistance': 'ohm',

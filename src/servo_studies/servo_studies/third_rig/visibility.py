@@ -15,7 +15,7 @@ import numpy as np
 
 from .bench_run import Diverged, Fault, record
 from .excitations import Excitation
-from .machine import Machine
+from .rig_machine import Machine
 
 MARGIN, SMALL, SEVERITIES = 0.005, 3.0, (1.0, 2.0, 4.0, 8.0, 16.0)
 MOST = 100.0  # that faults of a case together may show: half of the signal

@@ -10,7 +10,7 @@ from servo_twin.physics.servo import Servo
 from ..handover.added import Added
 from ..handover.chosen_fit import Handover
 from ..handover.curves import Part
-from ..handover.output_error import Simulated
+from ..handover.simulated_gap import Simulated
 from ..mechanisms.hypothesis import UNKNOWN
 from ..residuals.added_input import AddedInput
 from ..selection.confidence import Rival

@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL
 from .added import Added, servo_with
-from .output_error import Diverged, Gap, refitted, shrink_interval, simulated
+from .simulated_gap import Diverged, Gap, refitted, shrink_interval, simulated
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
 JUDGED = 60.0  # s of the accept recordings that a choice is judged on

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..residuals.samples import ResidualSamples
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
-from .scales import Scales
+from .signal_scales import Scales
 
 VANISHING = 1e-6  # a column whose size is below this share of a noise unit moves nothing
 

@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 
 from ..answer.evidence import Evidence, Finding
 from ..diagnosis import Diagnosis
-from ..handover.output_error import simulated
+from ..handover.simulated_gap import simulated
 
 MOST = 4000  # samples of a series
 SHOWN = 6  # recordings of a page beside those of the report

@@ -20,7 +20,7 @@ from servo_twin.pages.plotting import SCRIPTS as SHARED
 from . import tables
 from .causes import causes
 from .chain import chain
-from .samples import packed_equation, packed_series
+from .packed_series import packed_equation, packed_series
 from .words import between, known, percent, spoken
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
