@@ -13,6 +13,7 @@ import pytest
 from scripted_rig import ScriptedRig
 from test_driver_lifecycle import Hands
 
+from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.can_bus.can_hub import CanHub
 
 pytestmark = pytest.mark.ros
@@ -198,11 +199,22 @@ def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, 
         parent.wait()
 
 
-def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(bench):
-    channel, _ = bench
-    second = subprocess.run([*EMULATOR, channel], capture_output=True, text=True, timeout=60)
-    assert second.returncode == 1
-    assert 'another drive speaks under 0x701' in second.stderr
+def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(tmp_path):
+    channel = str(tmp_path / 'rig.can')
+    with CanHub(channel):
+        wire = Wire(open_bus(BusSettings('unix_bus', channel), 20.0))
+        first = subprocess.Popen([*EMULATOR, channel], stderr=subprocess.DEVNULL)
+        try:
+            wait_for(lambda: any(identifier == 0x701 for identifier, _ in wire.recv(0.05)),
+                     'the first rig is heard')
+            second = subprocess.run([*EMULATOR, channel], capture_output=True, text=True,
+                                    timeout=60)
+            assert second.returncode == 1
+            assert 'another drive speaks under 0x701' in second.stderr
+        finally:
+            wire.bus.shutdown()
+            first.terminate()
+            assert first.wait(10.0) == 0
 
 
 def test_two_nodes_of_one_id_are_named_and_nothing_is_switched_on_or_tried_again(tmp_path):
