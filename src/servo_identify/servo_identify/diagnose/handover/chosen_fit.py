@@ -69,7 +69,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     several = [one for one in several if one.acts and one not in loop]
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
-    within = refitted(servo, short, tolerated)
+    within = refitted(servo, short, tolerated, near=False)
     tick(0.3)
     given = _gap(servo, accepting)
     if given is None:

@@ -197,13 +197,18 @@ def shrink_interval(before: Gap, after: Gap) -> tuple[float, float]:
     return float(whole + low), float(min(1.0, whole + high))
 
 
-def refitted(servo: Servo, recordings: Sequence[Recording],
-             free: Sequence[str]) -> Estimate | None:
-    """Return the values of a servo fitted to recordings by simulation; None where it cannot."""
+def refitted(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
+             near: bool = True) -> Estimate | None:
+    """
+    Return the values of a servo fitted to recordings by simulation; None where it cannot.
+
+    ``near``: the equations found the values to start from. A servo that lacks an effect is not
+    near anything, and where it sticks its starts have to be searched.
+    """
     if not free:
         return None
     try:
         return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
-                   weights='whitened', tolerance=True, near=True)
+                   weights='whitened', tolerance=True, near=near)
     except (ValueError, np.linalg.LinAlgError):
         return None
