@@ -42,7 +42,11 @@ class Recorder:
         rig.goes(Transition.TRANSITION_DEACTIVATE)
         following = self._until(rig, samples, 0, 'encoder')
         rig.goes(Transition.TRANSITION_ACTIVATE)
-        return self._until(rig, samples, following, 'twin_prediction', 'twin_residual', 'events')
+        following = self._until(rig, samples, following, 'twin_prediction', 'twin_residual',
+                                'events')
+        rig.wait(lambda: rig.predictions
+                 and rig.predictions[-1].sequence == following - len(samples))
+        return following
 
     def _until(self, rig, samples, following: int, *topics: str) -> int:
         while not self.has(**dict.fromkeys(topics, 1)):
@@ -50,9 +54,6 @@ class Recorder:
             following += len(samples)
             end = time.monotonic() + 0.2
             rig.wait(lambda: time.monotonic() > end)  # noqa: B023  (waited for here)
-        rig.wait(lambda: rig.predictions
-                 and rig.predictions[-1].sequence == following - len(samples)
-                 or 'twin_residual' not in topics)
         return following
 
     def has(self, **least: int) -> bool:

@@ -66,7 +66,7 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
     if every:
         return every
     if len(usable) > 1:
-        open_now = [_nats(Evidence(servo).of(at, 0).values()) for _, at in usable]
+        open_now = [_nats(evidence.of(at, 0).values()) for _, at in usable]
         for k, (one, at) in enumerate(usable):
             others = max(open_now[:k] + open_now[k + 1:])
             every += _findings(f'{one.name}: ', [at], evidence, others)
@@ -91,7 +91,7 @@ def _findings(name: str, seen: list[Signals], evidence: Evidence,
             break
         told = _told(name, best, seen, evidence)
         seen = [best[0].undone(at) for at in seen]
-        left = _nats(evidence.of(seen[0], 0).values()) if len(seen) == 1 else -np.inf
+        left = _nats(evidence.of(seen[0], 0).values())
         found.append(told if left <= others + ALIKE else replace(told, level='amber'))
         mended |= best[0].touches
     return found

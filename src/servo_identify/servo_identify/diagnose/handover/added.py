@@ -189,10 +189,8 @@ def _direct(part: Part, one: Hypothesis) -> Formed | None:
         values = {'offset': float(a[0])}
     elif name in ('current_sensor_gain', 'torque_sensor_gain'):
         values = {'excess': float(a[0])}
-    elif name == 'sensor_delay':
-        values = {'delay': float(one.knots[0] * a[0]) if one.knots else float(a[0])}
-    elif name == 'command_delay':
-        values = {'delay': float(one.knots[0] * a[0])}
+    elif name in ('sensor_delay', 'command_delay'):
+        values = {'delay': float((one.knots[0] if one.knots else 1.0) * a[0])}
     elif name == 'current_lag':
         values = {'lag': float(one.knots[0] * a[0])}
     elif name == 'payload_resonance':

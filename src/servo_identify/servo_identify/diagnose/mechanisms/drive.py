@@ -9,6 +9,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import shifted
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
@@ -56,7 +57,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
                tuple(s * top for s in CEILINGS))))
     period = builder.scales.period
     for name, shares, late in (('current_lag', LAGS, _lagged),
-                               ('command_delay', DELAYS, _delayed)):
+                               ('command_delay', DELAYS, shifted)):
         site = 'current' if name == 'current_lag' else 'command'
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
         for share in shares:
@@ -68,7 +69,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
 
 def delay_of_command(builder: Builder, late: float) -> Columns:
     """Return what a command that is late (s) does to all residuals."""
-    return _through(builder, partial(_change, _delayed, late))
+    return _through(builder, partial(_change, shifted, late))
 
 
 def _change(late: Callable[[np.ndarray, float, float], np.ndarray], time: float,
@@ -109,8 +110,3 @@ def _through(builder: Builder, change: Callable[[np.ndarray, float], np.ndarray]
 def _lagged(command: np.ndarray, settling: float, period: float) -> np.ndarray:
     keep = float(np.exp(-period / settling))
     return lfilter([1.0 - keep], [1.0, -keep], command)
-
-
-def _delayed(command: np.ndarray, late: float, period: float) -> np.ndarray:
-    at = np.arange(len(command)) - late / period
-    return np.interp(at, np.arange(len(command)), command)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import shifted
 from .builder import Builder
 from .drive import delay_of_command, DELAYS
 from .hypothesis import Columns, Hypothesis, Mechanism, Series
@@ -91,7 +92,7 @@ def _through_the_angle(builder: Builder, late: float) -> Columns:
     """
     def asked(one: EquationErrors) -> np.ndarray:
         current = one.full(one.predicted_current)
-        return (current - _earlier(current, late / one.measured.period))[:, None]
+        return (current - shifted(current, -late, one.measured.period))[:, None]
 
     def made(one: EquationErrors) -> np.ndarray:
         return one.drive_current_ahead(late)[:, None]
@@ -100,11 +101,6 @@ def _through_the_angle(builder: Builder, late: float) -> Columns:
     drive = builder.samples.rows('drive')[:, None]
     return replace(columns, table=np.where(
         drive, builder.place('drive_current', made).table, columns.table))
-
-
-def _earlier(series: np.ndarray, samples: float) -> np.ndarray:
-    at = np.arange(len(series))
-    return np.interp(at + samples, at, series)
 
 
 def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:

@@ -21,7 +21,7 @@ from servo_twin.physics.simulate import substeps_of
 from servo_twin.recording.recording import Recording
 
 from .measured import Measured
-from .motion import bridged, Motion, motion_of
+from .motion import bridged, Motion, motion_of, shifted
 from .test_function import TestFunction
 
 SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it
@@ -80,8 +80,8 @@ class AlongMotion:
 
     def drive_current_ahead(self, time: float) -> np.ndarray:
         """Return how the current of the drive changes with the speed some time later, A."""
-        command, at = self.measured.column('voltage', 0.0), np.arange(len(self._fast_speed))
-        speed = np.interp(at + time / self.measured.period, at, self._fast_speed)
+        command = self.measured.column('voltage', 0.0)
+        speed = shifted(self._fast_speed, -time, self.measured.period)
         ahead = drive_current(self.servo, self.servo.theta, command, speed, self.measured)
         return ahead - self.drive_current(self.servo.theta)
 
