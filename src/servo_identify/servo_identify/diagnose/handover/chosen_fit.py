@@ -11,7 +11,7 @@ from servo_twin.physics.servo import Provenance, Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
-from ..decisions import PRACTICAL
+from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
 from .simulated_gap import Diverged, Gap, refitted, shrink_interval, simulated
 
@@ -87,11 +87,14 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         best = _best(servo, added, joint, short, accepting)
         best = best and _lawful(servo, best, short, accepting)
         judged, most = servo, given.total()
-        if best is not None and joint is not None and best.gap.total() >= most:
-            # beside values that are off it may take those moved as well to do any good
-            judged = _moved(servo, tolerated, joint.servo)
+        # beside values that are off it may take those moved as well to do any good
+        ground = _moved(servo, tolerated, joint.servo) if joint is not None else servo
+        moved = best and _tried(ground, _at_values(best.added, joint.servo), joint,
+                                accepting) if joint is not None else None
+        if best is not None and moved is not None and (
+                best.gap.total() > (1.0 - WORTH) * most and moved.gap.total() < best.gap.total()):
+            judged, best = ground, moved
             most = _total(within.servo if within else servo, accepting)
-            best = _tried(judged, _at_values(best.added, joint.servo), joint, accepting) or best
         helps = best is not None and (
             best.gap.total() < most or _alike(judged, best, short, accepting))
         if best is None or len(added) == 1 and not helps:
@@ -100,14 +103,17 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'recordings; the file stays as given')
             added, joint, judged = (), None, servo
             break
-        most = best.gap.total() + PRACTICAL * given.total() if helps else np.inf
-        needless = _needless(judged, best, most, accepting) if len(added) > 1 else None
+        # what one effect does shows where nothing else is off
+        base, at = (ground, moved) if moved is not None and (
+            moved.gap.total() < best.gap.total()) else (judged, best)
+        most = at.gap.total() + PRACTICAL * given.total() if helps else np.inf
+        needless = _needless(base, at, most, accepting) if len(added) > 1 else None
         if needless is None:
             added, chosen = best.added, best.estimate
             break
-        warnings.append(f'{needless.part.mechanism.label} is not taken: without it the '
-                        'simulation is as near to the rig on the accept recordings')
-        added = tuple(one for one in best.added if one is not needless)
+        warnings.append(f'{best.added[needless].part.mechanism.label} is not taken: without it '
+                        'the simulation is as near to the rig on the accept recordings')
+        added = (*best.added[:needless], *best.added[needless + 1:])
     added = (*added, *loop)
     if judged is not servo:
         moved = [p for p in tolerated if judged.values[p] != servo.values[p]]
@@ -185,19 +191,21 @@ def _lawful(servo: Servo, best: Tried, short: Sequence[Recording],
 
 
 def _needless(servo: Servo, best: Tried, most: float,
-              accepting: Sequence[Recording]) -> Added | None:
-    """Return the effect whose removal hurts least, if what is left then is at most ``most``."""
+              accepting: Sequence[Recording]) -> int | None:
+    """Return which effect hurts least to remove, if what is left then is at most ``most``."""
     rests = []
-    for one in best.added:
-        rest = _gap(_built(servo, [o for o in best.added if o is not one]), accepting)
+    for number in range(len(best.added)):
+        others = (*best.added[:number], *best.added[number + 1:])
+        rest = _gap(_built(servo, others), accepting)
         if rest is not None and rest.total() <= most:
-            rests.append((rest.total(), one))
-    return min(rests, key=lambda pair: pair[0])[1] if rests else None
+            rests.append((rest.total(), number))
+    return min(rests)[1] if rests else None
 
 
 def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
-    return tuple(replace(one, values={path: servo.values[path] for path in one.values})
-                 for one in added)
+    """Return effects at the values of a servo; a law that it has as a curve keeps its own."""
+    return tuple(replace(one, values={path: servo.values.get(path, value)
+                                      for path, value in one.values.items()}) for one in added)
 
 
 def _signed(servo: Servo, joint: Estimate | None) -> Servo:

@@ -77,7 +77,8 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
             contest[key] = fit, index, side
     keys = list(contest)
     fits = [contest[key][0] for key in keys]
-    lost = np.array([search.lost(fit, chosen) + fit.cost - chosen.cost for fit in fits])
+    lost = np.array([search.lost(fit, chosen).sum(axis=0) + fit.cost - chosen.cost
+                     for fit in fits])
     wins = np.bincount(np.argmin(lost[:, 1:], axis=0), minlength=len(keys)) / lost[:, 1:].shape[1]
     best = found.explanation.best
     alike = np.array([search.alike(fit, best) and (
