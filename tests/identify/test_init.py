@@ -178,6 +178,6 @@ def test_it_finds_the_noise_of_an_encoder_and_of_a_current_sensor(run, tmp_path)
     data = write(tmp_path / 'run.csv', {'t': run['time'], 'voltage': run['u'],
                                         'current': noisy['i'], 'motor_position': run['theta']})
     one, = read_recordings([data], SERVO)
-    found = noise_of(one)
+    found = noise_of(one, load(SERVO))
     assert found['motor_encoder'][0] == pytest.approx(COUNT / np.sqrt(12.0), rel=0.01)
     assert found['current_sensor'][0] == pytest.approx(0.01, rel=0.1)

@@ -302,7 +302,7 @@ def test_a_short_name_is_refused_with_the_name_that_is_meant(tmp_path, header, m
     table = tmp_path / 'short.csv'
     table.write_text(','.join(names.values()) + '\n' + ','.join('0' * len(names)) + '\n')
     with pytest.raises(ValueError, match=f"no column '{header}'; is it '{meant}'"):
-        named_columns(read_table(table), False, [])
+        named_columns(read_table(table), None, [])
 
 
 def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
@@ -310,7 +310,7 @@ def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
     table.write_text('time,u,i,theta\n0,1,2,3\n')
     with pytest.raises(ValueError, match=r"'u'; is it 'voltage'\?; 'i': is it 'current'\?; "
                        r"'theta': is it 'motor_position'\? .*servo-identify init"):
-        named_columns(read_table(table), False, [])
+        named_columns(read_table(table), None, [])
 
 
 def test_a_table_without_names_is_refused_with_what_to_write(tmp_path):

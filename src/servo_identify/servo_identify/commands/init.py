@@ -50,7 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for section, types in TYPES.items():
         parts.add_argument(f'--{section}', choices=list(types), metavar='TYPE',
                            help=f'one of {", ".join(types)}')
-    parts.add_argument('--linear', action='store_true', help='it moves straight: m, N and kg')
+    parts.add_argument('--linear', action='store_true', help='the load moves straight, in m, N and kg; of a motor that turns '
+                       "give the --ratio in rad/m, or as a lead such as '40 mm/rev'; a linear "
+                       "motor has --ratio 1")
     parts.add_argument('--tolerance', default='', metavar='SHARE',
                        help="how far off the values may be, such as '10 %%'")
     values = parser.add_argument_group('values, each with its unit')
@@ -77,7 +79,8 @@ def main(arguments: argparse.Namespace) -> int:
     ask = None if arguments.no_questions or not sys.stdin.isatty() else _ask
     of = offered(arguments.data)
     columns, missing = choose_columns(of, proposed(of, arguments.joint),
-                                      given_columns(of, arguments.column), arguments.si, ask)
+                                      given_columns(of, arguments.column), arguments.si, ask,
+                                      arguments.linear)
     machine = _machine(arguments)
     missing += complete(machine, columns, ask)
     needs_mapping = of.messages or bool(of.names or of.rows) or any(
@@ -93,7 +96,7 @@ def main(arguments: argparse.Namespace) -> int:
         draft.write_text(servo, 'utf8')
         plan.write_text(mapping, 'utf8')
         recording, = read_recordings([arguments.data], draft, plan)
-        servo = servo_text(machine, noise_of(recording, arguments.linear), arguments.tolerance)
+        servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
         findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
         print(f'{column:<20} is {one.source!r} in {one.unit or "SI units"}')
@@ -122,7 +125,8 @@ def _machine(arguments: argparse.Namespace) -> Machine:
         section: kind for section in TYPES if (kind := getattr(arguments, section))})
     if 'mechanism' not in machine.parts and _given(arguments, ('stiffness', 'damping')):
         machine.parts['mechanism'] = 'two_inertia'
-    for value, owners in flags().items():
+    # the ratio first: it says in which units the motor of a linear axis is
+    for value, owners in sorted(flags().items(), key=lambda item: item[0] != 'ratio'):
         text = getattr(arguments, f'value_{value}')
         if text is None:
             continue

@@ -16,6 +16,7 @@ from .scales import scale_findings
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
+PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; nothing else has to be done',
@@ -136,11 +137,20 @@ def _replicates(recordings: Sequence[Recording]) -> list[Finding]:
     counts: dict[str, int] = {}
     for one in recordings:
         counts[one.family] = counts.get(one.family, 0) + 1
+    if counts.get('', 0) > 1:
+        return [Finding('amber', f'{counts[""]} recordings do not say their family, the motion '
+                        'that they are of: those that repeat one motion cannot be told.',
+                        'give it on import: --family NAME, or recordings.yaml beside the tables')]
+    if len(recordings) > 1 and max(counts.values()) < PURPOSES:
+        told = ', '.join(f'{name or "not said"} {count}' for name, count in counts.items())
+        return [Finding('amber', f'No family has {PURPOSES} recordings ({told}): the diagnosis '
+                        'holds out those of other motions to judge itself, and misses an effect '
+                        'that only they excite.', f'record one motion {PURPOSES} times')]
     single = sorted(name or 'not said' for name, count in counts.items() if count == 1)
     if not single:
         return [Finding('green', 'Each family has more than one recording.')]
     return [Finding('amber', f'One recording only of the families {single}: what repeats cannot '
-                    'be told from chance.', 'record each excitation twice')]
+                    'be told from chance.', 'record each motion twice')]
 
 
 def _channels(recordings: Sequence[Recording]) -> list[Finding]:

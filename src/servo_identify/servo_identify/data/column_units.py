@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 
+from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import COLUMNS
 
 from .physical_units import factor_to, UnitError
@@ -22,15 +23,17 @@ ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'volta
         'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',
         'tau': 'torque', 'q_ref': 'reference_position'}
 """What others call a column, and it may be another one as well."""
-_STRAIGHT = {'rad': 'm', 'rad/s': 'm/s', 'N m': 'N'}
-"""Units of a linear axis."""
+COMMANDS = ('voltage', 'added_command')
+"""Columns in the unit of the command, which is A where the drive takes a current."""
+STRAIGHT = {'rad': 'm', 'rad/s': 'm/s', 'N m': 'N'}
+"""Units of what moves straight."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
-             'rad/s': 'deg/s, rpm', 'A': 'mA', 'V': 'mV', 'N m': 'mN m', 'degC': 'degC'}
+             'rad/s': 'deg/s, rpm', 'A': 'mA', 'V': 'mV (a command may also be in A or mA)', 'N m': 'mN m', 'degC': 'degC'}
 
 
-def named_columns(table: Table, linear: bool, told: list[str]) -> dict[str, np.ndarray]:
+def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[str, np.ndarray]:
     """
-    Return the columns of :data:`NAMES` in SI units; ``linear``: m for rad and N for N m.
+    Return the columns of :data:`NAMES` in SI units: m and N of what moves straight of a servo.
 
     A header may give a unit, as in ``motor_position [deg]``: another than SI is converted, which
     is told. Raises ValueError for an unknown unit, a name given twice, and a column whose name
@@ -49,9 +52,11 @@ def named_columns(table: Table, linear: bool, told: list[str]) -> dict[str, np.n
             continue
         if name in found:
             raise ValueError(f'{table.path}: column {name!r} is there twice')
-        factor = factor_of(f'{table.path}: column {header!r}', name, unit, linear)
+        factor = factor_of(f'{table.path}: column {header!r}', name, unit, servo)
         if factor != 1.0:
-            told.append(f'column {header!r} is converted to {UNIT[name]} by {factor:.9g}')
+            into = 'A' if is_current(name, unit) else (
+                servo.reads(UNIT[name], name) if servo else UNIT[name])
+            told.append(f'column {header!r} is converted to {into} by {factor:.9g}')
         found[name] = table[header] * factor
     _judge_strangers(table, strangers, [name for name in NAMES if name not in found], told)
     return found
@@ -65,12 +70,19 @@ def split(header: str) -> tuple[str, str]:
     return header.strip(), ''
 
 
-def factor_of(where: str, name: str, unit: str, linear: bool) -> float:
-    """Return what numbers in a unit are multiplied by; raises ValueError that begins by where."""
+def factor_of(where: str, name: str, unit: str, servo: Servo | None,
+              either: bool = False) -> float:
+    """
+    Return what numbers in a unit are multiplied by; raises ValueError that begins by where.
+
+    ``either``: no servo is known yet, so that a column may be of what moves straight.
+    """
     wanted = UNIT[name]
-    if not unit or name == 'voltage' and unit == 'A':  # the command of a drive may be a current
+    if not unit:
         return 1.0
-    straight = _STRAIGHT.get(wanted)
+    if is_current(name, unit):
+        return factor_to(unit, 'A')
+    straight = STRAIGHT.get(wanted)
     try:
         return factor_to(unit, wanted)
     except UnitError as problem:
@@ -82,11 +94,21 @@ def factor_of(where: str, name: str, unit: str, linear: bool) -> float:
         except UnitError:
             pass
         else:
-            if linear:
+            if either or servo is not None and servo.straight(name):
                 return factor
-            hint = '; a linear axis says so in its servo file: travel: linear'
+            hint = ('; the motor of this axis turns, since its ratio is in rad/m'
+                    if servo is not None and servo.linear else
+                    '; a linear axis says so in its servo file: travel: linear')
     raise ValueError(f'{where} is in {unit!r}, {name} is in {wanted}: {said}; known units are '
                      f'{wanted}, {_EXAMPLES[wanted]} and the like{hint}')
+
+
+def is_current(name: str, unit: str) -> bool:
+    """Tell whether a column is a command in A or mA, since its drive takes a current."""
+    try:
+        return name in COMMANDS and bool(unit) and factor_to(unit, 'A') > 0.0
+    except UnitError:
+        return False
 
 
 def likely(name: str, missing: list[str]) -> str:

@@ -26,6 +26,7 @@ import yaml
 
 from servo_twin.description.nearest_name import or_what
 from servo_twin.description.strict_yaml import NotPlain, read_yaml
+from servo_twin.physics.servo import Servo
 
 from .column_units import factor_of, NAMES
 from .joining import HELD, joined
@@ -72,17 +73,18 @@ class Mapping:
         found = {one[key] for one in steps for key in ('source', 'times') if key in one}
         return found | ({self.drive_on} if self.drive_on and not names else set())
 
-    def apply(self, table: Table, linear: bool, warnings: list[str]) -> dict[str, np.ndarray]:
+    def apply(self, table: Table, servo: Servo | None,
+              warnings: list[str]) -> dict[str, np.ndarray]:
         """
         Return the columns of a table; raises ValueError for a source that it lacks.
 
-        ``linear``: m for rad and N for N m.
+        They are in m and N of what moves straight of the ``servo``.
 
         Where the drive is off its terminals are open, which a command of 0 V is not: there is no
         command there (NaN).
         """
         table = self._of_one_topic(table)
-        columns = {name: _follow(table, steps, self._factor(name, linear))
+        columns = {name: _follow(table, steps, self._factor(name, servo))
                    for name, steps in self.columns.items()}
         if self.drive_on:
             off = np.flatnonzero(table[self.drive_on] == 0.0)
@@ -94,8 +96,8 @@ class Mapping:
                     columns['voltage'][off] = np.nan
         return columns
 
-    def _factor(self, name: str, linear: bool) -> float:
-        return factor_of(f'{self.path}: {name}', name, self.columns[name].get('unit', ''), linear)
+    def _factor(self, name: str, servo: Servo | None) -> float:
+        return factor_of(f'{self.path}: {name}', name, self.columns[name].get('unit', ''), servo)
 
     def _of_one_topic(self, table: Table) -> Table:
         time = self.columns['t'].get('source', '')

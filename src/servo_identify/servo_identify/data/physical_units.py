@@ -76,16 +76,20 @@ def factor_to(text: str, wanted: str) -> float:
         raise UnitError(f'{text!r} is no temperature in degC')
     try:
         found = parsed(text)
-    except UnitError:
-        found = None
+        unknown = None
+    except UnitError as problem:
+        found, unknown = None, problem
         if text.lower() not in _LOWER and text.lower() == text:
             raise
     goal = parsed(wanted)
     if found is None or found.powers != goal.powers:
         lower = ' '.join(_LOWER.get(word, word) for word in text.lower().split())
-        second = None if lower == text else parsed(lower)
+        try:
+            second = None if lower == text else parsed(lower)
+        except UnitError:
+            second = None
         if second is None or second.powers != goal.powers:
-            raise UnitError(f'{text!r} is no unit of {wanted}')
+            raise unknown or UnitError(f'{text!r} is no unit of {wanted}')
         found = second
     return found.factor / goal.factor
 
@@ -94,8 +98,8 @@ def value_in(text: str, wanted: str) -> float:
     """
     Return a number with its unit, such as '1.2 mH', in ``wanted``.
 
-    A speed constant (rpm/V) is understood where a back EMF or a torque constant is wanted: it is
-    their inverse. Raises UnitError for text that is no number, a unit that is missing, unknown or
+    A speed constant (rpm/V) is understood where a back EMF or a torque constant is wanted, and a
+    lead (mm/rev) where a ratio in rad/m is: it is their inverse. Raises UnitError for text that is no number, a unit that is missing, unknown or
     of another quantity.
     """
     match = re.match(r'\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$', text)
@@ -112,7 +116,8 @@ def value_in(text: str, wanted: str) -> float:
     try:
         return number * factor_to(unit, wanted)
     except UnitError:
-        inverse = wanted in ('V s/rad', 'N m/A') and _of(unit, 'rad/s/V')
+        inverse = (wanted in ('V s/rad', 'N m/A') and _of(unit, 'rad/s/V')
+                   or wanted == 'rad/m' and _of(unit, 'm/rad'))
         if inverse and number > 0.0:
             return 1.0 / (number * inverse)
         raise

@@ -58,9 +58,8 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     Raises ValueError as :func:`import_table` does.
     """
     path, warnings, told = table.path, list[str](), list[str]()
-    linear = machine is not None and machine.linear
-    columns = (plan.apply(table, linear, warnings) if plan
-               else named_columns(table, linear, told))
+    columns = (plan.apply(table, machine, warnings) if plan
+               else named_columns(table, machine, told))
     _check(table, columns, warnings)
     if machine is not None:
         check_angles(path, columns, machine.values['mechanism.ratio'])

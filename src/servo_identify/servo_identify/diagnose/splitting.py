@@ -57,10 +57,22 @@ def split(recordings: list[Recording], accept: list[Recording],
                                 'the shrink may be flattered')
                 continue
             held[purpose].append(min(spare, key=_missed))
-        warnings.append('no replicates: recordings of single families were held out, an effect '
-                        'that only they excite cannot be found')
+        warnings.append(_held_out(families, 1 + len(wanted)))
     screen = tuple(_others(pool, held)) or tuple(held['accept'])
     return Split(screen, tuple(held['accept']), tuple(held['report']), tuple(warnings))
+
+
+def _held_out(families: Mapping[str, list[Recording]], needed: int) -> str:
+    """Say why recordings of other motions are held out, what that costs and what to do."""
+    if len(families.get('', ())) >= needed:
+        why, action = ('these recordings do not say which of them repeat the same motion',
+                       'name the motion of each on import: --family, or recordings.yaml beside '
+                       'the tables')
+    else:
+        why = f'no motion was recorded {needed} times'
+        action = f'record one motion {needed} times, and give all of them its --family'
+    return (f'{why}, to select, accept and report on: recordings of other motions were held out, '
+            f'and an effect that only they excite cannot be found; {action}')
 
 
 def _others(pool: list[Recording], held: Mapping[str, list[Recording]]) -> list[Recording]:

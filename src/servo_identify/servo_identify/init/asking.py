@@ -7,7 +7,7 @@ import shlex
 
 from servo_twin.description.nearest_name import or_what
 
-from ..data.column_units import factor_of, NAMES, UNIT
+from ..data.column_units import factor_of, NAMES, STRAIGHT, UNIT
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import ANGLE, Proposal
 from .sources import Offered
@@ -35,18 +35,19 @@ def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
             raise ValueError(f'--column {text}: {of.path} has no {source!r}; '
                              f'{or_what(source, of.sources, "it has")}')
         if unit:
-            factor_of(f'--column {text}', column, unit, True)
+            factor_of(f'--column {text}', column, unit, None, either=True)
         found[column] = Proposal(column, source, unit)
     return found
 
 
 def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
-                   given: Mapping[str, Proposal], si: bool, ask: Ask | None) -> tuple[
-                       dict[str, Proposal], list[str]]:
+                   given: Mapping[str, Proposal], si: bool, ask: Ask | None,
+                   linear: bool = False) -> tuple[dict[str, Proposal], list[str]]:
     """
     Return the columns, and the flags that are missing for them where nothing can be asked.
 
-    ``si``: numbers of which nothing says the unit are in SI units.
+    ``si``: numbers of which nothing says the unit are in SI units. ``linear``: the load moves
+    straight, and its unit is m where nothing else is said.
     """
     chosen = dict(given)
     missing: list[str] = []
@@ -87,11 +88,12 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         if one.unit and not refused:
             continue
         if si and not refused:
-            chosen[column] = Proposal(column, one.source, UNIT[column])
+            chosen[column] = Proposal(column, one.source, _usual(column, linear))
         elif ask:
             question = f'{refused}In which unit is {one.source!r} ({column})'
-            unit = _until(ask, question, UNIT[column],
-                          lambda text, column=column: factor_of('the unit', column, text, True))
+            unit = _until(ask, question, _usual(column, linear),
+                          lambda text, column=column: factor_of('the unit', column, text, None,
+                                                                 either=True))
             chosen[column] = Proposal(column, one.source, unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
@@ -99,10 +101,16 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
 
 
+def _usual(column: str, linear: bool) -> str:
+    """Return the SI unit that a column has where nothing else is said."""
+    straight = linear and not column.startswith('motor_')
+    return STRAIGHT.get(UNIT[column], UNIT[column]) if straight else UNIT[column]
+
+
 def _refused(column: str, one: Proposal) -> str:
     """Say why a unit cannot be that of a column; '' where it can."""
     try:
-        factor_of(repr(one.source), column, one.unit, True)
+        factor_of(repr(one.source), column, one.unit, None, either=True)
     except ValueError as problem:
         return str(problem)
     return ''
@@ -125,9 +133,8 @@ def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None)
     machine.parts.setdefault('controller', 'none')
     machine.parts = {section: machine.parts[section] for section in SECTIONS
                      if section in machine.parts}
-    known = machine.declared()
     for path in machine.needed():
-        parameter, unit = known[path]
+        parameter, unit = machine.declared()[path]
         if ask:
             _until(ask, f'{path} [{unit or "a number"}]: {parameter.meaning} Such as '
                    f'{example(unit, path)}', '',

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from servo_twin.description.servo_file import of_linear
+
 from ..data.column_units import UNIT
 from .machine import Machine
 from .proposals import Proposal
@@ -30,6 +32,11 @@ _TOLERANCE = """
 # How far off each value may be, as a share or as [low, high]: `fit` looks within it, and the
 # diagnosis calls it a gap only beyond it. Without a line a value counts as exact.
 """
+EXACT = {
+    'mechanism.ratio': ('0.5 %', 'only of a belt or a friction drive: teeth count exactly'),
+    'drive.pole_pairs': ('', ''), 'drive.switching': ('', ''), 'drive.current_cycle': ('', ''),
+    'drive.velocity_cycle': ('', '')}
+"""Values that are exact, so that they get no tolerance: the one to write yet, and when."""
 
 
 def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
@@ -38,7 +45,8 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
     Return the servo file of a machine.
 
     ``noise`` maps a sensor to the standard deviation of one reading, its unit and its source;
-    ``tolerance`` is a share such as '10 %' that is written for every value, '' leaves them out.
+    ``tolerance`` is a share such as '10 %' that is written for every value but those of
+    :data:`EXACT`, '' leaves them out.
     """
     lines = [f'# Servo {machine.name}: what is known of one machine. `servo-identify init` wrote '
              'it; change it freely.',
@@ -46,7 +54,7 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
              'here, always SI.',
              f'servo: {machine.name}']
     if machine.linear:
-        lines.append('travel: linear              # rad reads m, N m reads N, kg m2 reads kg')
+        lines.append(f'travel: linear              # {of_linear(machine.servo())}')
     lines.append('step: 1.0e-4                # s, of the simulation')
     known, values = machine.declared(), machine.values()
     for section, kind in machine.parts.items():
@@ -69,11 +77,13 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
         text += _LATER
     text += _EFFECTS + _TOLERANCE
     paths = [path for path in values if values[path] and not path.startswith('controller.')]
+    loose = [path for path in paths if path not in EXACT]
     if tolerance:
-        text += 'tolerance:\n' + ''.join(f'  {path}: {tolerance}\n' for path in paths)
+        text += 'tolerance:\n' + ''.join(f'  {path}: {tolerance}\n' for path in loose)
     else:
-        text += '# tolerance:\n' + ''.join(f'#   {path}: 10 %\n' for path in paths)
-    return text
+        text += '# tolerance:\n' + ''.join(f'#   {path}: 10 %\n' for path in loose)
+    return text + ''.join(_line(f'#   {path}: {EXACT[path][0]}', EXACT[path][1]) + '\n'
+                          for path in paths if path in EXACT and EXACT[path][0])
 
 
 def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:

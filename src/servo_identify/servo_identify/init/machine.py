@@ -25,6 +25,9 @@ ABOUT = {
 }
 
 
+RATIO = 'mechanism.ratio'
+
+
 def flags() -> dict[str, list[tuple[str, str]]]:
     """Return all values that a part can have: name, and the (section, type) that have it."""
     found: dict[str, list[tuple[str, str]]] = {}
@@ -40,8 +43,8 @@ class Machine:
     """
     What was given of a machine so far.
 
-    ``parts`` maps a section to the type of its part, ``texts`` a value's path to what was given
-    for it, with its unit.
+    ``linear``: its load moves straight. ``parts`` maps a section to the type of its part,
+    ``texts`` a value's path to what was given for it, with its unit.
     """
 
     name: str
@@ -49,11 +52,19 @@ class Machine:
     parts: dict[str, str] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def turning(self) -> bool:
+        """Whether its motor turns: that of a linear axis does unless its ratio is a mere 1."""
+        try:
+            return not self.linear or float(self.texts[RATIO]) != 1.0
+        except (KeyError, ValueError):
+            return True
+
     def declared(self) -> dict[str, tuple[Parameter, str]]:
         """Return declaration and unit of every value of the parts that are chosen, by path."""
         chosen = {section: SECTIONS[section][kind] for section, kind in self.parts.items()}
         whole = {'drive': DRIVES['voltage'], 'mechanism': MECHANISMS['rigid']} | chosen
-        servo = Servo(self.name, **whole, linear=self.linear)
+        servo = Servo(self.name, **whole, linear=self.linear, turning=self.turning)
         return {path: (parameter, servo.unit(path)) for path, parameter in servo.declarations()
                 if path.partition('.')[0] in self.parts}
 
@@ -63,6 +74,8 @@ class Machine:
         for section, kind in self.parts.items():
             names = required(SECTIONS[section][kind])
             found += [path for name in names if (path := f'{section}.{name}') not in self.texts]
+        if self.linear:
+            found.sort(key=lambda path: path != RATIO)  # the units of the others hang on it
         return found
 
     def give(self, path: str, text: str) -> None:
@@ -90,7 +103,8 @@ class Machine:
     def servo(self) -> Servo:
         """Return the servo; raises ServoError where it cannot be."""
         parts = {section: SECTIONS[section][kind] for section, kind in self.parts.items()}
-        return Servo(self.name, **parts, values=dict(self.values()), linear=self.linear)
+        return Servo(self.name, **parts, values=dict(self.values()), linear=self.linear,
+                     turning=self.turning)
 
 
 def flag(path: str) -> str:
@@ -102,5 +116,6 @@ def example(unit: str, path: str) -> str:
     """Return a value as one may write it, with a unit that is usual."""
     usual = {'H': '1.2 mH', 'ohm': '2.1 ohm', 'V s/rad': "45 mV s/rad' or '212 rpm/V",
              'N m/A': '45 mN m/A', 'kg m2': '32 g cm2', '': '50', 'kg': '12 kg',
-             'A/V': '0.5 A/V', 'N m/rad': '2e4 N m/rad', 'N m s/rad': '40 N m s/rad'}
+             'A/V': '0.5 A/V', 'rad/m': "157 rad/m' or '40 mm/rev",
+             'N m/rad': '2e4 N m/rad', 'N m s/rad': '40 N m s/rad'}
     return usual.get(unit, f'1 {unit}')

@@ -19,11 +19,19 @@ class Default:
 
 
 def defaults(servo: Servo) -> tuple[Default, ...]:
-    """Return the defaults that stand in for what the servo file left out, in its own order."""
-    units = {path: servo.unit(path) for path in servo.values} | {'step': 's'}
+    """
+    Return the defaults that stand in for what the servo file left out, in its own order.
+
+    What is so by nature (gravity once a turn) and the observer's bandwidth are not listed; per
+    metre nothing is by nature.
+    """
+    declared = dict(servo.declarations())
+    units = {path: servo.unit(path) for path in declared}
+    quiet = {path for path, one in declared.items() if not one.told and units[path] == one.unit}
     now = {**servo.values, 'step': servo.step}
-    return tuple(Default(path, value, units[path]) for path, value in servo.left_out.items()
-                 if now.get(path) == value)
+    return tuple(Default(path, value, units.get(path, 's'))
+                 for path, value in servo.left_out.items()
+                 if now.get(path) == value and path not in quiet)
 
 
 def left_out(servo: Servo, given: Container[str], typical: Container[str]) -> dict[str, Value]:

@@ -87,7 +87,7 @@ def dumps(servo: Servo) -> str:
 
     lines = [f'servo: {_inline(servo.name)}']
     if servo.linear:
-        lines.append('travel: linear              # rad reads m, N m reads N, kg m2 reads kg')
+        lines.append(f'travel: linear              # {of_linear(servo)}')
     lines.append(f'step: {servo.step!r}                # s')
     for section, registry in _TYPED.items():
         part = getattr(servo, section)
@@ -108,6 +108,12 @@ def dumps(servo: Servo) -> str:
     for path, (low, high) in servo.tolerance.items():
         lines.append(f'  {path}: [{low!r}, {high!r}]')
     return '\n'.join(lines) + '\n'
+
+
+def of_linear(servo: Servo) -> str:
+    """Say what the units of a linear axis are."""
+    return ('the load is in m, N and kg, the motor turns' if servo.turning else
+            'a linear motor: all is in m, N and kg')
 
 
 def _of_fmu(part: type) -> list[str]:
@@ -232,7 +238,9 @@ def _servo(tree: dict, folder: Path, code: bool) -> Servo:  # noqa: C901  (one s
     servo = Servo(str(tree['servo']), chosen['drive'], chosen['mechanism'], chosen['controller'],
                   tuple(sensors), tuple(effects), typical | values,
                   step=_number(tree.get('step', 1e-4)), linear=travel == 'linear')
-    servo = replace(servo, provenance=_provenance(servo, details),
+    servo = _of_units(servo, {path: detail['unit'] for path, detail in details.items()
+                              if detail.get('unit') is not None})
+    servo = replace(servo, provenance=_provenance(details),
                     tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
     check_step(servo)
     taken = left_out(servo, values, typical) | ({} if 'step' in tree else {'step': servo.step})
@@ -246,12 +254,40 @@ def _number(given) -> float:
         raise ServoError(f'step = {given!r} is not a number of seconds') from None
 
 
-def _provenance(servo: Servo, details: dict[str, dict]) -> dict[str, Provenance]:
+def _of_units(servo: Servo, given: dict[str, object]) -> Servo:
+    """
+    Judge all units that a file gives.
+
+    The motor of a linear axis turns or not as the unit of its ratio says, or else as most of the
+    units do: files of before had the motor of each linear axis in m, N and kg.
+    """
+    def wrong(one: Servo) -> dict[str, str]:
+        return {path: one.unit(path) for path, unit in given.items()
+                if unit not in _units(one, path)}
+
+    if servo.linear:
+        ways = (servo, replace(servo, turning=not servo.turning))
+        servo = min(ways, key=lambda one: ('mechanism.ratio' in wrong(one), len(wrong(one))))
+    problems = [f'{path}: the unit is {given[path]!r}, it must be {right!r}'
+                for path, right in wrong(servo).items()]
+    if problems:
+        hint = ('. Where the motor of a linear axis turns, the ratio is in rad/m and the motor in '
+                'rad, N m and kg m2; a linear motor has a ratio of 1 without unit'
+                if servo.linear else '')
+        raise ServoError('; '.join(problems) + hint)
+    return servo
+
+
+def _units(servo: Servo, path: str) -> tuple[str, ...]:
+    """Return the units that a value may have: its own, and what files of before say for it."""
+    right = servo.unit(path)
+    before = {'1/rad': '1/m'} | ({'rad/s': 'm/s'} if path.startswith('observer.') else {})
+    return (right, before.get(right, right)) if servo.linear else (right,)
+
+
+def _provenance(details: dict[str, dict]) -> dict[str, Provenance]:
     provenance = {}
     for path, detail in details.items():
-        unit, right = detail.get('unit'), servo.unit(path)
-        if unit is not None and unit != right:
-            raise ServoError(f'{path}: the unit is {unit!r}, it must be {right!r}')
         std, bags = detail.get('std'), detail.get('bags', [])
         if not (std is None or isinstance(std, (int, float)) and std >= 0.0):
             raise ServoError(f'{path}: std = {std!r} is not a number of zero or more')

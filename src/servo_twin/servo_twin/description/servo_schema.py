@@ -16,12 +16,11 @@ from typing import Any
 from ..physics.catalogue import find, names
 from ..physics.effect import Parameter
 from ..physics.harmonic_drives import HARMONIC_DRIVES
-from ..physics.servo import CONTROLLERS, DRIVES, MECHANISMS, SENSORS
+from ..physics.servo import CONTROLLERS, DRIVES, MECHANISMS, SENSORS, STRAIGHT
 from ..physics.servo_parts import Correction
 
 Schema = dict[str, Any]
 
-_STRAIGHT = (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm'))
 _TOLERANCE = {'description': 'How far off a value may be.', 'anyOf': [
     {'type': 'string', 'pattern': r'^\s*[0-9.eE+-]+\s*%\s*$', 'examples': ['10 %']},
     {'type': 'array', 'items': {'type': 'number'}, 'minItems': 2, 'maxItems': 2}]}
@@ -32,7 +31,8 @@ def schema() -> Schema:
     sections: Schema = {
         'servo': {'description': 'Name of the machine.'},
         'travel': {'enum': ['rotary', 'linear'],
-                   'description': 'linear: rad reads m, N m reads N, kg m2 reads kg.'},
+                   'description': 'linear: the load is in m, N and kg. The ratio of a motor that '
+                                  'turns is then in rad/m; a linear motor has a ratio of 1.'},
         'step': {'type': 'number', 'minimum': 1e-7, 'maximum': 0.1,
                  'description': 'Of the simulation, s.'},
         'drive': _typed(DRIVES), 'mechanism': _typed(MECHANISMS, ('fmu',)),
@@ -88,9 +88,10 @@ def _value(parameter: Parameter) -> Schema:
     number: Schema = {'type': 'number', 'minimum': low, 'maximum': high}
     bare = {'type': 'array', 'items': number} if parameter.row else number
     unit, straight = parameter.unit, parameter.unit
-    for turning, moving in _STRAIGHT:
+    for turning, moving in STRAIGHT:
         straight = straight.replace(turning, moving)
-    detail = {'value': bare, 'unit': {'enum': sorted({unit, straight})},
+    linear = {'rad/m'} if parameter.name == 'ratio' else {straight}
+    detail = {'value': bare, 'unit': {'enum': sorted({unit} | linear)},
               'source': True, 'std': True, 'bags': True}
     return {'description': f'{parameter.meaning} [{unit or "a number"}]',
             'anyOf': [bare, {'type': 'object', 'properties': detail, 'required': ['value'],

@@ -159,8 +159,7 @@ def check(servo: Servo, input: str, outputs: Sequence[str], inputs: Sequence[str
 def units_of(servo: Servo) -> dict[str, str]:
     """Return the unit of each input and output, in metres and newtons where it goes straight."""
     units = INPUT_UNITS | OUTPUT_UNITS
-    return {n: u.replace('N m', 'N').replace('rad', 'm') if servo.straight(n) else u
-            for n, u in units.items()}
+    return {name: servo.reads(unit, name) for name, unit in units.items()}
 
 
 def dead_of(still: Still, output: str) -> float:

@@ -19,6 +19,7 @@ class Parameter:
     the values of a shape that are worth trying when it is unknown. A ``row`` parameter holds as
     many numbers as its servo file gives it; ``default`` is then a tuple. ``required`` says that
     results hang on the value, so that a servo file must give it: that of another machine misleads.
+    ``told`` says that a default that was taken is worth telling; what is so by nature is not.
     """
 
     default: float | tuple[float, ...]
@@ -28,6 +29,7 @@ class Parameter:
     off: float | None = None
     grid: tuple[float, ...] = ()
     required: bool = False
+    told: bool = True
     name: str = field(default='', compare=False)
 
     def __set_name__(self, owner: type, name: str) -> None:

@@ -35,6 +35,11 @@ SENSORS: dict[str, type[SensorPart]] = {
     s.name: s for s in (MotorEncoder, LoadEncoder, TorqueSensor, CurrentSensor, VoltageSensor)
 }
 
+STRAIGHT = (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm'))
+"""What units of what turns are of what moves straight, in the order of replacement."""
+TURNING = ('motor', 'motor_position', 'current', 'command')
+"""Sites on the side of the motor."""
+
 Value = float | tuple[float, ...]
 Kept = TypeVar('Kept')
 
@@ -78,8 +83,10 @@ class Servo:
     ``sensors.load_encoder.noise``, ``effects.bearing.level``) to its value; what is left out gets
     its default, and rows of one effect are filled up to the longest of them with what they are
     when off. ``tolerance`` maps paths to the (low, high) within which the true value must lie.
-    ``linear`` says that angles are metres and torques newtons (a linear axis). ``left_out`` maps
-    what a servo file did not give to the default that was taken. Immutable; raises ServoError.
+    ``linear`` says that the load moves straight: its angles are metres, its torques newtons, its
+    inertia is a mass. ``turning`` says whether the motor of such an axis turns; its ratio is then
+    in rad/m. None: it does unless the ratio is 1, which is a linear motor. ``left_out`` maps what
+    a servo file did not give to the default that was taken. Immutable; raises ServoError.
     """
 
     name: str
@@ -93,6 +100,7 @@ class Servo:
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
     step: float = 1e-4
     linear: bool = False
+    turning: bool | None = None
     left_out: Mapping[str, Value] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
@@ -127,6 +135,10 @@ class Servo:
             if why:
                 raise ServoError(f'{self.name}: effects.{placed.name}: {placed.effect.name} {why}')
         object.__setattr__(self, 'values', values)
+        if not self.linear or self.mechanism.slides:
+            object.__setattr__(self, 'turning', True)
+        elif self.turning is None:
+            object.__setattr__(self, 'turning', values['mechanism.ratio'] != 1.0)
 
     def _checked(self, path: str, parameter: Parameter, value: Any) -> Value:
         try:
@@ -210,6 +222,14 @@ class Servo:
         return {path: value for path, value in self.values.items()
                 if not isinstance(value, tuple)}
 
+    @cached_property
+    def _declared(self) -> Mapping[str, Parameter]:
+        return dict(self.declarations())
+
+    @cached_property
+    def _places(self) -> Mapping[str, Placed]:
+        return {f'effects.{placed.name}': placed for placed in self.effects}
+
     def with_theta(self, theta: np.ndarray) -> Servo:
         """Return this servo with the values of a flat vector; raises ServoError."""
         values = {}
@@ -248,26 +268,37 @@ class Servo:
 
     def unit(self, path: str) -> str:
         """Unit of a parameter, of what moves straight in metres and newtons."""
-        unit = dict(self.declarations())[path].unit
-        if not self.straight(path):
-            return unit
-        for rotary, straight in (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm')):
-            unit = unit.replace(rotary, straight)
+        if path == 'mechanism.ratio' and self.linear and self.turning:
+            return 'rad/m'
+        return self.reads(self._declared[path].unit, path)
+
+    def reads(self, unit: str, thing: str) -> str:
+        """Return a unit of what turns as `thing` has it; see :meth:`straight`."""
+        if self.straight(thing):
+            for rotary, straight in STRAIGHT:
+                unit = unit.replace(rotary, straight)
         return unit
 
     def straight(self, thing: str) -> bool:
         """
-        Tell whether a parameter (by its path) or a channel is of something that moves straight.
+        Tell whether a parameter (by its path), a channel, a site or an equation moves straight.
 
-        All of a linear axis does, but the motor of one that drives it by a screw.
+        All of a linear axis does, but a motor that turns and what is counted at it. The observer
+        is no side of it: its rad/s is a frequency.
         """
-        if not self.linear or not self.mechanism.slides:
+        if thing.startswith('observer.'):
+            return False
+        if not (self.linear and self.turning):
             return self.linear
-        sites = {f'effects.{placed.name}': placed.site for placed in self.effects}
-        turning = ('motor', 'motor_position', 'current', 'command')
-        place = sites.get(thing.rpartition('.')[0])
-        return place not in turning and not thing.startswith(
-            ('drive.', 'mechanism.', 'sensors.motor_encoder.', 'motor_'))
+        if thing.startswith('mechanism.'):  # a screw declares the units of either side
+            return thing != 'mechanism.rotor_inertia' and not self.mechanism.slides
+        path, _, name = thing.rpartition('.')
+        placed = self._places.get(path)
+        if placed is not None:
+            at_motor = name == 'order' and hasattr(placed.effect, 'motor_slope')
+            return placed.site not in TURNING and not at_motor
+        return thing not in TURNING and not thing.startswith(
+            ('drive.', 'sensors.motor_encoder.', 'motor_'))
 
     def noise(self, channel: str) -> float:
         """Noise floor of a channel in its unit; NaN where the machine has no such sensor."""

@@ -115,4 +115,5 @@ class Correction(Part):
 
     source = 'Brookner, Tracking and Kalman Filtering Made Easy, 1998, eq. 1.2-16'
 
-    bandwidth = Parameter(60.0, 'rad/s', (0.0, 1e4), 'How fast an error dies away.', off=0.0)
+    bandwidth = Parameter(60.0, 'rad/s', (0.0, 1e4), 'How fast an error dies away.', off=0.0,
+                          told=False)

@@ -18,6 +18,7 @@ from ..handover.added import added_of, servo_with
 from ..handover.curves import curve_of, Part
 from ..selection.confidence import Rival
 from .evidence import Evidence, Finding
+from .shown_units import channel_unit
 
 DURATION = 10.0  # s of each candidate
 BEYOND = 1.2  # times the largest travel, speed and torque seen that a recording may reach
@@ -99,7 +100,7 @@ def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, fl
             size = float(np.sqrt(np.mean(first**2)))
             apart = float(np.sqrt(np.mean((first - second)**2)))
             floor = np.hypot(float(np.nan_to_num(noise.get(channel, 0.0))), MARGIN * size)
-            unit = {'torque': 'N m', 'current': 'A'}.get(channel, 'rad')
+            unit = channel_unit(evidence.servo, channel)
             yield (apart / max(floor, 1e-300), family, settings, channel,
                    [size, float(np.sqrt(np.mean(second**2)))], unit)
 

@@ -60,8 +60,8 @@ def tell(one: str, other: str) -> str:
 
 def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]:
     """Yield how to confirm an effect by hand, where a spring balance or a look will do."""
-    torque, angle = ('N', 'm') if servo.linear else ('N m', 'rad')
     for one in which:
+        torque, angle = (servo.reads(unit, one.site) for unit in ('N m', 'rad'))
         values = {name: p['value'] for name, p in one.parameters.items()}
         if one.effect == 'coulomb_friction' and 'level' in values:
             yield (f'Drive off, turn the {one.site} shaft slowly by hand: it resists with '

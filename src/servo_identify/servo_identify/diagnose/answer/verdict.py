@@ -19,10 +19,9 @@ from ..selection.stability import shares
 from .evidence import Evidence, Finding
 from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
 from .sentences import sentence, size_of
+from .shown_units import channel_unit, curve_units
 from .telling import confirmations, tell
 
-CHANNEL_UNITS = {'motor_position': 'rad', 'load_position': 'rad', 'torsion': 'rad',
-                 'torque': 'N m', 'current': 'A'}
 SURE = 1.645  # standard deviations of a 90 % interval
 
 
@@ -154,9 +153,7 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         predicted = realised = _closed(evidence, 'controller')
         interval = (realised, realised)
     parameters = _parameters(evidence, added)
-    drawn = None if curve is None else {
-        'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
-        'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}
+    drawn = None if curve is None else _drawn(evidence, one)
     alternatives = tuple(Alternative(r.mechanism.name, r.mechanism.site, round(r.confidence, 3),
                                      tell(mechanism.name, r.mechanism.name))
                          for r in one.rivals)
@@ -170,6 +167,18 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         added.law, drawn, alternatives,
         str(one.wave) if one.wave else size_of(parameters, drawn),
         asdict(one.wave) if one.wave else None)
+
+
+def _drawn(evidence: Evidence, one: Finding) -> dict[str, Any]:
+    """Return the curve of a finding with its band, in the units of its place."""
+    curve = one.part.curve
+    if curve is None:
+        return {}
+    form = evidence.found.hypotheses[one.part.number].form
+    unit, y_unit = ((curve.unit, curve.y_unit) if form is None else
+                    curve_units(evidence.servo, one.part.mechanism, form))
+    return {'variable': curve.variable, 'unit': unit, 'y_unit': y_unit,
+            'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}
 
 
 def _closed(evidence: Evidence, equation: str) -> float:
@@ -212,7 +221,7 @@ def _gap(evidence: Evidence) -> dict[str, Any]:
 def _channels(evidence: Evidence) -> dict[str, dict[str, Any]]:
     gaps: dict[str, Gap] = {name: one.gap for name, one in evidence.reported.items()}
     return {channel: {
-        'unit': CHANNEL_UNITS[channel], 'rms_gap': gaps['given'].rms(channel),
+        'unit': channel_unit(evidence.servo, channel), 'rms_gap': gaps['given'].rms(channel),
         'noise_floor': gaps['given'].floor[channel],
         'fit': 1.0 - gaps['given'].rms(channel) / gaps['given'].signal[channel],
         'as_given': gaps['given'].rms(channel), 'augmented': evidence.handed.gap.rms(channel),
@@ -248,7 +257,7 @@ def _equations(evidence: Evidence) -> dict[str, dict[str, Any]]:
     sizes = np.maximum(search.sizes.sum(axis=1), 1.0)
     before, after = (np.sqrt(one.held_out.sum(axis=1) / sizes) for one in (search.nothing, best))
     return {EQUATIONS[e]: {'before': float(before[i]), 'after': float(after[i]),
-                           'unit': UNITS[EQUATIONS[e]]}
+                           'unit': evidence.servo.reads(UNITS[EQUATIONS[e]], EQUATIONS[e])}
             for i, e in enumerate(search.regression.equations)}
 
 
@@ -273,9 +282,8 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]
         'memory': 'travel since reversal' in variables,
         'drift': bool({'time', 'temperature'} & set(variables))}
     if curve is not None:
-        known |= {'size': f'{curve.size():.2g} {curve.y_unit}', 'curve': {
-            'variable': curve.variable, 'unit': curve.unit, 'y_unit': curve.y_unit,
-            'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}}
+        drawn = _drawn(evidence, evidence.unnamed[0])
+        known |= {'size': f'{curve.size():.2g} {drawn["y_unit"]}', 'curve': drawn}
     return known
 
 

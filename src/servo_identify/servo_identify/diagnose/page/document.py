@@ -12,6 +12,7 @@ from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 from servo_twin.recording.recording import Recording
 
 from ..answer.evidence import Evidence, Finding
+from ..answer.shown_units import channel_unit
 from ..diagnosis import Diagnosis
 from ..handover.simulated_gap import simulated
 
@@ -71,7 +72,7 @@ def _serie(evidence: Evidence, recording: Recording, purpose: str, given: dict[s
     for name, twin in given.items():
         if not (recording.has(name) and np.isfinite(twin).any()):
             continue
-        one = {'unit': {'torque': 'N m', 'current': 'A'}.get(name, 'rad'),
+        one = {'unit': channel_unit(evidence.servo, name),
                'noise': float(evidence.servo.noise(name)), 'rig': _listed(recording[name], step),
                'as_given': _listed(twin, step)}
         if evidence.handover.added:
@@ -112,7 +113,7 @@ def _equations(evidence: Evidence) -> list[dict[str, Any]]:
             step = max(1, -(-len(t) // MOST))
             if len(t):
                 several.append({'recording': errors.measured.recording.name, 'equation': name,
-                                'unit': UNITS[name], 't': _listed(t, step),
+                                'unit': evidence.servo.reads(UNITS[name], name), 't': _listed(t, step),
                                 'before': _listed(left['before'][part], step),
                                 'after': _listed(left['after'][part], step)})
     return several

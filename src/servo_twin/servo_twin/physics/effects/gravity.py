@@ -20,7 +20,8 @@ class Gravity(Torque):
 
     cosine = Parameter(10.0, 'N m', (-1e6, 1e6), 'Torque at angle zero.', off=0.0)
     sine = Parameter(0.0, 'N m', (-1e6, 1e6), 'Torque a quarter turn on.', off=0.0)
-    order = Parameter(1.0, '1/rad', (0.01, 1e3), 'Periods in one turn of the load.')
+    order = Parameter(1.0, '1/rad', (0.01, 1e3), 'Periods in one turn of the load.',
+                      told=False)
 
     @staticmethod
     def law(p, s, motion, h):

@@ -19,7 +19,8 @@ class LoadEncoderEccentricity(Sensor):
 
     cosine = Parameter(1e-05, 'rad', (-0.5, 0.5), 'Amplitude of the cosine.', off=0.0)
     sine = Parameter(0.0, 'rad', (-0.5, 0.5), 'Amplitude of the sine.', off=0.0)
-    order = Parameter(1.0, '1/rad', (0.01, 1e3), 'Periods in one turn of the shaft.')
+    order = Parameter(1.0, '1/rad', (0.01, 1e3), 'Periods in one turn of the shaft.',
+                      told=False)
 
     @staticmethod
     def law(p, s, motion, h):
