@@ -181,3 +181,65 @@ def test_it_finds_the_noise_of_an_encoder_and_of_a_current_sensor(run, tmp_path)
     found = noise_of(one, load(SERVO))
     assert found['motor_encoder'][0] == pytest.approx(COUNT / np.sqrt(12.0), rel=0.01)
     assert found['current_sensor'][0] == pytest.approx(0.01, rel=0.1)
+
+
+LINEAR = ['--linear', '--drive', 'voltage', '--resistance', '2.1 ohm', '--back-emf', '212 rpm/V',
+          '--torque-constant', '0.045 N m/A', '--rotor-inertia', '0.32 kg cm2', '--load-inertia',
+          '12 g', '--no-questions', '--column', 'motor_position=theta:rad', '--column',
+          'load_position=q:m', '--mechanism', 'rigid', '--si']
+
+
+def belt(folder, run, *more):
+    data = write(folder / 'run.csv', run)
+    return main(['init', str(data), '-o', str(folder / 's.yaml'), '--mapping-out',
+                 str(folder / 'm.yaml'), *LINEAR, *more])
+
+
+@pytest.mark.parametrize('ratio', ['50 rad/m', '125.663706 mm/rev'])
+def test_a_motor_that_turns_may_have_a_linear_load(run, tmp_path, ratio):
+    assert belt(tmp_path, run, '--ratio', ratio) == 0
+    made = load(tmp_path / 's.yaml')
+    assert made.linear and made.turning
+    assert made.values['mechanism.ratio'] == pytest.approx(50.0, rel=1e-5)
+    assert made.values['mechanism.rotor_inertia'] == pytest.approx(3.2e-5)
+    text = (tmp_path / 's.yaml').read_text()
+    for unit in ('unit: rad/m', 'unit: N m/A', 'unit: kg m2', 'unit: kg,', 'unit: rad,',
+                 'unit: m,'):
+        assert unit in text
+
+
+def test_a_ratio_without_unit_is_asked_for_one_and_a_linear_motor_for_none(run, tmp_path, capsys):
+    assert belt(tmp_path, run, '--ratio', '50') == 2
+    assert "'50' has no unit; say 50 rad/m" in capsys.readouterr().err
+    assert belt(tmp_path, run, '--ratio', '1') == 2
+    assert "--torque-constant: 'N m/A' is no unit of N/A" in capsys.readouterr().err
+
+
+def test_a_unit_of_another_quantity_is_quoted_as_it_was_given():
+    with pytest.raises(UnitError, match="'N m/A' is no unit of N/A"):
+        value_in('0.25 N m/A', 'N/A')
+
+
+def test_the_noise_of_a_current_is_more_than_its_resolution_and_less_than_what_the_command_does(
+        run, tmp_path):
+    chance = np.random.default_rng(2)
+    jerky = run['u'] + 0.4 * chance.standard_normal(2000)  # a controller on a coarse encoder
+    current = run['i'] + (jerky - run['u']) / 2.1 + 0.012 * chance.standard_normal(2000)
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'voltage': jerky, 'current': 0.01 * np.round(current / 0.01),
+        'motor_position': run['theta']})
+    one, = read_recordings([data], SERVO)
+    servo = load(SERVO).with_values({'drive.resistance': 2.1, 'drive.gain': 1.0})
+    size, unit, said = noise_of(one, servo)['current_sensor']
+    assert size == pytest.approx(np.hypot(0.012, 0.01 / np.sqrt(12.0)), rel=0.1)
+    assert unit == 'A' and 'encoder' not in said and 'scatter' in said
+
+
+def test_a_ratio_gets_no_tolerance_but_a_hint_for_belts(run, tmp_path):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
+    assert init(data, tmp_path, '--si', '--column', 'motor_position=theta:rad', '--tolerance',
+                '5 %') == 0
+    text = (tmp_path / 'new' / 's.yaml').read_text()
+    assert '  drive.resistance: 5 %' in text
+    assert '#   mechanism.ratio: 0.5 %' in text and 'belt' in text
+    assert 'mechanism.ratio' not in load(tmp_path / 'new' / 's.yaml').tolerance

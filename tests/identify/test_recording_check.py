@@ -35,7 +35,7 @@ def changed(recording, **columns):
 
 
 def test_it_finds_no_fault_with_a_good_recording(good):
-    found = check([good, good], BENCH)
+    found = check([good, good, good], BENCH)
     assert {one.level for one in found} == {'green'}
     assert any('inertia is excited' in one.sentence for one in found)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from servo_twin.description.given_values import required
 from servo_twin.description.nearest_name import or_what
@@ -80,7 +80,7 @@ class Machine:
 
     def give(self, path: str, text: str) -> None:
         """Take a value as text with its unit; raises ValueError that names it."""
-        known = self.declared()
+        known = replace(self, texts={**self.texts, path: text}).declared()
         if path not in known:
             section = path.partition('.')[0]
             raise ValueError(f'{path}: a {section} of type {self.parts.get(section)!r} has no '
