@@ -119,6 +119,40 @@ def test_it_says_what_is_wrong_with_a_table(tmp_path, capsys, change, text):
     assert not (tmp_path / 'bag').exists()
 
 
+def belt(folder: Path) -> Path:
+    """Return the servo file of a motor that turns and a load that moves straight."""
+    (folder / 'belt.yaml').write_text(
+        'servo: belt\ntravel: linear\ndrive: {type: current, gain: 1.0, torque_constant: 0.2}\n'
+        'mechanism: {type: rigid, rotor_inertia: 1e-4, load_inertia: 8.0, ratio: '
+        '{value: 150.0, unit: rad/m}}\n')
+    return folder / 'belt.yaml'
+
+
+def test_a_belt_has_its_motor_in_degrees_and_its_load_in_millimetres(tmp_path):
+    columns = table(**{'load_position [mm]': TIME**2 / 150.0 * 1e3})
+    columns['motor_position [deg]'] = np.degrees(columns.pop('motor_position'))
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), belt(tmp_path))
+    assert np.allclose(recording['motor_position'], TIME**2)
+    assert np.allclose(recording['load_position'], TIME**2 / 150.0)
+    assert "'load_position [mm]' is converted to m" in recording.note
+
+
+def test_a_motor_that_turns_is_not_read_in_metres(tmp_path):
+    columns = {'t': TIME, 'voltage [V]': TIME, 'motor_position [mm]': TIME}
+    with pytest.raises(ValueError, match='motor of this axis turns, since its ratio is in rad/m'):
+        import_table(write_csv(tmp_path / 'a.csv', columns), belt(tmp_path))
+
+
+@pytest.mark.parametrize('name', ['voltage', 'added_command'])
+def test_a_command_may_be_a_current(tmp_path, name):
+    columns = table(**{f'{name} [mA]': TIME})
+    if name == 'voltage':
+        del columns['voltage']
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
+    assert np.allclose(recording[name], 1e-3 * TIME)
+    assert f"'{name} [mA]' is converted to A" in recording.note
+
+
 @pytest.mark.parametrize('left, text', [
     (['voltage', 'motor_position'], 'has no column t'),
     (['t', 'voltage'], 'has neither motor_position nor load_position')])

@@ -21,8 +21,8 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--name', help='of the servo (default: file and joint)')
     parser.add_argument('--at', action='append', default=[], metavar='JOINT=VALUE',
                         help='position at which another joint is held, rad or m; may be repeated')
-    parser.add_argument('--ratio', type=float, help='turns of the motor for one of the joint '
-                        '(default: 1 by definition, all at the joint)')
+    parser.add_argument('--ratio', type=float, help='turns of the motor for one of the joint, '
+                        'rad/m of one that slides (default: 1 by definition, all at the joint)')
     parser.add_argument('--torque-constant', type=float, metavar='KT',
                         help='of the motor, N m/A (default: 1 by definition, the command is the '
                              'torque)')

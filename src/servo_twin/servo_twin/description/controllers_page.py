@@ -20,7 +20,9 @@ compares their command with the recorded one. This page is made from their decla
 `python -m servo_twin.description.controllers_page docs/controllers.md`.
 
 All are in `servo_twin/physics/controllers.py`. Each runs once a sample, over the readings of the
-encoders. On a linear axis rad reads m and N m reads N. V reads A where the drive takes a current.
+encoders, and its command acts until the next one. The speed filter is an exact low pass;
+[signs.md](signs.md#when-a-row-is-read) says which `filter` is that of a firmware. On a linear axis
+rad reads m and N m reads N. V reads A where the drive takes a current.
 
 ## What is added to the command
 

@@ -24,7 +24,8 @@ page is made from their declarations:
 
 *Off* is the value at which what a parameter stands for vanishes; a parameter without one is a
 shape. A row takes as many numbers as the servo file gives it. Angles count as a unit of their own
-(an order is in 1/rad); on a linear axis rad reads m and N m reads N.
+(an order is in 1/rad); what moves straight on a linear axis is in m and N
+([signs.md](signs.md#a-linear-axis)).
 """
 
 

@@ -64,7 +64,11 @@ def with_given(joint: Joint, given: Given) -> Joint:
 
 
 def ratio_of(joint: Joint, given: Given) -> tuple[float, str]:
-    """Return the turns of the motor for one of the joint, and where they are from."""
+    """
+    Return the turns of the motor for one of the joint, and where they are from.
+
+    Of a joint that slides it is in rad/m, or 1 of a linear motor.
+    """
     if joint.winding is not None:
         gear = joint.winding.gear
         if given.ratio not in (None, gear):
@@ -73,10 +77,6 @@ def ratio_of(joint: Joint, given: Given) -> tuple[float, str]:
         return gear, 'gear of the actuator'
     if given.ratio is None:
         return 1.0, 'by definition: all at the joint'
-    if joint.slides and given.ratio != 1.0:
-        raise ModelError(f'--ratio {given.ratio:g}: joint {joint.name!r} slides, and all of a '
-                         f'linear axis is in metres; a motor that turns a screw is a ball_screw '
-                         f'in the servo file')
     if not given.ratio > 0.0:
         raise ModelError(f'--ratio {given.ratio:g} is not positive')
     return given.ratio, given.ratio_source or f'given: --ratio {given.ratio:g}'
