@@ -48,6 +48,7 @@ class Bench:
     settings: tuple[str, ...]
     duration: float
     page: Page | None = None
+    quiet: bool = False
 
     @property
     def bag(self) -> Path:
@@ -145,7 +146,7 @@ def _show(bench: Bench, page: Page, faults: Path | None, processes: Processes) -
 def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -> None:
     """Show what happens until the player is done."""
     title = f'{bench.family} on ' + ('a rig' if bench.rig is None else bench.rig.stem)
-    console = Console()
+    console = Console(quiet=bench.quiet)
     told = begin
 
     def shown():
@@ -158,7 +159,7 @@ def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -
             sleep(0.2)
             if console.is_terminal:
                 live.update(shown())
-            elif monotonic() - told > 5.0:
+            elif not bench.quiet and monotonic() - told > 5.0:
                 told = monotonic()
                 print(numbers(told - begin, session.facts), flush=True)
     processes.check()

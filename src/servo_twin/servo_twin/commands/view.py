@@ -19,6 +19,7 @@ import tempfile
 
 from ..nodes.ending import Ending
 from .page_flags import add_port
+from .terminal import say, tell
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -86,7 +87,9 @@ async def _serve(arguments: argparse.Namespace, source, ending: Ending, scratch:
         raise ValueError(f'--port {arguments.port} on {ADDRESS} cannot be had: '
                          f'{problem.strerror}; choose another, or 0 for a free one') from None
     may = 'may set values' if arguments.control else 'read only'
-    print(f'view: http://{ADDRESS}:{port} ({may})', flush=True)
+    address = f'http://{ADDRESS}:{port}'
+    tell(arguments, address=address, control=arguments.control)
+    say(arguments, f'view: {address} ({may})')
     try:
         await over.wait()
     finally:
