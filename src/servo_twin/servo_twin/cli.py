@@ -6,7 +6,6 @@ import argparse
 from contextlib import redirect_stdout
 from importlib import import_module
 from importlib.metadata import entry_points, version
-from pathlib import Path
 import sys
 from types import ModuleType
 
@@ -112,15 +111,6 @@ def _parser(program: str, name: str, commands: dict[str, tuple[str, str]], packa
 
 def _version(program: str) -> str:
     return version(program.replace('-', '_'))
-
-
-def named_servo(text: str) -> Path:
-    """Return the servo file that an argument names; the type of every such argument."""
-    from .description.shipped import servo_at
-    try:
-        return servo_at(text)
-    except ValueError as problem:
-        raise argparse.ArgumentTypeError(str(problem)) from None
 
 
 def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:

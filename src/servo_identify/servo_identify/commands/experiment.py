@@ -22,8 +22,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
-from servo_twin.cli import named_servo
-from servo_twin.commands.terminal import new_bag, remove_bag, say, tell
+from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 from servo_twin.description.nearest_name import or_what
 
 from ..experiment.usual_limits import USUAL

@@ -15,8 +15,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.cli import named_servo
-from servo_twin.commands.terminal import new_bag, remove_bag, say, tell
+from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

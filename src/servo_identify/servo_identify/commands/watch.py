@@ -18,8 +18,7 @@ from pathlib import Path
 import tempfile
 from typing import TYPE_CHECKING
 
-from servo_twin.cli import named_servo
-from servo_twin.commands.terminal import new_folder, plain, say, tell
+from servo_twin.commands.terminal import named_servo, new_folder, plain, say, tell
 
 if TYPE_CHECKING:
     from servo_twin.physics.servo import Servo

@@ -77,7 +77,8 @@ def _closed(balance: RoughBalance, free: np.ndarray) -> Closed:
 
     free_fit = np.linalg.lstsq(gram[1:, 1:], gram[1:, 0], rcond=1e-9)[0]
     starts = [centre, np.where(free_fit > 0.0, np.log(np.maximum(free_fit, 1e-300)), centre - 3)]
-    nats, x = min((_descended(gram, balance.open, centre, width, np.clip(start, centre - 12, centre + 12))
+    nats, x = min((_descended(gram, balance.open, centre, width,
+                              np.clip(start, centre - 12, centre + 12))
                    for start in starts), key=lambda one: one[0])
     factor = np.concatenate([[-1.0], np.exp(x)])
     return Closed(nats, max(float(factor @ gram @ factor), 0.0),

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.live import Live
 
 from ..nodes.session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
-from .processes import ProcessError, Processes, wait_until
+from .processes import BEGINS, ENDS, ProcessError, Processes, wait_until
 from .terminal_view import numbers, view
 
 START = 60.0  # s that a node gets to be there; the first start compiles
@@ -74,13 +74,17 @@ def record(bench: Bench) -> Outcome:
           Processes(bench.folder / 'logs') as processes, Session(bench.namespace) as session):
         _start(bench, Path(bus) / 'rig.can', processes, session)
         begin, before = monotonic(), processes.cpu_seconds()
+        early = False
         try:
             _watch(bench, processes, session, begin)
         except KeyboardInterrupt:
+            early = True
             print('ending early')
         seconds, after = monotonic() - begin, processes.cpu_seconds()
         processes.stop('player')
         _take_down(session, processes)
+        if bench.page is not None and not early:
+            _let_answer(processes)
         cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
         return Outcome(numbers(seconds, session.facts), cpu)
 
@@ -173,6 +177,24 @@ def _take_down(session: Session, processes: Processes) -> None:
         session.change('twin', DEACTIVATE, 10.0)
     sleep(_REPORT)
     processes.stop('recorder')
+
+
+def _let_answer(processes: Processes) -> None:
+    """Wait until a diagnosis that the page asked for has ended."""
+    if not _diagnosing(processes):
+        return
+    print('waiting for the diagnosis that the page asked for; Ctrl-C ends it', flush=True)
+    try:
+        while _diagnosing(processes) and processes.running('view'):
+            sleep(0.2)
+    except KeyboardInterrupt:
+        return
+    print(processes.said('view').strip().splitlines()[-1], flush=True)
+
+
+def _diagnosing(processes: Processes) -> bool:
+    said = processes.said('view')
+    return said.count(BEGINS) > said.count(ENDS)
 
 
 def _why(session: Session) -> str:

@@ -19,10 +19,9 @@ import re
 import shlex
 from typing import TYPE_CHECKING
 
-from ..cli import named_servo
 from ..simulators.joint import FORMATS, Joint, ModelError
 from .simulator_flags import check_output
-from .terminal import say, tell
+from .terminal import named_servo, say, tell
 
 if TYPE_CHECKING:
     from ..physics.servo import Servo

@@ -16,10 +16,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..cli import named_servo
 from ..linear.signal_names import FRICTIONS, INPUT_UNITS, OUTPUT_UNITS
 from .any_bag import bag_of
-from .terminal import new_folder, tell, terminal
+from .terminal import named_servo, new_folder, tell, terminal
 
 if TYPE_CHECKING:
     import numpy as np

@@ -15,11 +15,10 @@ import sys
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from ..cli import named_servo
 from ..lockstep.live_modes import LIVE_MODES
 from ..recording.events import as_for_another, BEGAN, with_mode
 from .any_bag import bag_of
-from .terminal import new_bag, new_file, remove_bag, tell, terminal
+from .terminal import named_servo, new_bag, new_file, remove_bag, tell, terminal
 
 if TYPE_CHECKING:
     from ..physics.servo import Servo

@@ -32,6 +32,15 @@ def add_usual(parser: argparse.ArgumentParser, version: str = '') -> None:
     usual.add_argument('--version', action='version', version=version)
 
 
+def named_servo(text: str) -> Path:
+    """Return the servo file that an argument names; the type of every such argument."""
+    from ..description.shipped import servo_at
+    try:
+        return servo_at(text)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
+
+
 def say(arguments: argparse.Namespace, *lines: str) -> None:
     """Print what --quiet leaves out."""
     if not arguments.quiet:
