@@ -134,7 +134,10 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
     sure = min(one.confidence, max(stable, 0.5 * one.confidence))
     place = min(1.0, sure + sum(r.confidence for r in one.rivals
                                 if r.mechanism.site == mechanism.site))
-    confidence = {'place': max(place, sure), 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
+    # the same mechanism may act at another shaft: then it is known better than its place
+    sure = min(1.0, sure + sum(r.confidence for r in one.rivals
+                               if r.mechanism.name == mechanism.name))
+    confidence = {'place': place, 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
     if curve is not None:
         away = np.average((curve.low * curve.high > 0.0) | (curve.size() == 0.0),
                           weights=curve.density)
