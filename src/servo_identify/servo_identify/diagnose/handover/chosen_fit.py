@@ -88,9 +88,11 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             best, joint = _lawful(servo, best, joint, tolerated, short, accepting)
         judged, most = servo, given.total()
         # beside values that are off it may take those moved as well to do any good
-        ground = _moved(servo, tolerated, joint.servo) if joint is not None else servo
-        moved = best and _tried(ground, _at_values(best.added, joint.servo), joint,
-                                accepting) if joint is not None else None
+        ground, moved = servo, None
+        if best is not None and joint is not None:
+            changed = {path for one in best.added for path in one.values}
+            ground = _moved(servo, [p for p in tolerated if p not in changed], joint.servo)
+            moved = _tried(ground, _at_values(best.added, joint.servo), joint, accepting)
         enough = best is not None and _everywhere(given, best.gap) and _everywhere(
             _gap(servo, short), _gap(_built(servo, best.added), short))
         if best and moved and not enough and moved.gap.total() < best.gap.total():
