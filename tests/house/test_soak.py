@@ -23,7 +23,7 @@ def test_nothing_is_lost_unsaid_and_no_old_set_point_reaches_the_drive(tmp_path)
     assert len(seen['rows']) >= 2
     assert seen['commands'] > 1000
     assert seen['stale'] == seen['beyond'] == []
-    assert seen['bags']['unexplained'] == seen['bags']['unreadable'] == []
+    assert seen['bags']['untold'] == seen['bags']['unreadable'] == []
     assert seen['traces'] == seen['left'] == seen['killed'] == []
     assert [row['faults'] for row in seen['rows'] if row['well'] is None] == []
     assert [(name, said) for name, alike, said in seen['replays'] if not alike] == []

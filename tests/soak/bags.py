@@ -1,4 +1,4 @@
-"""What the bags of a soak hold: readable, in order, and every hole within a fault."""
+"""What the bags of a soak hold: readable, in order, and every lost sample told."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ import numpy as np
 from servo_twin.bag import read_recording
 from servo_twin.bag.bag_writing import BagError
 
+PERIOD = 1e-3  # s between samples of the bench
+BEHIND = 5e-3  # s by which the quickest message of a stretch may be slower than of another
+
 
 def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
     """
-    Return what the bags hold: ``samples``, ``holes`` and those of them that nothing explains.
+    Return what the bags hold: ``samples``, ``holes``, those outside any fault, and the untold.
 
-    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing.
+    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing. A lost
+    sample is told where the running number jumps as far as the clock does.
     """
     told = {'bags': len(bags), 'read': 0, 'samples': 0, 'holes': 0, 'missing': 0,
-            'unexplained': [], 'unreadable': [], 'empty': 0}
+            'elsewhere': [], 'untold': [], 'unreadable': [], 'empty': 0}
     for path in bags:
         if not any(path.glob('*.mcap')) if path.exists() else True:
             told['empty'] += 1
@@ -33,26 +37,49 @@ def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
                 told['unreadable'].append(f'{path.name}: {error}')
             continue
         told['read'] += 1
-        for sequence, stamps in places:
+        for sequence, stamps, written in places:
             told['samples'] += len(sequence)
+            told['untold'] += [f'{path.name}: {said}'
+                               for said in _untold(sequence, stamps, written)]
             jumps = np.flatnonzero(np.diff(sequence) != 1)
             for k in jumps:
                 missing = int(sequence[k + 1] - sequence[k] - 1)
                 told['holes'] += 1
                 told['missing'] += max(0, missing)  # a new driver begins its numbers again
                 if not any(a <= stamps[k + 1] and stamps[k] <= b for a, b in faults):
-                    told['unexplained'].append(
+                    told['elsewhere'].append(
                         f'{path.name}: {missing} samples at {stamps[k]:.2f} s, outside any fault')
     return told
 
 
-def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return (running numbers, instants in s) of the encoder's samples of a bag."""
+def _untold(sequence: np.ndarray, stamps: np.ndarray, written: np.ndarray) -> list[str]:
+    """
+    Return where samples are missing that the running number does not tell.
+
+    Within one life of a driver, number and stamp go on together. The recorder writes by a clock of
+    its own: a driver that lost samples and counted on would fall behind that clock.
+    """
+    found = []
+    for life in np.split(np.arange(len(sequence)), np.flatnonzero(np.diff(sequence) < 0) + 1):
+        steps = np.diff(stamps[life]) / PERIOD - np.diff(sequence[life])
+        found += [f'{step:.1f} samples at {stamps[life][k]:.2f} s, by its stamp'
+                  for k, step in enumerate(steps) if abs(step) > 0.5]
+        behind, part = written[life] - stamps[life], len(life) // 3
+        if part > 1000:  # s enough for one message that came at once
+            grown = behind[-part:].min() - behind[:part].min()
+            if grown > BEHIND:
+                found.append(f'{grown:.3f} s from {stamps[life][0]:.2f} s on, by the clock of the '
+                             f'recorder')
+    return found
+
+
+def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return (running numbers, instants, instants of writing in s) of the encoder of a bag."""
     from mcap.exceptions import McapError
     from mcap.reader import NonSeekingReader
     from rosbags.typesys import get_types_from_msg, get_typestore, Stores
     store = get_typestore(Stores.ROS2_JAZZY)
-    numbers, stamps, known = [], [], False
+    numbers, stamps, written, known = [], [], [], False
     read_recording(path)  # ours reads it too
     with next(path.glob('*.mcap')).open('rb') as file:
         try:
@@ -70,11 +97,13 @@ def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
                 begin = block.header.stamp.sec + 1e-9 * block.header.stamp.nanosec
                 numbers.append(block.sequence + np.arange(count))
                 stamps.append(begin + block.period * np.arange(count))
+                written.append(np.full(count, 1e-9 * message.log_time))
         except (McapError, EOFError):
             pass  # cut by a kill: what stands before the cut counts
     if not numbers:
         return []
-    return [(np.concatenate(numbers).astype(np.int64), np.concatenate(stamps))]
+    return [(np.concatenate(numbers).astype(np.int64), np.concatenate(stamps),
+             np.concatenate(written))]
 
 
 def replayed(bags: list[Path]) -> list[tuple[str, bool, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -82,6 +83,11 @@ class Bench:
         """Send a signal; a process that has gone is left so."""
         if self.running[name].poll() is None:
             self.running[name].send_signal(number)
+
+    def ended_by(self, name: str, patience: float = 15.0) -> None:
+        """Wait until a process that was told to end has ended."""
+        with suppress(subprocess.TimeoutExpired):
+            self.running[name].wait(patience)
 
     def mend(self) -> list[str]:
         """Start what has ended again, as a service manager does; return the names."""

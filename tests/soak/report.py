@@ -21,9 +21,10 @@ def text(figures: dict) -> tuple[str, bool]:
     by_hand = sum(bool(row.get('by_hand')) for row in rows)
     unwell = sum(row['well'] is None for row in rows)
     promises = [
-        ('samples missing outside any fault', f'{len(bags["unexplained"])} of {bags["samples"]} '
-         f'samples in {bags["read"]} bags; within faults {bags["missing"]} are missing, each by a '
-         f'jump of the running number', not bags['unexplained']),
+        ('samples lost and not told', f'{len(bags["untold"])} places among {bags["samples"]} '
+         f'samples in {bags["read"]} bags; {bags["missing"]} lost ones are told by the running '
+         f'number, {len(bags["elsewhere"])} of {bags["holes"]} times outside any fault',
+         not bags['untold']),
         ('set-points older than `command_timeout` (0.1 s, and 3 ms by which a value tells it) at '
          'a drive with torque',
          f'{len(figures["stale"])} of {figures["commands"]}; the oldest '
@@ -71,7 +72,7 @@ def text(figures: dict) -> tuple[str, bool]:
             longest[one[0]] = one
     lines += [f'| {name} | {minutes:.1f} | {slope:+.1f} | {threads:+d} | {files:+d} |'
               for name, minutes, slope, threads, files in sorted(longest.values())]
-    told = [*figures['misses'], *bags['unexplained'][:20], *bags['unreadable'],
+    told = [*figures['misses'], *bags['untold'][:20], *bags['unreadable'],
             *(f'replay of {name}: {said}' for name, same, said in figures['replays'] if not same),
             *(f'left: {one}' for one in figures['left']),
             *(f'killed at the end: {one}' for one in figures['killed']),

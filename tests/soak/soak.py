@@ -123,9 +123,9 @@ class Soak:
         for fault in pair:
             fault.make()
         self._for(self.random.uniform(1.0, 2.5))
-        row['cured'] = time()
         for fault in pair:
             fault.unmake()
+        row['cured'] = time()
         self.bench.mend()
         well = self._well_within(15.0 if any(fault.hand for fault in pair) else RECOVERY)
         if not well and any(fault.hand for fault in pair):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import nnls
 
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.effect import Effect
@@ -13,6 +14,7 @@ from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
 
+from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from ..selection.explain import Explained
 from .curves import Curve, Part
@@ -97,6 +99,8 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
             waves.append(Formed(effect, {effect.amplitudes()[0]: float(mean[0])},
                                 effect.amplitudes()[:1], True))
         return _placed(part, waves, site, taken)
+    if 'way' in one.detail and part.curve is not None:
+        return _placed(part, _one_way(part.curve, one.detail['way']), site, taken)
     direct = _direct(part, one)
     if direct:
         return _placed(part, [direct], site, taken)
@@ -174,25 +178,28 @@ def _by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     at = [k for k in order if knots[k] > 0.0]
     if len(at) % 2:
         return []
-    return of_orders(find(part.mechanism.name), tuple(knots[at]), part.amplitudes[at])
+    law = one.detail.get('law', part.mechanism.name)
+    return of_orders(find(law), tuple(knots[at]), part.amplitudes[at])
 
 
 def _direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
     fixed: dict[str, Value] = {}
+    law = True
     if name in ('gravity', 'load_encoder_eccentricity') and len(a) == 2:
         values = {'cosine': float(a[0]), 'sine': float(a[1])}
         if name != 'gravity' and one.knots:
             fixed = {'order': float(one.knots[0])}
     elif name in ('current_sensor_offset', 'torque_sensor_offset'):
-        values = {'offset': float(a[0])}
+        values = {'offset': float(np.mean(part.curve.y if part.curve is not None else a))}
+        law = part.curve is None
     elif name in ('current_sensor_gain', 'torque_sensor_gain'):
         values = {'excess': float(a[0])}
     elif name in ('sensor_delay', 'command_delay'):
-        values = {'delay': float((one.knots[0] if one.knots else 1.0) * a[0])}
+        values = {'delay': float(np.asarray(one.knots or (1.0,)) @ a)}
     elif name == 'current_lag':
-        values = {'lag': float(one.knots[0] * a[0])}
+        values = {'lag': float(np.asarray(one.knots) @ a)}
     elif name == 'payload_resonance':
         values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
                   'damping': float(one.detail['damping'])}
@@ -204,7 +211,26 @@ def _direct(part: Part, one: Hypothesis) -> Formed | None:
         return None
     effect = find(name)
     whole = {n: p.default for n, p in effect.parameters.items()} | values | fixed
-    return Formed(effect, whole, tuple(values), True)
+    return Formed(effect, whole, tuple(values), law)
+
+
+def _one_way(curve: Curve, way: float) -> list[Formed]:
+    """
+    Return friction that one direction has alone: as much in both, and the difference.
+
+    The curve is taken for a level and what grows with speed, both at least zero.
+    """
+    table = np.column_stack((np.ones(len(curve.x)), curve.x))
+    weight = np.sqrt(curve.density)[:, None]
+    (level, slope), _ = nnls(weight * table, weight[:, 0] * curve.y)
+    left = curve.size(curve.y - table @ (level, slope))
+    law = left <= FORM * curve.size()
+    level, slope = 0.5 * float(level), 0.5 * float(slope)
+    several: dict[str, dict[str, float | tuple[float, ...]]] = {
+        'asymmetric_friction': {'difference': way * level, 'slope': way * slope},
+        'coulomb_friction': {'level': level}, 'viscous_friction': {'slope': slope}}
+    return [Formed(find(name), values, tuple(values), law)
+            for name, values in several.items() if any(values.values())]
 
 
 def _loops(part: Part, one: Hypothesis) -> Formed:

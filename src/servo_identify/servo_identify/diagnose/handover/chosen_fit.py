@@ -7,17 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from servo_twin.physics.servo import Provenance, Servo, ServoError
+from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
-from ..decisions import PRACTICAL
+from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
+from .certainty import signed, spread
 from .simulated_gap import Diverged, Gap, refitted, shrink_interval, simulated
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
 JUDGED = 60.0  # s of the accept recordings that a choice is judged on
-SOURCE = 'gap diagnosis'
 
 
 @dataclass(frozen=True)
@@ -81,17 +81,23 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         if base is None:
             added = ()
             break
-        free = [path for one in added for path in one.free]
-        joint = refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
+        joint = _together(servo, added, tolerated, short)
         tick(0.6)
-        best = _best(servo, added, joint, short, accepting)
-        best = best and _lawful(servo, best, short, accepting)
+        best = _best(servo, added, joint, accepting)
+        if best is not None:
+            best, joint = _lawful(servo, best, joint, tolerated, short, accepting)
         judged, most = servo, given.total()
-        if best is not None and joint is not None and best.gap.total() >= most:
-            # beside values that are off it may take those moved as well to do any good
-            judged = _moved(servo, tolerated, joint.servo)
+        # beside values that are off it may take those moved as well to do any good
+        ground, moved = servo, None
+        if best is not None and joint is not None:
+            changed = {path for one in best.added for path in one.values}
+            ground = _moved(servo, [p for p in tolerated if p not in changed], joint.servo)
+            moved = _tried(ground, _at_values(best.added, joint.servo), joint, accepting)
+        enough = best is not None and _everywhere(given, best.gap) and _everywhere(
+            _gap(servo, short), _gap(_built(servo, best.added), short))
+        if best and moved and not enough and moved.gap.total() < best.gap.total():
+            judged, best = ground, moved
             most = _total(within.servo if within else servo, accepting)
-            best = _tried(judged, _at_values(best.added, joint.servo), joint, accepting) or best
         helps = best is not None and (
             best.gap.total() < most or _alike(judged, best, short, accepting))
         if best is None or len(added) == 1 and not helps:
@@ -100,24 +106,28 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'recordings; the file stays as given')
             added, joint, judged = (), None, servo
             break
-        most = best.gap.total() + PRACTICAL * given.total() if helps else np.inf
-        needless = _needless(judged, best, most, accepting) if len(added) > 1 else None
+        # what one effect does shows where nothing else is off
+        base, at = (ground, moved) if moved is not None and (
+            moved.gap.total() < best.gap.total()) else (judged, best)
+        most = at.gap.total() + PRACTICAL * given.total() if helps else np.inf
+        needless = _needless(base, at, most, accepting) if len(added) > 1 else None
         if needless is None:
             added, chosen = best.added, best.estimate
             break
-        warnings.append(f'{needless.part.mechanism.label} is not taken: without it the '
-                        'simulation is as near to the rig on the accept recordings')
-        added = tuple(one for one in best.added if one is not needless)
+        warnings.append(f'{best.added[needless].part.mechanism.label} is not taken: without it '
+                        'the simulation is as near to the rig on the accept recordings')
+        added = (*best.added[:needless], *best.added[needless + 1:])
     added = (*added, *loop)
     if judged is not servo:
-        moved = [p for p in tolerated if judged.values[p] != servo.values[p]]
-        warnings.append(f'moved within tolerance in the new file: {", ".join(moved)}; without '
-                        'that, what is added does not bring the simulation nearer to the rig')
-    patch = _signed(servo_with(judged, added), chosen)
+        others = [p for p in tolerated if judged.values[p] != servo.values[p]]
+        warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
+                        'that, what is added brings the simulation nearer in some recordings only')
+    stds = spread(several, chosen) if chosen is not None else {}
+    patch = signed(servo_with(judged, added), stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given, 'patch': _gap(patch, accepting) or given}
     return Handover(servo, judged, added, patch, refit, within.servo if within else servo, joint,
-                    gaps, tuple(warnings), chosen.std if chosen is not None else {})
+                    gaps, tuple(warnings), stds)
 
 
 @dataclass(frozen=True)
@@ -129,14 +139,26 @@ class Tried:
     estimate: Estimate | None
 
 
+def _together(servo: Servo, added: Sequence[Added], tolerated: Sequence[str],
+              short: Sequence[Recording]) -> Estimate | None:
+    """Return effects fitted together with the values within tolerance, by simulation."""
+    base = servo_with(servo, added)
+    free = [path for one in added for path in one.free]
+    return refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
+
+
 def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
-          short: Sequence[Recording], accepting: Sequence[Recording]) -> Tried | None:
-    """Return the effects at the values that do best on the accept recordings."""
-    alone = refitted(servo_with(servo, added), short, [p for one in added for p in one.free])
-    several = [(added, None)] + [(_at_values(added, by.servo), by)
-                                 for by in (joint, alone) if by is not None]
-    tried = [_tried(servo, one, by, accepting) for one, by in several]
-    return min((one for one in tried if one), key=lambda one: one.gap.total(), default=None)
+          accepting: Sequence[Recording]) -> Tried | None:
+    """
+    Return the effects at the values that do best on the accept recordings.
+
+    They come from the equations or from the fit together with the tolerances. Fitted alone, they
+    would make up for every other value that is off.
+    """
+    several = [_tried(servo, added, None, accepting)]
+    if joint is not None:
+        several.append(_tried(servo, _at_values(added, joint.servo), joint, accepting))
+    return min((one for one in several if one), key=lambda one: one.gap.total(), default=None)
 
 
 def _tried(servo: Servo, added: tuple[Added, ...], by: Estimate | None,
@@ -166,53 +188,54 @@ def _alike(base: Servo, best: Tried, fitting: Sequence[Recording],
             and shrink_interval(given, best.gap)[1] > 0.0)
 
 
-def _total(servo: Servo, recordings: Sequence[Recording]) -> float:
+def _everywhere(before: Gap | None, after: Gap | None) -> bool:
+    """Tell whether a gap is smaller by what is worth naming, and larger in no recording."""
+    if before is None or after is None or after.total() > (1.0 - WORTH) * before.total():
+        return False
+    several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
+    return all(after.total(blocks) <= before.total(blocks) for blocks in several)
+
+
+def _total(servo: Servo | None, recordings: Sequence[Recording]) -> float:
     gap = _gap(servo, recordings)
     return np.inf if gap is None else gap.total()
 
 
-def _lawful(servo: Servo, best: Tried, short: Sequence[Recording],
-            accepting: Sequence[Recording]) -> Tried:
-    """Return the effects with the law of the catalogue where it predicts as well as the curve."""
+def _lawful(servo: Servo, best: Tried, joint: Estimate | None, tolerated: Sequence[str],
+            short: Sequence[Recording], accepting: Sequence[Recording]
+            ) -> tuple[Tried, Estimate | None]:
+    """
+    Return the effects with the law of the catalogue where it predicts as well as the curve.
+
+    The fit together with the tolerances comes with them.
+    """
     for one in best.added:
         if one.as_law is None:
             continue
         lawful = tuple(one.as_law if other is one else other for other in best.added)
-        tried = _best(servo, lawful, None, short, accepting)
+        fitted = _together(servo, lawful, tolerated, short)
+        tried = _best(servo, lawful, fitted, accepting)
         if tried is not None and tried.gap.total() <= best.gap.total():
-            best = tried
-    return best
+            best, joint = tried, fitted
+    return best, joint
 
 
 def _needless(servo: Servo, best: Tried, most: float,
-              accepting: Sequence[Recording]) -> Added | None:
-    """Return the effect whose removal hurts least, if what is left then is at most ``most``."""
+              accepting: Sequence[Recording]) -> int | None:
+    """Return which effect hurts least to remove, if what is left then is at most ``most``."""
     rests = []
-    for one in best.added:
-        rest = _gap(_built(servo, [o for o in best.added if o is not one]), accepting)
+    for number in range(len(best.added)):
+        others = (*best.added[:number], *best.added[number + 1:])
+        rest = _gap(_built(servo, others), accepting)
         if rest is not None and rest.total() <= most:
-            rests.append((rest.total(), one))
-    return min(rests, key=lambda pair: pair[0])[1] if rests else None
+            rests.append((rest.total(), number))
+    return min(rests)[1] if rests else None
 
 
 def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
-    return tuple(replace(one, values={path: servo.values[path] for path in one.values})
-                 for one in added)
-
-
-def _signed(servo: Servo, joint: Estimate | None) -> Servo:
-    """Return a servo whose new values say where they come from, and how sure they are."""
-    if joint is None:
-        return servo
-    said = dict(servo.provenance)
-    for name, std in joint.std.items():
-        path = name.partition('[')[0]
-        if path in servo.values and path not in servo.tolerance:
-            known = said.get(path)
-            worst = max((s for s in (known.std if known and known.source == SOURCE else None, std)
-                         if s is not None and np.isfinite(s)), default=None)
-            said[path] = Provenance(SOURCE, worst, joint.bags)
-    return replace(servo, provenance=said)
+    """Return effects at the values of a servo; a law that it has as a curve keeps its own."""
+    return tuple(replace(one, values={path: servo.values.get(path, value)
+                                      for path, value in one.values.items()}) for one in added)
 
 
 def _built(servo: Servo, added: Sequence[Added]) -> Servo | None:

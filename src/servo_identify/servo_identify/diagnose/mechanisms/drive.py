@@ -19,8 +19,8 @@ BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
-LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # sample periods
-DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0)
+LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
+DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 
 
 def drive_of(builder: Builder) -> Iterator[Hypothesis]:
@@ -60,22 +60,22 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
                                ('command_delay', DELAYS, shifted)):
         site = 'current' if name == 'current_lag' else 'command'
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
-        for share in shares:
-            columns = _through(builder, partial(_change, late, share * period))
-            one = builder.hypothesis(mechanism, columns, [1], (share * period,), tried=len(shares))
-            if one:
-                yield one
+        times = tuple(share * period for share in shares)
+        one = builder.hypothesis(mechanism, _through(builder, partial(_change, late, times)),
+                                 [1] * len(times), times)
+        if one:
+            yield one
 
 
-def delay_of_command(builder: Builder, late: float) -> Columns:
-    """Return what a command that is late (s) does to all residuals."""
-    return _through(builder, partial(_change, shifted, late))
+def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:
+    """Return what a command that is late by some times (s) does to all residuals."""
+    return _through(builder, partial(_change, shifted, times))
 
 
-def _change(late: Callable[[np.ndarray, float, float], np.ndarray], time: float,
+def _change(late: Callable[[np.ndarray, float, float], np.ndarray], times: tuple[float, ...],
             command: np.ndarray, step: float) -> np.ndarray:
-    """Return what a lag or a delay of some time (s) changes of a command, (samples, 1)."""
-    return (late(command, time, step) - command)[:, None]
+    """Return what lags or delays of some times (s) change of a command, (samples, times)."""
+    return np.column_stack([late(command, time, step) - command for time in times])
 
 
 def _command(one: EquationErrors) -> np.ndarray:

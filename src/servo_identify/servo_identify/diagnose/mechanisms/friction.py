@@ -30,6 +30,7 @@ def friction_of(builder: Builder, site: str, residual: np.ndarray) -> Iterator[H
     """Yield the hypotheses of friction at a shaft; ``residual`` (samples,) tells orders."""
     several = (_coulomb, _viscous, _stribeck, _drag, _asymmetric, _by_load, _drift, _presliding)
     yield from filter(None, (one(builder, site) for one in several))
+    yield from filter(None, (_one_way(builder, site, way) for way in (1.0, -1.0)))
     yield from _by_angle(builder, site, residual)
 
 
@@ -99,6 +100,22 @@ def _asymmetric(builder: Builder, site: str) -> Hypothesis | None:
     form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, np.zeros(len(x)))))
     return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque), [0] * 3,
                               form=form)
+
+
+def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
+    """Friction that one direction has and the other has not: constant, or growing with speed."""
+    top = builder.scales.top(f'{site}_speed')
+    knots = (0.0, top, *(share * top for share in SPEEDS))
+    mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
+    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, *(
+        np.minimum(x, knot) for knot in knots[2:]))))
+
+    def torque(one: EquationErrors) -> np.ndarray:
+        there = one.motion.direction == way
+        return -way * there[:, None] * form.shape(form.of(one))
+
+    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque),
+                              [1] * len(knots), knots, form=form, detail={'way': way})
 
 
 def _by_load(builder: Builder, site: str) -> Hypothesis | None:

@@ -12,12 +12,15 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .drive import delay_of_command, DELAYS
-from .hypothesis import Columns, Hypothesis, Mechanism, Series
-from .orders import waves
+from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
+from .orders import hats, waves
 
 ENCODERS = ('motor_position', 'load_position')
 ORDERS = (1.0, 2.0)
 """Of a disc that is not centred, and of one that is not round."""
+
+MOMENTS = 6
+"""Of a recording, between which an offset changes evenly."""
 
 
 def readings_of(builder: Builder) -> Iterator[Hypothesis]:
@@ -39,7 +42,8 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
             continue
         yield from filter(None, (
             off(f'{sensor}_offset', channel, ('constant',), 'even',
-                lambda one: np.ones((full(one), 1))),))
+                lambda one: np.ones((full(one), 1))),
+            _drifting(builder, f'{sensor}_offset', channel)))
         if channel == 'torque' or 'drive' in builder.samples.present:
             yield from filter(None, (_gain(builder, f'{sensor}_gain', channel),))
     if {'motor_position', 'load_position'} <= has:
@@ -63,7 +67,7 @@ def _late(channel: str, one: EquationErrors) -> np.ndarray:
 
 def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:
     """
-    Yield delays of the one encoder that there is.
+    Yield a delay of the one encoder that there is.
 
     Nothing says at which time the shaft truly was but its torque: a late angle and a motor that
     answers late to its current are one. Where no current is measured, neither can be told from a
@@ -74,33 +78,46 @@ def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:
                               for one in builder.samples.errors):
         return
     mechanism = Mechanism('sensor_delay', 'sensor', channel, ('time',), 'none', memory=True)
-    period = builder.scales.period
-    for share in DELAYS:
-        late = share * period
-        columns = _through_the_angle(builder, late) if sensed else delay_of_command(builder, late)
-        one = builder.hypothesis(mechanism, columns, [1], (late,), tried=len(DELAYS))
-        if one:
-            yield one
+    times = tuple(share * builder.scales.period for share in DELAYS)
+    columns = (_through_the_angle if sensed else delay_of_command)(builder, times)
+    one = builder.hypothesis(mechanism, columns, [1] * len(times), times)
+    if one:
+        yield one
 
 
-def _through_the_angle(builder: Builder, late: float) -> Columns:
+def _through_the_angle(builder: Builder, times: tuple[float, ...]) -> Columns:
     """
-    Return what a late angle does where the current is measured, s.
+    Return what an angle that is late by some times (s) does where the current is measured.
 
     The current that the motion asks for is late with the angle, and so is the speed by which the
     drive is modelled.
     """
     def asked(one: EquationErrors) -> np.ndarray:
         current = one.full(one.predicted_current)
-        return (current - shifted(current, -late, one.measured.period))[:, None]
+        return np.column_stack([current - shifted(current, -late, one.measured.period)
+                                for late in times])
 
     def made(one: EquationErrors) -> np.ndarray:
-        return one.drive_current_ahead(late)[:, None]
+        return np.column_stack([one.drive_current_ahead(late) for late in times])
 
     columns = builder.place('current', asked)
     drive = builder.samples.rows('drive')[:, None]
     return replace(columns, table=np.where(
         drive, builder.place('drive_current', made).table, columns.table))
+
+
+def _drifting(builder: Builder, name: str, channel: str) -> Hypothesis | None:
+    """An offset that changes over the time of a recording."""
+    edges = np.linspace(0.0, builder.scales.duration, MOMENTS)
+    mechanism = Mechanism(name, 'sensor', channel, ('time',), 'even')
+
+    def over(one: EquationErrors) -> np.ndarray:
+        return hats(one.measured.period * np.arange(len(one.measured.recording)), edges)
+
+    form = Form('time', 's', 'A' if channel == 'current' else 'N m',
+                lambda one: one.motion.time, lambda x: hats(x, edges))
+    return builder.hypothesis(mechanism, builder.place(channel, over, -1.0), [0] * MOMENTS,
+                              tuple(edges), form=form)
 
 
 def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:

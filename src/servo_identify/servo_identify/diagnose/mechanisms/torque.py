@@ -13,6 +13,7 @@ from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import resonator
 from .orders import periodic, waves
 
+HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.2, 0.4, 0.6, 0.8)  # shares of the largest current from which torque may be lost
 STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push back
 FREQUENCIES, DAMPINGS = 40, (0.02, 0.08, 0.3)  # of a payload
@@ -30,16 +31,19 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',
         lambda one: one.predicted_current, 'N m/A')
-    yield from filter(None, (_gravity(builder), _spring(builder), _saturation(builder)))
+    yield from filter(None, (*(_gravity(builder, orders) for orders in HANGING),
+                             _spring(builder), _saturation(builder)))
     yield from _payload(builder, residual)
 
 
-def _gravity(builder: Builder) -> Hypothesis | None:
+def _gravity(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None:
+    """What hangs at the load, by itself or beside what balances it or links it to the shaft."""
     mechanism = Mechanism('gravity', 'torque', 'load', ('angle',), 'even')
     form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'],
-                lambda x: waves(x, (1.0,)))
-    return builder.hypothesis(mechanism, builder.of_form('load_torque', form), [0, 0],
-                              (1.0, 1.0), form=form)
+                lambda x: waves(x, orders))
+    knots = tuple(order for order in orders for _ in range(2))
+    return builder.hypothesis(mechanism, builder.of_form('load_torque', form), [0] * len(knots),
+                              knots, form=form)
 
 
 def _spring(builder: Builder) -> Hypothesis | None:

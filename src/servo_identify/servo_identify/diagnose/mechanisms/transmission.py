@@ -8,6 +8,7 @@ elasticity a curve over the torque, a kinematic error a wave over the angle.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .memory import stop_operator
-from .orders import LARGEST_ORDER, periodic
+from .orders import periodic
 
 BENDS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares of the largest torque at which it may bend
 LOOPS = (0.05, 0.12, 0.3, 0.7, 1.5)  # shares over which a hysteresis loop may close
@@ -43,9 +44,30 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     yield from periodic(builder, error, residual, 'transmission', 'load_angle', 'torsion', '',
                         lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
     ratio = builder.samples.servo.numbers['mechanism.ratio']
-    if 1.0 < ratio < LARGEST_ORDER and ratio != round(ratio) or ratio > LARGEST_ORDER:
-        yield from periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
-                            '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
+    if ratio > 1.0:  # by the load's turn, the motor's orders lie beyond the largest, or between
+        for one in periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
+                            '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART):
+            yield _without_energy(builder, one)
+
+
+def _without_energy(builder: Builder, one: Hypothesis) -> Hypothesis:
+    """
+    Return an error over the motor's turn with what it costs and gives the motor.
+
+    The error makes no energy: a torque T on the load costs the motor as much less as the lost
+    angle grows with the motor's, paper 004 eq. 4.
+    """
+    orders = np.array(one.knots[::2])
+
+    def torque(errors: EquationErrors) -> np.ndarray:
+        turned = errors.motion['motor_angle'][:, None] * orders
+        slopes = np.empty((len(turned), 2 * len(orders)))
+        slopes[:, ::2], slopes[:, 1::2] = -orders * np.sin(turned), orders * np.cos(turned)
+        return errors.transmitted()[:, None] * slopes
+
+    back = builder.place('motor_torque', torque)
+    return replace(one, columns=replace(one.columns, table=one.columns.table + back.table),
+                   detail={'law': 'kinematic_error'})
 
 
 def _torsion(builder: Builder, of: Series) -> Columns:

@@ -7,7 +7,7 @@ excitation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,17 @@ def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
     return np.array(values)
 
 
+def preferred(found: Explained) -> Explained:
+    """Return the answer with each member exchanged for a rival that is surer, once."""
+    for number in found.explanation.smallest.choice.numbers:
+        confidence, rivals = rivals_of(found, number)
+        if rivals and rivals[0].confidence > confidence:
+            rest = found.explanation.smallest.choice.minus(number)
+            other = found.search.fitted(rest.plus(rivals[0].number, rivals[0].side))
+            found = replace(found, explanation=replace(found.explanation, smallest=other))
+    return found
+
+
 def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     """
     Return (confidence of a member of the chosen set, what else could stand in its place).
@@ -77,7 +88,8 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
             contest[key] = fit, index, side
     keys = list(contest)
     fits = [contest[key][0] for key in keys]
-    lost = np.array([search.lost(fit, chosen) + fit.cost - chosen.cost for fit in fits])
+    lost = np.array([search.lost(fit, chosen).sum(axis=0) + fit.cost - chosen.cost
+                     for fit in fits])
     wins = np.bincount(np.argmin(lost[:, 1:], axis=0), minlength=len(keys)) / lost[:, 1:].shape[1]
     best = found.explanation.best
     alike = np.array([search.alike(fit, best) and (

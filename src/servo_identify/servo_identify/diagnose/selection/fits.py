@@ -3,7 +3,8 @@ A set of mechanisms fitted to the residuals, and judged by blocks that it was no
 
 Errors of each equation in each family of excitation count by their logarithm, so that a large gap
 in one place drowns none in another. They count down to a floor: noise, the practical margin, and
-how far the form of an accepted mechanism may be off.
+how far the form of an accepted mechanism may be off. Samples count as observations as far as they
+are independent without any mechanism, in all sets alike.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ class Fitted:
 
     ``columns`` of the regression with their ``values`` (that of the residual, first, is 1);
     ``held_out`` (equations, blocks) squared errors of blocks that the fit did not see;
-    ``score`` the sum over groups of n/2 log of the held-out mean square above the floor;
+    ``score`` the sum over groups of n/2 log of the held-out mean square above the floor, where n
+    counts observations;
     ``weight`` (equations, families) of the groups; ``doubt`` by equation how many samples
     count as one observation; ``numbers`` amplitudes at work, shapes searched and tolerances used
     up; ``cost`` of these, as Schwarz has it.
@@ -96,10 +98,15 @@ class Fits:
         with np.errstate(invalid='ignore', divide='ignore'):
             return np.where(self.sizes > 0, (errors @ self._family) / self.sizes, 0.0)
 
-    def score(self, errors: np.ndarray, floor: np.ndarray) -> float:
+    @cached_property
+    def observations(self) -> np.ndarray:
+        """How much of an observation a sample of each equation is, (equations,)."""
+        return 1.0 / self.nothing.doubt
+
+    def score(self, errors: np.ndarray, floor: np.ndarray, each: np.ndarray) -> float:
         """Return what is left above a floor: the sum over groups of n/2 log of mean squares."""
         left = np.maximum(self.groups(errors), floor)
-        return float(0.5 * (self.sizes * np.log(np.maximum(left, 1e-12))).sum())
+        return float(0.5 * (each[:, None] * self.sizes * np.log(np.maximum(left, 1e-12))).sum())
 
     @cached_property
     def nothing(self) -> Fitted:
@@ -152,7 +159,7 @@ class Fits:
                 there = np.concatenate(([1.0], self._solved(total - fold, prior, low, high)))
                 held_out[:, blocks] = products.errors(there)[:, blocks]
         used = (values[1:] / room) ** 2
-        cost = 0.5 * SURE**2 * float(doubts @ used)
+        cost = 0.5 * SURE**2 * float(used.sum())
         count, at = float(used.sum()), len(kept)
         for number in choice.numbers:
             one = regression.hypotheses[number]
@@ -162,8 +169,9 @@ class Fits:
             working = share > AT_WORK * share.max(initial=0.0)
             more = self._amplitudes(one, working)
             count += more
-            cost += 0.5 * np.log(max(2, regression.blocks)) * more * float(doubts[mine].mean())
-        return Fitted(choice, columns, values, held_out, self.score(held_out, floor), weight,
+            cost += 0.5 * np.log(max(2, regression.blocks)) * more
+        each = self.observations if choice.members else 1.0 / doubt
+        return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each), weight,
                       doubt, count, float(cost))
 
     @staticmethod

@@ -25,7 +25,9 @@ class Search(Significance):
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
         """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
-        regression, sums = self.regression, self.sums(near.weight)
+        regression = self.regression
+        sums = self.sums(near.weight * self.observations[:, None])
+        doubt = near.doubt * self.observations
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
@@ -38,14 +40,14 @@ class Search(Significance):
                 columns, kept = self.columns_of(choice)
                 gram = sums.whole[columns[:, None], columns]
                 low, high = self.bounds_of(choice, kept)
-                doubts = self.doubts(near.doubt, sums, columns)
+                doubts = self.doubts(doubt, sums, columns)
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
                 left = float(values @ gram @ values + prior @ values[1:] ** 2)
                 found.append((left + worth * np.log(max(2, regression.blocks)), number, side))
         at = near.columns
         start = float(near.values @ sums.whole[at[:, None], at] @ near.values)
-        doubts = self.doubts(near.doubt, sums, at)
+        doubts = self.doubts(doubt, sums, at)
         room = self.room(self.columns_of(near.choice)[1], len(at) - 1)
         start += float(SURE**2 * doubts @ (near.values[1:] / room) ** 2)
         return sorted(((start - left, number, side) for left, number, side in found),
@@ -54,12 +56,15 @@ class Search(Significance):
     def explain(self) -> Explanation:
         """Return the smallest set that predicts as well as the best, and what rivals it."""
         beam, best = [self.nothing], self.nothing
-        for _ in range(MOST):
+        for members in range(MOST):
             grown = self._grown(beam)
-            if not grown or not self.significant(best, grown[0]):
+            better = next((one for one in grown if self.significant(best, one)), None)
+            if better is None:
                 break
-            best = self._improved(grown[0])
-            beam = [best, *(one for one in grown if one is not best)][:BEAM]
+            best = self._improved(better)
+            # two effects may each look worse alone than one that is neither
+            several = BEAM if members else SHORT_LIST
+            beam = [best, *(one for one in grown if one is not best)][:several]
         best = self._pruned(best)
         near = self._improved(self._smaller(best))
         smallest = self._smaller(near)
@@ -96,7 +101,7 @@ class Search(Significance):
         return listed
 
     def _improved(self, fit: Fitted) -> Fitted:
-        """Exchange one member for another while that predicts better."""
+        """Exchange one member for another that is needed while that predicts better."""
         for _ in range(MOST):
             better = fit
             for number in fit.choice.numbers:
@@ -105,7 +110,8 @@ class Search(Significance):
                 rest = self.fitted(fit.choice.minus(number))
                 for choice in self.short_list(rest):
                     other = self.fitted(choice)
-                    better = min(better, other, key=lambda f: f.total)
+                    if other.total < better.total and self.significant(rest, other):
+                        better = other
             if better is fit:
                 break
             fit = better
@@ -139,15 +145,15 @@ class Search(Significance):
 
     def alike(self, one: Fitted, best: Fitted) -> bool:
         """
-        Tell whether a set predicts as well as the best, within one standard error or by its form.
+        Tell whether a set predicts all as well as the best, within one standard error or by form.
 
         By its form: it leaves no more than what the best form of a mechanism may be off.
         """
         whole, left, least = (self.power(each) for each in (self.nothing, one, best))
         if np.all(left <= np.maximum(CALIBRATED + FORM**2 * whole, (1.0 + FORM**2) * least)):
             return True
-        lost = self.lost(one, best)
-        return bool(lost[0] + one.cost - best.cost <= np.std(lost[1:]))
+        lost = self.lost(one, best)  # each equation by its own error: one may not hide another
+        return bool(np.all(lost[:, 0] + one.cost - best.cost <= lost[:, 1:].std(axis=1)))
 
     def evidence(self, fit: Fitted) -> float:
         """

@@ -25,10 +25,10 @@ class Significance(Fits):
 
     def lost(self, fit: Fitted, best: Fitted) -> np.ndarray:
         """
-        Return how much worse one set predicts than another, nats: as seen, then resampled.
+        Return how much worse one set predicts each equation than another, nats of observations.
 
-        What either leaves below the floor does not count. Blocks are resampled within each
-        family of excitation, shape (1 + DRAWS,).
+        As seen, then resampled: shape (equations, 1 + DRAWS). What either leaves below the floor
+        does not count. Blocks are resampled within each family of excitation.
         """
         floor = self.floor()[:, None, :]
         sizes = self._drawn(self.regression.counts)
@@ -37,7 +37,7 @@ class Significance(Fits):
             with np.errstate(invalid='ignore', divide='ignore'):
                 left = np.where(sizes > 0, self._drawn(one.held_out) / sizes, 0.0)
             several.append(np.log(np.maximum(left, floor)))
-        return 0.5 * (sizes * (several[0] - several[1])).sum(axis=(0, 2))
+        return 0.5 * self.observations[:, None] * (sizes * (several[0] - several[1])).sum(axis=2)
 
     def _drawn(self, errors: np.ndarray) -> np.ndarray:
         """Sum by equation, draw and family what is known by equation and block."""
@@ -106,10 +106,14 @@ class Significance(Fits):
 
         What the larger set leaves has its sign drawn block by block: a pattern of the same
         noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
-        in the groups where more is left than the floor.
+        in the equations in which the new members act, where more is left than the floor. What is
+        left in another equation says nothing of these; that each has its own draw is paid for.
         """
         regression = self.regression
-        weight = np.where(self.groups(before.held_out) > self.floor(), after.weight, 0.0)
+        level /= len(regression.equations)
+        there = self._acts(before, after)[:, None] & (
+            self.groups(before.held_out) > self.floor())
+        weight = np.where(there, after.weight, 0.0)
         whole = self.sums(weight).whole
         known = before.columns[1:]
         known = known[np.diag(whole)[known] > 0.0]
