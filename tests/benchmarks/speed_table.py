@@ -34,10 +34,10 @@ Commands lie in `tests/benchmarks`. Under load the figures are others: replay wi
 seen at 1217 to 1242 times real time at a load of 6 to 11. The chain at 1 kHz with one sample a
 message then lost samples; with ten a message, the default of `servo-twin run`, it did not.
 
-On two idle cores `bench_machines.py --starts` compiled a new machine in 2.4 to 4.9 s (goal 5 s), and
-started one that was compiled before in 0.24 to 0.29 s. A step of each machine took 0.5 to 1.95 times
-that of two inertias with Coulomb and viscous friction (goal 2). With brake, run-out and cogging at
-work the EMA bench took 2.6 times.
+On two idle cores `bench_machines.py --starts` compiled a new machine in 2.4 to 4.9 s (goal 5 s),
+and started one that was compiled before in 0.24 to 0.29 s. A step of each machine took 0.5 to 1.95
+times that of two inertias with Coulomb and viscous friction (goal 2). With brake, run-out and
+cogging at work the EMA bench took 2.6 times.
 
 `bench_machines.py`, `bench_against.py`, `bench_limits.py` and `bench_adapter.py` measure more; the
 first lines of each say what.
