@@ -14,8 +14,8 @@ def noise_of(recording: Recording, linear: bool = False) -> dict[str, tuple[floa
     """
     Return (standard deviation, unit, how it was found) for each sensor that was recorded.
 
-    An encoder that counts has its step / sqrt(12). Elsewhere it is the third difference over
-    sqrt(20), which a smooth motion hardly moves; by its median, so that jerks count little. The
+    It is the third difference over sqrt(20), which a smooth motion hardly moves; by its median, so
+    that jerks count little. A reading in whole steps has no less than its step / sqrt(12). The
     command is known, not measured: it has none here.
     """
     found = {}
@@ -33,15 +33,18 @@ def noise_of(recording: Recording, linear: bool = False) -> dict[str, tuple[floa
 
 
 def _noise(values: np.ndarray) -> tuple[float, str]:
+    third = np.abs(np.diff(values, 3))
+    third = third[np.isfinite(third)]
+    if not len(third):
+        return 0.0, ''
+    seen = 1.4826 * float(np.median(third)) / np.sqrt(20.0)
     steps = np.abs(np.diff(values))
     steps = steps[np.isfinite(steps) & (steps > 1e-9 * np.nanmax(np.abs(values)))]
     if len(steps):
         step = float(steps.min())
         whole = np.abs(steps / step - np.round(steps / step))
-        if np.mean(whole < 0.02) > 0.95:
-            return step / np.sqrt(12.0), 'step of the encoder / sqrt(12)'
-    third = np.abs(np.diff(values, 3))
-    third = third[np.isfinite(third)]
-    if not len(third):
-        return 0.0, ''
-    return 1.4826 * float(np.median(third)) / np.sqrt(20.0), 'third difference / sqrt(20)'
+        rounded = step / np.sqrt(12.0)
+        # the median of whole steps is itself a whole step, so it is right to half of one
+        if np.mean(whole < 0.02) > 0.95 and seen < 2.0 * rounded:
+            return rounded, 'step of the reading / sqrt(12)'
+    return seen, 'third difference / sqrt(20)'
