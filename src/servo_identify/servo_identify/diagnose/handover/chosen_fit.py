@@ -70,6 +70,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, short, tolerated, near=False)
+    starts = [servo] if within is None else [servo, within.servo]
     tick(0.3)
     given = _gap(servo, accepting)
     if given is None:
@@ -81,11 +82,11 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         if base is None:
             added = ()
             break
-        joint = _together(servo, added, tolerated, short)
+        joint = _together(starts, added, tolerated, short)
         tick(0.6)
         best = _best(servo, added, joint, accepting)
         if best is not None:
-            best, joint = _lawful(servo, best, joint, tolerated, short, accepting)
+            best, joint = _lawful(starts, best, joint, tolerated, short, accepting)
         judged, most = servo, given.total()
         # beside values that are off it may take those moved as well to do any good
         ground, moved = servo, None
@@ -139,10 +140,17 @@ class Tried:
     estimate: Estimate | None
 
 
-def _together(servo: Servo, added: Sequence[Added], tolerated: Sequence[str],
+def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequence[str],
               short: Sequence[Recording]) -> Estimate | None:
-    """Return effects fitted together with the values within tolerance, by simulation."""
-    base = servo_with(servo, added)
+    """
+    Return effects fitted together with the values within tolerance, by simulation.
+
+    The fit begins at the nearer of some ``starts``: far from the rig it may stop short of it.
+    """
+    changed = {path for one in added for path in one.values}
+    several = [servo_with(_moved(starts[0], [p for p in tolerated if p not in changed], one),
+                          added) for one in starts]
+    base = min(several, key=lambda one: _total(one, short))
     free = [path for one in added for path in one.free]
     return refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
 
@@ -201,7 +209,7 @@ def _total(servo: Servo | None, recordings: Sequence[Recording]) -> float:
     return np.inf if gap is None else gap.total()
 
 
-def _lawful(servo: Servo, best: Tried, joint: Estimate | None, tolerated: Sequence[str],
+def _lawful(starts: Sequence[Servo], best: Tried, joint: Estimate | None, tolerated: Sequence[str],
             short: Sequence[Recording], accepting: Sequence[Recording]
             ) -> tuple[Tried, Estimate | None]:
     """
@@ -213,8 +221,8 @@ def _lawful(servo: Servo, best: Tried, joint: Estimate | None, tolerated: Sequen
         if one.as_law is None:
             continue
         lawful = tuple(one.as_law if other is one else other for other in best.added)
-        fitted = _together(servo, lawful, tolerated, short)
-        tried = _best(servo, lawful, fitted, accepting)
+        fitted = _together(starts, lawful, tolerated, short)
+        tried = _best(starts[0], lawful, fitted, accepting)
         if tried is not None and tried.gap.total() <= best.gap.total():
             best, joint = tried, fitted
     return best, joint
