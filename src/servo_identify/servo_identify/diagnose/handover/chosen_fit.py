@@ -99,8 +99,13 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         if best and moved and not enough and moved.gap.total() < best.gap.total():
             judged, best = ground, moved
             most = _total(within.servo if within else servo, accepting)
-        helps = best is not None and (
-            best.gap.total() < most or _alike(judged, best, short, accepting))
+        helps = best is not None and (best.gap.total() < most or _alike(
+            judged, _built(judged, best.added), best.gap, short, accepting))
+        if moved and not helps:  # what the others hide shows against the others moved alone
+            beside = within.servo if within else servo
+            if moved.gap.total() < _total(beside, accepting) or _alike(
+                    beside, _built(ground, moved.added), moved.gap, short, accepting):
+                judged, best, helps = ground, moved, True
         if best is None or len(added) == 1 and not helps:
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
@@ -181,19 +186,17 @@ def _moved(servo: Servo, paths: Sequence[str], to: Servo) -> Servo:
                                                      if p in to.values}})
 
 
-def _alike(base: Servo, best: Tried, fitting: Sequence[Recording],
+def _alike(before: Servo, after: Servo | None, gap: Gap, fitting: Sequence[Recording],
            accepting: Sequence[Recording]) -> bool:
     """
     Tell whether effects bring the simulation nearer where they were fitted, and harm nowhere.
 
-    On a short accept recording a right effect may gain nothing; that is no ground against it. It
-    is one where the 90 % interval of its gain there lies below zero.
+    ``gap`` is theirs on the accept recordings. On a short one a right effect may gain nothing;
+    that is no ground against it. It is one where the 90 % interval of its gain lies below zero.
     """
-    after, known, given = (_gap(_built(base, best.added), fitting), _gap(base, fitting),
-                           _gap(base, accepting))
-    return (after is not None and known is not None and given is not None
-            and after.total() < known.total()
-            and shrink_interval(given, best.gap)[1] > 0.0)
+    fitted, known, given = _gap(after, fitting), _gap(before, fitting), _gap(before, accepting)
+    return (fitted is not None and known is not None and given is not None
+            and fitted.total() < known.total() and shrink_interval(given, gap)[1] > 0.0)
 
 
 def _everywhere(before: Gap | None, after: Gap | None) -> bool:
