@@ -74,8 +74,8 @@ lock:     ## hold every package by the hashes of its files; needs the network
 lint: setup  ## check the style
 	@$(WITH_ENV) ruff check src tests tools
 
-bench: setup  ## one table: start, step, bag, replay, fit, diagnosis, chain, set-up, each beside its reference; ARGS="fit step", --page docs/speed.md
-	@$(WITH_ENV) python tests/benchmarks/speed_table.py $(ARGS)
+bench: setup  ## write docs/speed.md: start, step, bag, replay, fit, diagnosis, chain, set-up, each beside its reference; ARGS="fit step"
+	@$(WITH_ENV) python tests/benchmarks/speed_table.py $(ARGS) --page docs/speed.md
 
 blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
 	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)

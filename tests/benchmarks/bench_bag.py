@@ -61,7 +61,8 @@ def _files(original: Recording, size: int) -> None:
               f'{each * messages:13.1f} ({each * 1e6:.1f}) {each * messages / read:15.0f}')
         row(f'{len(original)} samples of ten columns from a bag, {size} a message',
             f'{read:.2f} s read, {write:.2f} s written',
-            f'rosbags, message by message: {each * messages:.1f} s read')
+            f'rosbags, message by message: {each * messages:.1f} s read',
+            each * messages / read)
 
 
 def _rosbags(path: Path, most: int = 30_000) -> float:

@@ -122,7 +122,8 @@ def told(what, ours, whose, theirs, differ) -> None:
     mine, other = microseconds(ours, 5), microseconds(theirs, 5)
     print(f'{what:<38}{mine:>10.0f} us   {whose:<42}{other:>10.0f} us   x {other / mine:<6.1f}'
           f'differ by {differ:.1e}', flush=True)
-    row(what, f'{mine:.0f} us', f'{whose}: {other:.0f} us, {other / mine:.1f} times as long')
+    row(what, f'{mine:.0f} us', f'{whose}: {other:.0f} us, {other / mine:.1f} times as long',
+        other / mine)
 
 
 if __name__ == '__main__':

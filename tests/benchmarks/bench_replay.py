@@ -71,7 +71,7 @@ def main() -> int:
                   f'{parts[1] / seconds * 1e5:9.1f}{ratio:13.0f}'
                   f'{"" if goal is None else f"{goal:.0f}":>7}')
             row(f'replay of a bag, {label}, {block} a message', f'{ratio:.0f} times real time',
-                '' if goal is None else f'goal {goal:.0f}')
+                '' if goal is None else f'goal {goal:.0f}', None if goal is None else ratio / goal)
     return int(missed > 0)
 
 

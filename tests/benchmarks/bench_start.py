@@ -71,10 +71,10 @@ def main() -> None:
     python, *others = found.values()
     slowest, _, largest = map(max, zip(*others, strict=True))
     row(f'`--help` of {len(others)} commands', f'at most {slowest:.2f} s, {largest:.0f} MB',
-        f'goal {GOAL} s; Python alone {python[0]:.2f} s, {python[2]:.0f} MB')
+        f'goal {GOAL} s; Python alone {python[0]:.2f} s, {python[2]:.0f} MB', GOAL / slowest)
     wall, _, memory = replayed(30.0)
     row('`servo-twin replay` of 30 s at 1 kHz, compiled before',
-        f'{wall:.2f} s, {memory:.0f} MB', f'goal {REPLAYED:g} s')
+        f'{wall:.2f} s, {memory:.0f} MB', f'goal {REPLAYED:g} s', REPLAYED / wall)
 
 
 if __name__ == '__main__':

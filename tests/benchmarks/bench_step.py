@@ -91,7 +91,8 @@ def time_steps() -> None:
         print(f'{label:44}{nanoseconds:8.0f}{"" if goal is None else f"{goal:.0f}":>8}'
               f'{STEP * 1e9 / nanoseconds:14.0f}')
         row(f'a step, {label}', f'{nanoseconds:.0f} ns',
-            '' if goal is None else f'goal {goal:.0f} ns')
+            '' if goal is None else f'goal {goal:.0f} ns',
+            None if goal is None else goal / nanoseconds)
 
 
 def nanoseconds_of(servo: Servo, u: np.ndarray, substeps: int = 10) -> float:
@@ -218,7 +219,8 @@ def compare(seconds: float) -> None:
         print(f'{label:24}{reached[1]:18g}{reached[0]:10.1e}{reached[2] * 1e3:10.1f}'
               f'{reached[2] / taken:10.0f}{note}')
         row(f'{seconds:g} s of two frictions at equal accuracy', f'{taken * 1e3:.1f} ms',
-            f'{label}{note}: {reached[2] * 1e3:.0f} ms, {reached[2] / taken:.0f} times as long')
+            f'{label}{note}: {reached[2] * 1e3:.0f} ms, {reached[2] / taken:.0f} times as long',
+            reached[2] / taken)
 
 
 if __name__ == '__main__':

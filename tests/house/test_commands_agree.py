@@ -1,5 +1,6 @@
 """One way of naming data and servo files, in all commands: each command ..."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from servo_identify.cli import COMMANDS as IDENTIFY
 from servo_identify.cli import main as identify
 from servo_identify.data.reading import read_recordings
 from servo_twin.bag import write_recording
-from servo_twin.cli import _parser
+from servo_twin.cli import _parser, added_commands
 from servo_twin.cli import COMMANDS as TWIN
 from servo_twin.cli import main as twin
 
@@ -17,7 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / 'docs' / 'example' / 'runs' / 'slow_reversals_1.csv'
 SERVO = ROOT / 'docs' / 'example' / 'fan.yaml'
 KINDS = ('table', 'bag', 'mcap', 'pattern')
-PROGRAMS = {'servo-identify': (identify, IDENTIFY), 'servo-twin': (twin, TWIN)}
+PROGRAMS = {'servo-identify': (identify, IDENTIFY | added_commands('servo_identify.commands')),
+             'servo-twin': (twin, TWIN)}
 
 
 def actions_of(program, command):
@@ -29,14 +31,45 @@ def actions_of(program, command):
                     for name in (action.option_strings or [action.dest])}
 
 
-READING = [(program, command) for program, (_, commands) in PROGRAMS.items()
-           for command in commands
-           if {'bag', 'bags'} & set(actions_of(program, command)[1])
-           and '--json' in actions_of(program, command)[1]]
+EVERY = [(program, command) for program, (_, commands) in PROGRAMS.items() for command in commands]
+SERVING = ('run', 'view')
+"""Commands that read a recording, but are for rigs: they start processes, or serve until ended."""
+READING = [(program, command) for program, command in EVERY if command not in SERVING
+           and {'bag', 'bags'} & set(actions_of(program, command)[1])]
 ALSO = {'harmonic-drives': ['--held-out', str(TABLE)], 'play': ['--settings', '0.0']}
 """What a command needs beside data, servo and output."""
 WRITTEN = ('report.json', 'online.csv', 'table.md', 'linear.json')
 """A file of each command that writes a folder."""
+
+
+ROBOT = ROOT / 'config' / 'robots' / 'arm.urdf'
+MACHINE = ['--drive', 'voltage', '--mechanism', 'rigid', '--gain', '1', '--resistance', '2.2 ohm',
+           '--inductance', '0.8 mH', '--back-emf', '0.02 V s/rad', '--torque-constant',
+           '0.02 N m/A', '--rotor-inertia', '20 g cm2', '--load-inertia', '4e-3 kg m2', '--ratio',
+           '30']
+RUNS = {
+    'init': [str(TABLE), '-o', 'OUT/new.yaml', '--si', '--no-questions', *MACHINE],
+    'schema': ['servo'],
+    'import': [str(TABLE), '--servo', str(SERVO), '-o', 'OUT/bag'],
+    'info': [str(TABLE)],
+    'check': [str(TABLE), '--servo', str(SERVO)],
+    'experiment': ['hold', '--duration', '0.2', '--headless', '-o', 'OUT'],
+    'sinusoid': [str(TABLE)],
+    'online': [str(TABLE), '--servo', str(SERVO), '-o', 'OUT'],
+    'replay': [str(TABLE), '--servo', str(SERVO), '-o', 'OUT/bag'],
+    'linearise': [str(SERVO), '-o', 'OUT'],
+    'from-urdf': [str(ROBOT), '--joint', 'elbow', '--at', 'finger=0.01', '-o', 'OUT/new.yaml'],
+    'export': [str(SERVO), '--format', 'urdf', '--velocity-limit', '9', '-o', 'OUT/new.urdf',
+               '--duration', '1'],
+    'parameters': ['gravity'],
+}
+"""Words by which a command does something small."""
+SMALL = [(program, command) for program, command in EVERY if command in RUNS]
+
+
+def words_of(command, folder):
+    """Return the words of a small run that writes into a folder."""
+    return [command, *(word.replace('OUT', str(folder / 'out')) for word in RUNS[command])]
 
 
 @pytest.fixture(scope='module')
@@ -94,10 +127,61 @@ def test_it_judges_what_it_is_told_before_it_starts(program, command, wrong, tmp
     assert left == []
 
 
-@pytest.mark.parametrize(('program', 'command'), READING)
-def test_it_prints_json_and_can_be_quiet(program, command):
+@pytest.mark.parametrize(('program', 'command'), EVERY)
+def test_it_prints_json_is_quiet_writes_over_and_says_its_version(program, command, capsys):
     _, actions = actions_of(program, command)
-    assert {'--json', '--quiet'} <= set(actions)
+    assert {'--json', '--quiet', '--force', '--version'} <= set(actions)
+    with pytest.raises(SystemExit) as ended:
+        PROGRAMS[program][0]([command, '--version'])
+    assert ended.value.code == 0
+    with pytest.raises(SystemExit):
+        PROGRAMS[program][0]([command, '--jason', '-'])
+    one, _, two = capsys.readouterr().out.partition('\n')
+    PROGRAMS[program][0](['--version'])
+    assert one == capsys.readouterr().out.strip() and not two
+
+
+@pytest.mark.parametrize(('program', 'command'), SMALL)
+def test_its_json_is_one_object_and_all_that_stdout_gets(program, command, tmp_path, capfd):
+    words = words_of(command, tmp_path)
+    assert PROGRAMS[program][0]([*words, '--json', '-']) == 0
+    told = json.loads(capfd.readouterr().out)
+    assert told['made_by'].startswith(f'{program} {command} ') and told['exit_status'] == 0
+    assert len(told) > len(('made_by', 'written', 'exit_status'))
+    assert all(Path(path).exists() for path in told['written'])
+    assert bool(told['written']) is ('-o' in words)
+
+
+@pytest.mark.parametrize(('program', 'command', 'words'), [
+    ('servo-identify', 'info', ['no.csv']), ('servo-identify', 'init', ['no.csv', '-o', 'S.yaml']),
+    ('servo-identify', 'check', ['no.csv', '--servo', 'rv_bench']),
+    ('servo-identify', 'experiment', ['dance', '--servo', 'rv_bench']),
+    ('servo-identify', 'diagnose', ['no.csv', '--servo', 'rv_bench', '-o', 'answer']),
+    ('servo-twin', 'replay', ['no.csv']), ('servo-twin', 'parameters', ['rv_bunch']),
+    ('servo-twin', 'from-urdf', ['no.urdf', '--joint', 'knee', '-o', 'S.yaml'])])
+def test_its_json_says_why_it_cannot(program, command, words, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    assert PROGRAMS[program][0]([command, *words, '--json', '-']) == 2
+    said = capfd.readouterr()
+    told = json.loads(said.out)
+    assert told['exit_status'] == 2 and told['error'] in said.err and told['error']
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(('program', 'command'), SMALL)
+def test_it_writes_over_what_is_there_only_when_told(program, command, tmp_path, capfd):
+    words, found = words_of(command, tmp_path), tmp_path / 'found.json'
+    found.write_text('mine')
+    main = PROGRAMS[program][0]
+    assert main([*words, '--json', str(found)]) == 2 and found.read_text() == 'mine'
+    assert '--force' in capfd.readouterr().err
+    assert not (tmp_path / 'out').exists()
+    assert main([*words, '--json', str(found), '--force', '--quiet']) == 0
+    assert json.loads(found.read_text())['exit_status'] == 0
+    if '-o' in words:
+        assert capfd.readouterr().out == ''
+        assert main(words) == 2 and '--force' in capfd.readouterr().err
+        assert main([*words, '--force']) == 0
 
 
 @pytest.mark.parametrize('kind', KINDS)

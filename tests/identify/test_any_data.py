@@ -23,14 +23,14 @@ def table(tmp_path_factory):
 
 def test_it_says_what_a_table_holds_as_json_without_a_servo_file(table, capsys):
     assert main(['info', str(table), '--json', '-']) == 0
-    one, = json.loads(capsys.readouterr().out)
+    one, = json.loads(capsys.readouterr().out)['recordings']
     assert one['period'] == 0.002 and one['channels']['load_position']['unit'] == 'rad'
 
 
 def test_it_finds_the_sinusoid_of_a_pattern_of_tables(table, capsys):
     assert main(['sinusoid', str(table.parent / '*.csv'), '--column', 'load_position',
                  '--json', '-']) == 0
-    found, = json.loads(capsys.readouterr().out).values()
+    found, = json.loads(capsys.readouterr().out)['sinusoids']
     assert found['frequency'] == pytest.approx(2.0, rel=1e-6)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_identify.data.scales import scale_findings
+from servo_identify.data.scales import scale_findings, untold
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS, Recording
@@ -21,11 +21,11 @@ RIGS = sorted(path.stem for path in (CONFIG / 'rigs').glob('*.yaml'))
 
 
 @lru_cache
-def recorded(rig, family='sine', channels=''):
+def recorded(rig, family='sine', channels='', turned=()):
     """Return five seconds of a rig; ``channels`` leaves some out: motor, load, no current."""
     settings = {'amplitude': AMPLITUDES.get(rig, 1.5)} if family == 'sine' else {}
     made = make_recording(family, CONFIG / 'rigs' / f'{rig}.yaml', settings=settings, duration=5.0,
-                          rate=500.0)
+                          rate=500.0, overrides=list(turned))
     columns = {name: made[name] for name in COLUMNS if name in made}
     left_out = {'motor': ('load_position', 'torque'), 'load': ('motor_position', 'torque'),
                 'no current': ('current', 'torque')}.get(channels, ())
@@ -129,6 +129,27 @@ def test_it_sees_the_unit_and_the_sign_of_a_reference_speed(factor, word):
 def test_it_sees_voltage_and_current_swapped_where_a_drive_tells_them_apart():
     for rig in ('rv_bench', 'dc_gearmotor', 'geared_dc'):
         assert 'swapped' in red(called(recorded(rig), voltage='current', current='voltage'), rig)
+
+
+@pytest.mark.parametrize('family', ['sine', 'slow_reversals', 'speed_ladder'])
+@pytest.mark.parametrize('channels', ['motor', 'load'])
+def test_a_back_emf_tells_voltage_and_current_apart_where_one_volt_makes_one_ampere(
+        family, channels):
+    given = servo_of('geared_dc')
+    servo = replace(given, values={**given.values, 'drive.resistance': 1.0})
+    one = recorded('geared_dc', family, channels, ('drive.resistance=1.0',))
+    assert [found.level for found in scale_findings([one], servo)] in ([], ['amber'])
+    found, = scale_findings([called(one, voltage='current', current='voltage')], servo)
+    assert found.level == 'red' and 'voltage and current are swapped' in found.sentence
+
+
+@pytest.mark.parametrize('rig', ['odrive', 'ema_bench'])
+def test_it_says_that_a_drive_of_currents_hides_which_of_command_and_current_is_which(rig):
+    servo = servo_of(rig)
+    told, = untold([recorded(rig), recorded(rig, 'multisine')], servo)
+    assert told.level == 'amber' and told.action
+    assert 'cannot tell whether voltage and current are swapped' in told.sentence
+    assert untold([recorded('geared_dc')], servo_of('geared_dc')) == []
 
 
 def test_it_names_two_mistakes_at_once():

@@ -170,7 +170,8 @@ def test_it_writes_what_it_is_asked_for_and_says_with_its_status_that_a_gap_is_t
                    '--quiet', '--fail-on', 'gap', '--reach', 'travel=7,torque=60'])
     said = capfd.readouterr()
     report = json.loads(said.out)
-    assert status == 3 and report == json.loads((out / 'report.json').read_text())
+    assert status == report['exit_status'] == 3
+    assert json.loads((out / 'report.json').read_text()).items() <= report.items()
     assert report['schema'] == 'servo_gap/2' and report['verdict']['status'] != 'no_gap'
     assert '<html' in (out / 'report.html').read_text()
     assert servo_file.load(out / 'augmented.yaml').effects[-1].name.startswith(

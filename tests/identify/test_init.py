@@ -138,7 +138,7 @@ def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tm
                  '--mechanism', 'rigid']) == 2
     said = capsys.readouterr().err
     for word in ('motor_position=theta', "voltage=u:UNIT'", '--drive', '--rotor-inertia',
-                 '--load-inertia', '--ratio', '--mapping-out'):
+                 '--load-inertia', '--ratio'):
         assert word.rstrip("'") in said
     assert said.count('\n') == 1 and not (tmp_path / 's.yaml').exists()
 

@@ -11,7 +11,7 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.commands.experiment import add_arguments, planned
 from servo_identify.data.reading import read_recordings
-from servo_identify.diagnose.answer.experiments import DURATION
+from servo_identify.diagnose.answer.candidate_runs import DURATION
 from servo_identify.experiment.next_command import emulated_note, next_command
 from servo_identify.experiment.run_limits import Limits
 from servo_twin.description.servo_file import load

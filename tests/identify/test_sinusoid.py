@@ -101,7 +101,8 @@ def test_the_command_reads_any_column_of_any_bag(tmp_path, capsys):
     bag = write_recording(tmp_path / 'bag', Recording('bag', PERIOD, columns))
     assert main(['sinusoid', str(bag), '--json', str(tmp_path / 'found.json')]) == 0
     assert 'bag, voltage: 3 Hz' in capsys.readouterr().out
-    found = json.loads((tmp_path / 'found.json').read_text())[str(bag)]
+    found, = json.loads((tmp_path / 'found.json').read_text())['sinusoids']
+    assert found['bag'] == str(bag)
     assert found['phase'] == pytest.approx(0.4) and found['column'] == 'voltage'
     assert main(['sinusoid', str(bag), '--column', 'load_position', '--from', '1']) == 0
     assert 'phase -0.2 rad' in capsys.readouterr().out

@@ -47,7 +47,8 @@ def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
             lingers = name.endswith('hub') and word == 'TERM'  # it serves on for 3 s
             # as long as a process serves on after TERM, the fault has not come yet
             found.append(Fault(f'{name} {word}', _sends(bench, name, number),
-                               lambda name=name: bench.ended_by(name), zero=stops and not lingers, named='' if lingers else named,
+                               lambda name=name: bench.ended_by(name),
+                               zero=stops and not lingers, named='' if lingers else named,
                                hand=stops))
         if name not in ('rig_hub', 'driver_hub'):  # a stopped hub is a stopped bus: below
             found.append(Fault(f'{name} STOP', _sends(bench, name, signal.SIGSTOP),

@@ -1,6 +1,5 @@
 """The blind check: its scores on answers whose worth is known, and a small run of it."""
 
-from argparse import ArgumentParser
 from dataclasses import replace
 import json
 from math import isnan
@@ -8,6 +7,7 @@ from math import isnan
 import numpy as np
 import pytest
 
+from servo_identify.cli import main
 from servo_rig_driver.emulated.excitation_families import family
 from servo_studies.blind_check import case_runs, resolution
 from servo_studies.blind_check.blind_check_page import (
@@ -21,7 +21,6 @@ from servo_studies.blind_check.case_runs import run_case, Wanted
 from servo_studies.blind_check.cases import Case, of_plan, Truth
 from servo_studies.blind_check.fault_tables import machines
 from servo_studies.blind_check.scoring import confusion, figures, of_baseline, risk_coverage
-from servo_studies.commands import blind_check as command
 
 
 def a_case(kind, *truths, without=()):
@@ -267,10 +266,8 @@ def test_a_case_that_is_answered_has_no_recordings_made_again(tmp_path, monkeypa
 
 
 def run(folder, *options):
-    parser = ArgumentParser()
-    command.add_arguments(parser)
-    return command.main(parser.parse_args(
-        ['--reduced', '-o', str(folder), '--page', str(folder / 'page.md'), *options]))
+    return main(['blind-check', '--reduced', '-o', str(folder), '--page', str(folder / 'page.md'),
+                 *options])
 
 
 @pytest.mark.slow

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import redirect_stdout
 from importlib import import_module
 from importlib.metadata import entry_points, version
-from pathlib import Path
 import sys
 from types import ModuleType
 
@@ -46,11 +46,12 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
     interrupted.
 
     ``commands`` maps a subcommand to its module, relative to ``package``, and a summary; the
-    module has `add_arguments(parser)` and `main(arguments)`.
+    module has `add_arguments(parser)` and `main(arguments)`. With --json what the module keeps
+    by `tell` is written when it ends, also where it ends by an error.
     """
     argv = sys.argv[1:] if argv is None else argv
     if argv == ['--version']:
-        print(f'{program} {version(program.replace("-", "_"))}')
+        print(f'{program} {_version(program)}')
         return 0
     if argv[:1] == ['--completion']:
         from .description.completion import script
@@ -60,34 +61,56 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
     if not argv or argv[0] not in commands:
         return _overview(program, about, commands, argv)
     module, parser = _parser(program, argv[0], commands, package)
-    arguments = parser.parse_args(argv[1:])
+    return _run(module, parser.parse_args(argv[1:]), program, argv[0])
+
+
+def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: str) -> int:
+    """Run a subcommand; with `--json -` what people read goes to stderr."""
+    from .commands.terminal import judged_file, write_json
+
+    def say(problem: Exception) -> str:
+        said = str(problem.args[0] if isinstance(problem, KeyError) else problem)
+        print(f'{program} {name}: {said}', file=sys.stderr)
+        return said
+
+    stdout, status, end = sys.stdout, 2, {}
     try:
-        return module.main(arguments)
+        if arguments.json not in (None, '-'):
+            judged_file(arguments.json, arguments.force)
+    except (ValueError, OSError) as problem:
+        say(problem)
+        return status
+    try:
+        with redirect_stdout(sys.stderr if arguments.json == '-' else stdout):
+            status = module.main(arguments)
     except (ValueError, KeyError, OSError) as problem:
-        said = problem.args[0] if isinstance(problem, KeyError) else problem
-        print(f'{program} {argv[0]}: {said}', file=sys.stderr)
-        return 2
+        end['error'] = say(problem)
     except KeyboardInterrupt:
-        return 130
+        status = 130
+    try:
+        write_json(arguments, stdout, {'made_by': f'{program} {name} {_version(program)}'},
+                   {'exit_status': status, **end})
+    except OSError as problem:
+        say(problem)
+        return 2
+    return status
 
 
 def _parser(program: str, name: str, commands: dict[str, tuple[str, str]], package: str
             ) -> tuple[ModuleType, argparse.ArgumentParser]:
+    from .commands.terminal import add_usual
+
     module = import_module(commands[name][0], package)
     parser = argparse.ArgumentParser(
         prog=f'{program} {name}', description=module.__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     module.add_arguments(parser)
+    add_usual(parser, f'{program} {_version(program)}')
     return module, parser
 
 
-def named_servo(text: str) -> Path:
-    """Return the servo file that an argument names; the type of every such argument."""
-    from .description.shipped import servo_at
-    try:
-        return servo_at(text)
-    except ValueError as problem:
-        raise argparse.ArgumentTypeError(str(problem)) from None
+def _version(program: str) -> str:
+    return version(program.replace('-', '_'))
 
 
 def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:

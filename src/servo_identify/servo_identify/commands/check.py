@@ -8,10 +8,9 @@ answer. Each finding says what to do. The exit status is 1 where a finding is re
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
 import sys
 
-from servo_twin.commands.terminal import add_told, tell
+from servo_twin.commands.terminal import tell
 
 from ..data.arguments import add_data, recordings
 
@@ -19,7 +18,6 @@ from ..data.arguments import add_data, recordings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     add_data(parser)
-    add_told(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -32,13 +30,12 @@ def main(arguments: argparse.Namespace) -> int:
     servo = servo_file.load(arguments.servo)
     found = check(recordings(arguments), servo)
     taken = defaults(servo)
-    printed = tell(arguments.json, {'findings': [asdict(one) for one in found],
-                                    'defaults': [asdict(one) for one in taken]})
-    for one in found if not printed else ():
+    tell(arguments, findings=found, defaults=taken)
+    for one in found:
         if not arguments.quiet or one.level == 'red':
             print(f'{one.level:5}  {one.sentence}' + (f'\n       {one.action}'
                                                       if one.action else ''))
-    if taken and not (printed or arguments.quiet):
+    if taken and not arguments.quiet:
         print('defaults taken: ' + ', '.join(f'{d.path} = {d.value} {d.unit}'.rstrip()
                                              for d in taken), file=sys.stderr)
     return int(any(one.level == 'red' for one in found))

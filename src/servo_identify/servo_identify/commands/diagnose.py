@@ -8,13 +8,12 @@ and augmented.yaml. Without --accept and --report it parts the recordings itself
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 import shlex
 import sys
 from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import add_force, add_told, new_folder, terminal
+from servo_twin.commands.terminal import new_folder, tell, terminal
 from servo_twin.description.nearest_name import or_what
 
 from ..data.arguments import add_data, files, recordings
@@ -48,8 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                             f'{name} {unit}' for name, unit in REACH.items()))
     parser.add_argument('--fail-on', choices=tuple(FAIL_ON),
                         help=f'exit status {GAP_THERE} where there is a gap, or an unknown one')
-    add_told(parser)
-    add_force(parser)
     parser.add_argument('--no-page', action='store_true', help='leave report.html out')
     parser.add_argument('--jobs', type=Path, metavar='RIGS.yaml',
                         help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each')
@@ -77,7 +74,10 @@ def main(arguments: argparse.Namespace) -> int:
 
     if arguments.jobs:
         from ..jobs.many_diagnoses import run_all
-        return run_all(arguments.jobs, Path(arguments.output), arguments.cluster)
+        ended = run_all(arguments.jobs, Path(arguments.output), arguments.cluster,
+                        force=arguments.force, quiet=arguments.quiet)
+        tell(arguments, machines=[vars(done) for done in ended], written=[arguments.output])
+        return int(any(done.problem for done in ended))
     if not arguments.bags or not arguments.servo:
         raise ValueError('diagnose needs recordings and --servo SERVO.yaml (or --jobs RIGS.yaml)')
     from servo_twin.description import servo_file
@@ -94,23 +94,21 @@ def main(arguments: argparse.Namespace) -> int:
     path = arguments.servo
     servo, text = servo_file.load(path), Path(path).read_text()
     output = new_folder(arguments.output, arguments.force, 'report.json', 'augmented.yaml')
-    to_stdout = arguments.json == '-'
-    console = terminal(stderr=to_stdout)
+    console = terminal()
     found = _diagnosed(arguments, servo, console)
     following = found.report.next_experiment
     if following.get('command'):
         following['command'] = next_command(following, servo, path, found.recordings)
     write_diagnosis(found, text, servo, output, arguments.refit, not arguments.no_page,
                     shlex.join(['servo-identify', *sys.argv[1:]]))
-    if arguments.json:
-        told = json.dumps(found.report.as_dict(), indent=1, allow_nan=False)
-        sys.stdout.write(told + '\n') if to_stdout else Path(arguments.json).write_text(told)
+    names = ['report.json', 'augmented.yaml'] + ['report.html'] * (not arguments.no_page)
+    tell(arguments, **found.report.as_dict(), written=[output / name for name in names])
     if not arguments.quiet:
         _show(found.report, console)
     console.print(found.report.verdict['sentence'], style='bold', highlight=False)
     if not arguments.quiet:
         _show_next(found.report, console)
-        console.print(f'{output / "report.json"}, report.html, augmented.yaml', style='dim')
+        console.print(f'{output}: {", ".join(names)}', style='dim', highlight=False)
     status = found.report.verdict['status']
     return GAP_THERE if status in FAIL_ON.get(arguments.fail_on, ()) else 0
 

@@ -22,7 +22,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 from servo_twin.description.nearest_name import or_what
 
 from ..experiment.usual_limits import USUAL
@@ -79,6 +79,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..experiment.run_limits import Limits
 
     if arguments.list:
+        tell(arguments, procedures={p.name: p.summary for p in PROCEDURES.values()})
         print('\n'.join(f'{p.name:<20}{p.summary}' for p in PROCEDURES.values()))
         return 0
     servo, path = servo_file.load(arguments.servo), arguments.servo
@@ -88,10 +89,12 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.output is None:
         raise ValueError('say by -o where the bags shall go')
     for run in runs:
-        bag = arguments.output / run.name
-        if bag.exists():
-            raise ValueError(f'{bag} exists already; choose another folder')
-    arguments.output.mkdir(parents=True, exist_ok=True)
+        new_bag(arguments.output / run.name, arguments.force)
+    tell(arguments, runs=[{'name': run.name, 'family': run.family, 'mode': run.mode,
+                           'replicate': run.replicate, 'duration': run.duration}
+                          for run in runs])
+    for run in runs:
+        remove_bag(arguments.output / run.name)
     if arguments.headless:
         return _headless(arguments, runs, servo, path)
     try:
@@ -142,14 +145,16 @@ def _headless(arguments: argparse.Namespace, runs: Sequence[Run], servo: Servo, 
     rig = arguments.rig or shipped('rigs/rv_bench.yaml')
     text = path.read_text()
     with _bar(Console(stderr=True)) as bar, ThreadPoolExecutor(2) as workers:
-        task = bar.add_task('emulating', total=len(runs))
+        task, written = bar.add_task('emulating', total=len(runs)), []
         futures = [workers.submit(make, run, arguments.output, rig, servo.name, text,
                                   arguments.set, arguments.seed + k,
                                   arguments.namespace.strip('/'))
                    for k, run in enumerate(runs)]
         try:
             for future in futures:
-                print(future.result(), flush=True)
+                written.append(future.result())
+                tell(arguments, written=written)
+                say(arguments, str(written[-1]))
                 bar.advance(task)
         finally:
             workers.shutdown(cancel_futures=True)
@@ -174,23 +179,27 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
         performer = stack.enter_context(Performer(namespace, limits))
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: performer.interrupt())
-        bar = stack.enter_context(_bar(Console(stderr=True)))
+        bar, written = stack.enter_context(_bar(Console(stderr=True))), []
         try:
             performer.begin(START if arguments.bringup else _WAIT)
             for run in runs:
                 performer.home()
-                _record(run, arguments, performer, processes, bar, servo)
+                written.append(_record(run, arguments, performer, processes, bar, servo))
+                tell(arguments, written=written)
         except Stopped as problem:
+            tell(arguments, ended_early=str(problem))
             print(f'ended early: {problem}; the motor is at rest', file=sys.stderr)
             return 1
         finally:
             most = performer.guard.most if performer.guard else {}
-            print('largest: ' + ', '.join(f'{name} {size:.4g}' for name, size in most.items()))
+            tell(arguments, largest=most)
+            say(arguments, 'largest: ' + ', '.join(
+                f'{name} {size:.4g}' for name, size in most.items()))
     return 0
 
 
 def _record(run: Run, arguments: argparse.Namespace, performer, processes: Processes,
-            bar: Progress, servo: Path) -> None:
+            bar: Progress, servo: Path) -> Path:
     from ..experiment.live_bench import python, ros
 
     bag = arguments.output / run.name
@@ -205,8 +214,9 @@ def _record(run: Run, arguments: argparse.Namespace, performer, processes: Proce
         wait_until(lambda: 'recording to' in processes.said(name), 'the recorder is there',
                    _WAIT, processes)
         performer.recorded(bag, _WAIT)
-        print(f'playing {run.name}', flush=True)
+        say(arguments, f'playing {run.name}')
         performer.perform(run, lambda share: bar.update(task, completed=share))
-        print(bag, flush=True)
+        say(arguments, str(bag))
+        return bag
     finally:
         processes.stop(name)

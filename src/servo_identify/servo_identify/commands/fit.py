@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import add_force, add_told, new_file, tell, terminal
+from servo_twin.commands.terminal import new_file, new_folder, say, tell, terminal
 
 from ..data.arguments import add_data, files
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
@@ -50,8 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='let values leave the tolerance of the servo file')
     parser.add_argument('--robust', action='store_true', help="Huber's loss instead of squares")
     parser.add_argument('--report', type=Path, help='JSON file to write the whole estimate to')
-    add_told(parser)
-    add_force(parser)
     many = parser.add_argument_group('many rigs, many bags')
     many.add_argument('--each', action='store_true', help='fit every bag by itself')
     many.add_argument('--jobs', type=Path, metavar='FILE', help='YAML file of fits')
@@ -79,23 +77,27 @@ def main(arguments: argparse.Namespace) -> int:
     _complete(arguments)
     bags = tuple(files(arguments.bags))
     if arguments.jobs or arguments.each:
-        from ..jobs.many_fits import run_all
+        from ..jobs.many_fits import run_all, told
         jobs = (read_jobs(arguments.jobs, vars(settings)) if arguments.jobs
                 else each(arguments.servo, bags, settings))
-        return run_all(jobs, arguments.output, arguments.cluster, arguments.workers)
+        new_folder(arguments.output, arguments.force, *(f'{name}.yaml' for name in jobs))
+        ended = run_all(jobs, arguments.output, arguments.cluster, arguments.workers,
+                        arguments.quiet)
+        tell(arguments, fits=[told(done) for done in ended], written=[arguments.output])
+        return int(any(done.problem for done in ended))
     new_file(arguments.output, arguments.force)
     with _shown(arguments.quiet) as progress:
         answer = run(Job(arguments.servo, bags, settings), progress)
     if answer.estimate and arguments.report:
         answer.estimate.save(arguments.report)
     servo_file.save(answer.servo, arguments.output)
-    printed = tell(arguments.json, answer.estimate.as_dict() if answer.estimate
-                   else {'said': list(answer.said)})
-    if arguments.quiet or printed:
-        return 0
+    tell(arguments, said=answer.said, written=[
+        arguments.output, *([arguments.report] if answer.estimate and arguments.report else [])])
     if answer.estimate:
-        _show(answer.estimate, servo_file.load(arguments.servo))
-    print('\n'.join([*answer.said, f'written to {arguments.output}']))
+        tell(arguments, **answer.estimate.as_dict())
+        if not arguments.quiet:
+            _show(answer.estimate, servo_file.load(arguments.servo))
+    say(arguments, *answer.said, f'written to {arguments.output}')
     return 0
 
 

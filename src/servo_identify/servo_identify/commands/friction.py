@@ -14,7 +14,7 @@ import json
 from pathlib import Path
 import sys
 
-from servo_twin.commands.terminal import add_force, add_told, new_folder, tell, terminal
+from servo_twin.commands.terminal import new_folder, say, tell, terminal
 
 from ..data.arguments import add_data, files
 from ..data.arguments import recordings as read
@@ -39,8 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--cells', type=int, default=360,
                         help='equal angles of the turn that friction is resampled to')
     parser.add_argument('--seed', type=int, default=0)
-    add_told(parser)
-    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -74,9 +72,8 @@ def main(arguments: argparse.Namespace) -> int:
     (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
     from ..learn.friction.friction_plots import friction_speed
     friction_speed(data, models, arguments.output / 'friction_speed.png')
-    if not (tell(arguments.json, plain(rows)) or arguments.quiet):
-        print(markdown(rows), end='')
-        print(f'smallest error: {best_of(rows).name}')
+    tell(arguments, learners=plain(rows), best=best_of(rows).name, written=[arguments.output])
+    say(arguments, markdown(rows).rstrip('\n'), f'smallest error: {best_of(rows).name}')
     _paper_network(servo, recordings, arguments)
     return 0
 
@@ -98,4 +95,5 @@ def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
     friction_angle(learned, arguments.output / 'friction_angle.png')
     servo_file.save(with_friction(servo, learned), arguments.output / 'servo.yaml')
     for way, s in scores.items():
-        print(f"{way}: MSE {s['mse']:.5f} N2 m2, MAE {s['mae']:.5f} N m, MAPE {s['mape']:.3f} %")
+        say(arguments, f"{way}: MSE {s['mse']:.5f} N2 m2, MAE {s['mae']:.5f} N m, "
+            f"MAPE {s['mape']:.3f} %")

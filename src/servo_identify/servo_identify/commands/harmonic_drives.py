@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servo_twin.commands.terminal import add_force, add_told, new_file, tell, terminal
+from servo_twin.commands.terminal import new_file, tell, terminal
 
 from ..data.arguments import add_data, files, recordings
 
@@ -26,8 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='which models; default: all. A name that is none lists them')
     parser.add_argument('-o', '--output', type=Path, required=True,
                         help='servo file to write, with the best model')
-    add_told(parser)
-    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -40,7 +38,7 @@ def main(arguments: argparse.Namespace) -> int:
 
     files([*arguments.bags, *arguments.held_out])
     new_file(arguments.output, arguments.force)
-    console = terminal(quiet=arguments.quiet or arguments.json == '-')
+    console = terminal(quiet=arguments.quiet)
     with console.status('reading') as status:
         sets = [recordings(arguments, bags) for bags in (arguments.bags, arguments.held_out)]
         found = ranked(servo_file.load(arguments.servo), *sets, names=arguments.models,
@@ -55,6 +53,6 @@ def main(arguments: argparse.Namespace) -> int:
     console.print(shown)
     servo_file.save(found[0].servo, arguments.output)
     console.print(f'{found[0].title} is in {arguments.output}')
-    tell(arguments.json, [{name: value for name, value in vars(one).items() if name != 'servo'}
-                          for one in found])
+    tell(arguments, written=[arguments.output], models=[
+        {name: value for name, value in vars(one).items() if name != 'servo'} for one in found])
     return 0

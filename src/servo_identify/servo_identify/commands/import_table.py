@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--note', help='free text')
     parser.add_argument('--period', type=float, default=0.0,
                         help='s, resample to it; left out, the period of the times')
-    parser.add_argument('--quiet', action='store_true', help='print warnings alone')
     parser.add_argument('--block-size', type=int, default=100, help='samples a message')
 
 
@@ -40,10 +39,12 @@ def main(arguments: argparse.Namespace) -> int:
     """Make the bag and say what is in it."""
     from servo_twin.bag import write_recording
 
+    from ..data.recording_facts import facts_of
     from ..data.table_import import import_table
 
     if arguments.block_size < 1:
         raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
+    new_bag(arguments.output, arguments.force)
     recording = import_table(
         arguments.file, arguments.servo, mapping=arguments.mapping, family=arguments.family,
         replicate=arguments.replicate, note=arguments.note, period=arguments.period)
@@ -52,12 +53,10 @@ def main(arguments: argparse.Namespace) -> int:
             print(f'warning: {line}', file=sys.stderr)
         elif not arguments.quiet:
             print(f'note: {line}', file=sys.stderr)
-    arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    write_recording(arguments.output, recording, arguments.block_size)
-    if arguments.quiet:
-        return 0
+    write_recording(remove_bag(arguments.output), recording, arguments.block_size)
     channels = [name for name in recording.columns if recording.has(name)]
-    print(f'{arguments.output}: {len(recording)} samples of {recording.period:.9g} s '
-          f'({recording.duration:.6g} s), {", ".join(channels)}'
-          + (f'; family {recording.family}' if recording.family else ''))
+    say(arguments, f'{arguments.output}: {len(recording)} samples of {recording.period:.9g} s '
+        f'({recording.duration:.6g} s), {", ".join(channels)}'
+        + (f'; family {recording.family}' if recording.family else ''))
+    tell(arguments, recording=facts_of(arguments.output, recording), written=[arguments.output])
     return 0

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 import sys
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import add_told, tell, terminal
+from servo_twin.commands.terminal import tell, terminal
 
 from ..data.arguments import add_data, files, recordings
 
@@ -18,13 +18,14 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     add_data(parser, servo=False)
-    add_told(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a table a bag; 2 when one of them cannot be read, after the others."""
-    console = terminal(quiet=arguments.quiet or arguments.json == '-')
-    failed, found = 0, []
+    from ..data.recording_facts import facts_of
+
+    console = terminal(quiet=arguments.quiet)
+    failed, found = list[str](), []
     for named in arguments.bags:
         try:
             for path in files([named]):
@@ -33,26 +34,9 @@ def main(arguments: argparse.Namespace) -> int:
                 found.append(facts_of(path, recording))
         except (ValueError, OSError) as error:
             print(f'servo-identify info: {error}', file=sys.stderr)
-            failed = 2
-    tell(arguments.json, found)
-    return failed
-
-
-def facts_of(path: Path, recording: Recording) -> dict[str, Any]:
-    """Return what `info` says of a recording as plain data."""
-    import numpy as np
-
-    from servo_twin.recording.recording import COLUMNS
-
-    channels = {name: {'unit': unit, 'min': float(np.nanmin(recording[name])),
-                       'max': float(np.nanmax(recording[name])),
-                       'mean': float(np.nanmean(recording[name])),
-                       'missing': int(np.isnan(recording[name]).sum())}
-                for name, unit in COLUMNS.items() if recording.has(name)}
-    return {'path': str(path), 'duration': recording.duration, 'period': recording.period,
-            'samples': len(recording), 'servo': recording.servo, 'family': recording.family,
-            'replicate': recording.replicate, 'channels': channels, 'note': recording.note,
-            'warnings': list(recording.warnings), 'sha256': recording.digest}
+            failed.append(str(error))
+    tell(arguments, recordings=found, **({'error': '; '.join(failed)} if failed else {}))
+    return 2 if failed else 0
 
 
 def _show(console, path: Path, recording: Recording) -> None:

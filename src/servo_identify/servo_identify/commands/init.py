@@ -1,7 +1,7 @@
 """
 Look at a recording, ask for the few values it takes, and write a servo file and a mapping file.
 
-  servo-identify init run.csv -o my.yaml --mapping-out my_columns.yaml
+  servo-identify init run.csv -o my.yaml
 
 asks on a terminal for all that it cannot see. With flags it asks for less, and without a terminal
 it names the flags that are missing. Values have their unit with them, whichever is handy:
@@ -21,6 +21,8 @@ import sys
 import tempfile
 from typing import TYPE_CHECKING
 
+from servo_twin.commands.terminal import judged_file, say, tell
+
 from ..init.flag_names import TYPES, VALUES
 
 if TYPE_CHECKING:
@@ -34,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='S.yaml',
                         help='servo file to write')
     parser.add_argument('--mapping-out', type=Path, metavar='M.yaml',
-                        help='mapping file to write; needed where the columns have other names')
-    parser.add_argument('--force', action='store_true', help='write over files that are there')
+                        help='mapping file to write (default: S_columns.yaml beside the servo '
+                        'file, where the columns have other names or units than ours)')
     parser.add_argument('--no-questions', action='store_true',
                         help='ask nothing, as without a terminal')
     parser.add_argument('--name', help="of the servo (default: the output's)")
@@ -70,24 +72,21 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.asking import choose_columns, complete, given_columns
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
-    from ..init.proposals import proposed
+    from ..init.proposals import needs_mapping, proposed
     from ..init.sources import offered
 
     for path in (arguments.output, arguments.mapping_out):
-        if path is not None and path.exists() and not arguments.force:
-            raise ValueError(f'{path} exists already; --force writes over it')
+        if path is not None:
+            judged_file(path, arguments.force)
     ask = None if arguments.no_questions or not sys.stdin.isatty() else _ask
     of = offered(arguments.data)
     columns, missing = choose_columns(of, proposed(of, arguments.joint),
                                       given_columns(of, arguments.column), arguments.si, ask,
                                       arguments.linear)
     machine = _machine(arguments)
+    if arguments.mapping_out is None and needs_mapping(of, columns):
+        arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     missing += complete(machine, columns, ask)
-    needs_mapping = of.messages or bool(of.names or of.rows) or any(
-        name != one.source or one.column == 't' and one.unit != 's'
-        for name, one in columns.items())
-    if needs_mapping and arguments.mapping_out is None:
-        missing.append('--mapping-out M.yaml (the columns have other names than ours)')
     if missing:
         raise ValueError('init needs to be told: ' + ', '.join(missing))
     servo, mapping = servo_text(machine, {}, arguments.tolerance), mapping_text(of, columns)
@@ -95,15 +94,18 @@ def main(arguments: argparse.Namespace) -> int:
         draft, plan = Path(scratch) / 'servo.yaml', Path(scratch) / 'mapping.yaml'
         draft.write_text(servo, 'utf8')
         plan.write_text(mapping, 'utf8')
-        recording, = read_recordings([arguments.data], draft, plan)
+        recording, = read_recordings([arguments.data], draft,
+                                     plan if arguments.mapping_out else None)
         servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
         findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
-        print(f'{column:<20} is {one.source!r} in {one.unit or "SI units"}')
+        say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}')
     red = [one for one in findings if one.level == 'red']
     for one in findings:
-        if one.level != 'green':
+        if one.level == 'red' or one.level != 'green' and not arguments.quiet:
             print(f'{one.level:5}  {one.sentence}\n       {one.action}')
+    tell(arguments, findings=findings, columns={
+        name: {'source': one.source, 'unit': one.unit} for name, one in columns.items()})
     if red:
         print('nothing was written: correct a --column, its unit or a value', file=sys.stderr)
         return 1
@@ -112,9 +114,15 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.mapping_out:
         write(arguments.mapping_out, mapping)
         written.append(arguments.mapping_out)
-    print(f'written: {", ".join(map(str, written))}')
-    print('next:    ' + shlex.join(_next(arguments)))
+    following = shlex.join(_next(arguments))
+    tell(arguments, written=written, next=following)
+    say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
     return 0
+
+
+def _beside(servo: Path) -> Path:
+    """Return the mapping file of a servo file, where none is named."""
+    return servo.with_name(f'{servo.stem}_columns.yaml')
 
 
 def _machine(arguments: argparse.Namespace) -> Machine:

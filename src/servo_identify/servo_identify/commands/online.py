@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import add_force, add_told, new_folder, tell
+from servo_twin.commands.terminal import new_folder, say, tell
 
 from ..data.arguments import add_data, files, recordings
 
@@ -36,8 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='in which it forgets (default %(default)g)')
     parser.add_argument('--every', type=float, default=1.0, metavar='S',
                         help='from one estimate to the next (default %(default)g)')
-    add_told(parser)
-    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -60,18 +58,16 @@ def main(arguments: argparse.Namespace) -> int:
     _write(snapshots, recording, arguments.output / 'online.csv')
     _draw(snapshots, windows, recording, servo, arguments.output / 'online.png')
     last = snapshots[-1]
-    printed = tell(arguments.json, {
+    tell(arguments, written=[arguments.output], quantities={
         name: {'value': value, 'std': std, 'unit': servo.unit(name), 'bounded': bool(bounded),
                'rows': rows}
         for name, value, std, bounded, rows in zip(last.names, last.values, last.std,
                                                    last.bounded, last.rows, strict=True)})
-    if printed or arguments.quiet:
-        return 0 if last.rows.any() else 1
     for name, value, std, bounded, rows in zip(last.names, last.values, last.std, last.bounded,
                                                last.rows, strict=True):
-        print(f'{name}: {value:.5g} ± {std:.2g} {servo.unit(name)}, from {rows:.0f} rows'
-              + (', at a bound' if bounded else '') + ('' if rows else ': it was not excited'))
-    print(f'written to {arguments.output}/online.csv and online.png')
+        say(arguments, f'{name}: {value:.5g} ± {std:.2g} {servo.unit(name)}, from {rows:.0f} rows'
+            + (', at a bound' if bounded else '') + ('' if rows else ': it was not excited'))
+    say(arguments, f'written to {arguments.output}/online.csv and online.png')
     return 0 if last.rows.any() else 1
 
 

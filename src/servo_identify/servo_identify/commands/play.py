@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.commands.terminal import add_force, add_told, new_file, tell
+from servo_twin.commands.terminal import new_file, say, tell
 
 from ..data.arguments import add_data, files, recordings
 
@@ -23,8 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='where the slide stood in each bag, m')
     parser.add_argument('-o', '--output', type=Path, metavar='NEW.yaml',
                         help='servo file to write with the curve')
-    add_told(parser)
-    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -56,12 +54,13 @@ def main(arguments: argparse.Namespace) -> int:
             known.append((k, bag, recording, measured_play(servo, recording)))
         except ValueError as problem:
             refused.append(str(problem))
-    printed = tell(arguments.json, [{'bag': bag, 'setting': settings[k] if settings else None,
-                                     **vars(play)} for k, bag, _, play in known])
-    for k, bag, _, play in known if not (printed or arguments.quiet) else ():
+    tell(arguments, refused=refused, bags=[
+        {'bag': bag, 'setting': settings[k] if settings else None, **vars(play)}
+        for k, bag, _, play in known])
+    for k, bag, _, play in known:
         at = f' at {1e3 * settings[k]:g} mm' if settings else ''
-        print(f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from cell to '
-              f'cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of torsion')
+        say(arguments, f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from '
+            f'cell to cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of torsion')
     for problem in refused:
         print(f'left out: {problem}', file=sys.stderr)
     if not known:
@@ -70,6 +69,6 @@ def main(arguments: argparse.Namespace) -> int:
         plays = {settings[k]: play for k, _, _, play in known}
         servo_file.save(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
               arguments.output)
-        if not (printed or arguments.quiet):
-            print(f'written to {arguments.output}')
+        tell(arguments, written=[arguments.output])
+        say(arguments, f'written to {arguments.output}')
     return 1 if refused else 0

@@ -9,6 +9,9 @@ A file whose first line is `# yaml-language-server: $schema=servo.json` is known
 from __future__ import annotations
 
 import argparse
+import json
+
+from servo_twin.commands.terminal import tell
 
 FILES = ('servo', 'mapping', 'rig')
 
@@ -22,5 +25,7 @@ def main(arguments: argparse.Namespace) -> int:
     """Print the schema."""
     from servo_twin.description.shipped import shipped
 
-    print(shipped(f'schemas/{arguments.file}.json').read_text('utf8'), end='')
+    text = shipped(f'schemas/{arguments.file}.json').read_text('utf8')
+    tell(arguments, schema=json.loads(text))
+    print(text, end='')
     return 0

@@ -12,7 +12,7 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import add_told, tell
+from servo_twin.commands.terminal import say, tell
 from servo_twin.recording.channels import COLUMNS
 
 from ..data.arguments import add_data, files, recordings
@@ -34,20 +34,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='leave out what comes before, s (default %(default)g)')
     parser.add_argument('--to', dest='end', type=float, metavar='S',
                         help='leave out what comes after, s')
-    add_told(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a line a bag."""
 
-    found = {}
+    found = []
     for bag in files(arguments.bags):
         recording, = recordings(arguments, [bag])
         column, sine = of_recording(recording, arguments.column, arguments.begin, arguments.end)
-        found[str(bag)] = {'column': column, **asdict(sine)}
-        if not arguments.quiet and arguments.json != '-':
-            print(said(bag.name, column, sine))
-    tell(arguments.json, found)
+        found.append({'bag': bag, 'column': column, **asdict(sine)})
+        say(arguments, said(bag.name, column, sine))
+    tell(arguments, sinusoids=found)
     return 0
 
 

@@ -11,15 +11,14 @@ says with nothing switched on. DIR/watch.json and DIR/watch.png hold what came o
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
 import tempfile
 from typing import TYPE_CHECKING
 
-from servo_twin.cli import named_servo
-from servo_twin.commands.terminal import add_force, new_folder
+from servo_twin.commands.terminal import named_servo, new_folder, plain, say, tell
 
 if TYPE_CHECKING:
     from servo_twin.physics.servo import Servo
@@ -75,7 +74,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--hours', type=float, default=1.0,
                         help='to watch with nothing switched on (default %(default)g)')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
-    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -95,20 +93,23 @@ def main(arguments: argparse.Namespace) -> int:
     seen = []
     for name in arguments.effects:
         seen.append(_switched(name, servo, rig, settings, arguments.wait, arguments.seed))
-        print(_line(seen[-1]), flush=True)
+        say(arguments, _line(seen[-1]))
     if seen:
         right = sum(one.balance in one.enters for one in seen)
         late = max((one.seconds for one in seen if one.balance), default=float('nan'))
-        print(f'{right} of {len(seen)} named rightly first, the latest after {late:.2f} s')
-    watched, alarms = _nothing(servo, rig, settings, arguments.hours, arguments.seed)
+        say(arguments, f'{right} of {len(seen)} named rightly first, the latest after '
+            f'{late:.2f} s')
+    watched, alarms = _nothing(servo, rig, settings, arguments.hours, arguments.seed,
+                               lambda line: say(arguments, line))
     at_most = _upper(alarms) / watched if watched else None
     if watched:
-        print(f'nothing switched on: {alarms} false alarms in {watched:.2f} h (at most '
-              f'{at_most:.2g} an hour with 95 % confidence; stated {settings.false_alarms:g})')
-    (arguments.output / 'watch.json').write_text(json.dumps({
+        say(arguments, f'nothing switched on: {alarms} false alarms in {watched:.2f} h (at most '
+            f'{at_most:.2g} an hour with 95 % confidence; stated {settings.false_alarms:g})')
+    found = {
         'stated_false_alarms_per_hour': settings.false_alarms, 'hours_watched': watched,
-        'false_alarms': alarms, 'upper_95': at_most, 'effects': [asdict(s) for s in seen]},
-        indent=1) + '\n')
+        'false_alarms': alarms, 'upper_95': at_most, 'effects': [asdict(s) for s in seen]}
+    (arguments.output / 'watch.json').write_text(json.dumps(plain(found), indent=1) + '\n')
+    tell(arguments, **found, written=[arguments.output])
     if seen:
         _draw(seen, arguments.output / 'watch.png')
     return 0
@@ -152,8 +153,8 @@ def _switched(name: str, servo: Servo, rig: str, settings: Settings, wait: float
     return Seen(name, value, enters, *first, tuple(true[1:]), len(true) < len(told))
 
 
-def _nothing(servo: Servo, rig: str, settings: Settings, hours: float, seed: int
-             ) -> tuple[float, int]:
+def _nothing(servo: Servo, rig: str, settings: Settings, hours: float, seed: int,
+             told: Callable[[str], None]) -> tuple[float, int]:
     """
     Watch a rig where nothing changes; return hours watched and alarms.
 
@@ -165,7 +166,7 @@ def _nothing(servo: Servo, rig: str, settings: Settings, hours: float, seed: int
         recording = _played(servo, rig, settings.learn + _PIECE, seed + 1 + number,
                             'thermal.heating=0', 'sensors.wander=0')
         alarms += len(watch(servo, recording, settings))
-        print(f'  {(number + 1) * _PIECE / 3600.0:.2f} h: {alarms} false alarms', flush=True)
+        told(f'  {(number + 1) * _PIECE / 3600.0:.2f} h: {alarms} false alarms')
     return pieces * _PIECE / 3600.0, alarms
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from servo_twin.cli import named_servo
+from servo_twin.commands.terminal import named_servo
 
 if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording

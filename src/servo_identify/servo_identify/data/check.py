@@ -11,7 +11,7 @@ from servo_twin.recording.recording import Recording
 
 from .excitation import excitation
 from .finding import Finding, LEVELS
-from .scales import scale_findings
+from .scales import scale_findings, untold
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
@@ -45,6 +45,7 @@ def check(recordings: Sequence[Recording], servo: Servo) -> tuple[Finding, ...]:
         found += scale_findings(recordings, servo)
     if not any(one.level == 'red' for one in found):
         found.append(Finding('green', 'No unit, scale or sign contradicts the servo file.'))
+        found += untold(recordings, servo)
     found += [*_excitation(recordings, servo), *_replicates(recordings), *_channels(recordings)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 

@@ -65,7 +65,7 @@ def read_one(path: Path, servo: str | Path | None = None, mapping: str | Path | 
         if strangers:
             raise BagError(f'{path} is no bag of this project: its topics are {strangers}. A '
                            'mapping file (--mapping) says which of their fields are what; '
-                           f'`servo-identify init {path} -o S.yaml --mapping-out M.yaml` writes '
+                           f'`servo-identify init {path} -o S.yaml` writes '
                            'one, and config/imports has some') from None
         raise problem from None
 

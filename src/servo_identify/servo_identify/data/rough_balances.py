@@ -28,6 +28,8 @@ ABOUT = 0.5  # of the logarithm of an inertia: the data sheet of another machine
 GIVEN = 0.35  # of the logarithm of a resistance, a back EMF, a gain
 SAME = 0.1  # of the logarithm of what is 1 where two channels tell the same
 FRICTION_GIVEN = 1.5  # of the logarithm of a friction that the servo file gives
+OPEN = 0.03  # share of what is seen that a missing effect may leave, squared: a friction, a spring
+OPEN_WINDING = 0.0025  # the same of a winding, 5 % squared: its warmth, a dead band, a sag
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ class RoughBalance:
     One equation: ``seen`` is the sum of the terms and of ``free`` columns of any sign.
 
     ``free`` has shape (samples, n). ``spring`` is a column that a missing spring would add, or
-    None. ``loop`` says that a control loop makes it true, which may not follow.
+    None. ``loop`` says that a control loop makes it true, which may not follow. ``open`` is the
+    share of the squares of ``seen`` that an effect may leave which the servo file lacks.
     """
 
     name: str
@@ -54,6 +57,7 @@ class RoughBalance:
     free: np.ndarray
     spring: np.ndarray | None = None
     loop: bool = False
+    open: float = OPEN
 
 
 def balances(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
@@ -144,7 +148,7 @@ def _drive(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
     elif 'current' in plain and kind == 'voltage_drive':
         yield RoughBalance('drive', values['drive.gain'] * plain['voltage'], {
             'resistance': Term(plain['current'], values['drive.resistance'], GIVEN),
-            'back EMF': Term(speed, values['drive.back_emf'], GIVEN)}, one)
+            'back EMF': Term(speed, values['drive.back_emf'], GIVEN)}, one, open=OPEN_WINDING)
     elif 'current' in plain and kind in ('current_drive', 'current_amplifier'):
         yield RoughBalance('drive', plain['current'],
                            {'gain': Term(_wanted(plain['voltage'], servo), 1.0, GIVEN)}, one)

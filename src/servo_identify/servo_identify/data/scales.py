@@ -18,7 +18,7 @@ from servo_twin.recording.recording import Recording
 
 from .excitation import Excitation, excitation, WIDTHS
 from .finding import Finding
-from .likelihood import Closed, closed, OPEN, SAMPLES
+from .likelihood import Closed, closed
 from .mistakes import Mistake, mistakes, TURN
 from .rough_balances import balances
 from .signals import Signals, signals
@@ -54,10 +54,7 @@ class Evidence:
 
 def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
     """Return what units, scales, signs and shafts look wrong; none where all is well."""
-    chosen = _spread(recordings, MOST_RECORDINGS)
-    shown = [excitation(one, servo) for one in chosen]
-    seen = [found.signals if found else signals(one, WIDTHS[1])
-            for one, found in zip(chosen, shown, strict=True)]
+    chosen, shown, seen = _seen(recordings, servo)
     usable = [(one, at) for one, at in zip(chosen, seen, strict=True) if at is not None]
     if not usable:
         return []
@@ -72,6 +69,36 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
             every += _findings(f'{one.name}: ', [at], evidence, others)
     return every or [finding for one, found in zip(chosen, shown, strict=True)
                      for finding in _far_off(one, found, servo)]
+
+
+def untold(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
+    """
+    Return which mistakes these recordings cannot tell from none, where they all share one.
+
+    No equation closes worse once such a mistake is undone: the channels are alike, or hardly move.
+    """
+    seen = [at for at in _seen(recordings, servo)[2] if at is not None]
+    if not seen:
+        return []
+    evidence = Evidence(servo)
+    alike = []
+    for one in mistakes(set.intersection(*(set(at.plain) for at in seen)), servo):
+        if all(_gain(evidence.of(at, key), evidence.of(one.undone(at), key)) > -ALIKE
+               for key, at in enumerate(seen)):
+            alike.append(one.what)
+    if not alike:
+        return []
+    return [Finding('amber', 'These recordings cannot tell whether ' + '; or whether '.join(alike)
+                    + '.', 'look at the source of these columns')]
+
+
+def _seen(recordings: Sequence[Recording], servo: Servo) -> tuple[
+        list[Recording], list[Excitation | None], list[Signals | None]]:
+    """Return the recordings that are looked at, what each excites, and its smoothed channels."""
+    chosen = _spread(recordings, MOST_RECORDINGS)
+    shown = [excitation(one, servo) for one in chosen]
+    return chosen, shown, [found.signals if found else signals(one, WIDTHS[1])
+                           for one, found in zip(chosen, shown, strict=True)]
 
 
 def _findings(name: str, seen: list[Signals], evidence: Evidence,
@@ -105,7 +132,7 @@ def _likeliest(seen: list[Signals], evidence: Evidence, mended: Set[str]) -> lis
     each. Channels that are ``mended`` already are left as they are.
     """
     now = [evidence.of(at, key) for key, at in enumerate(seen)]
-    closed_all = 0.5 * SAMPLES * np.log(OPEN) * sum(map(len, now))
+    closed_all = sum(one.least for table in now for one in table.values())
     if sum(_nats(table.values()) for table in now) - closed_all < SURE * len(now):
         return []  # nothing that could be mended would gain enough
     channels = set.intersection(*(set(at.plain) for at in seen))

@@ -81,7 +81,7 @@ def _table(path: Path, plan: ColumnMapping | None) -> Table:
     if plan is None or 'source' not in plan.columns['t']:
         raise ValueError(f'{path}: a file of messages needs a mapping file (--mapping) whose time '
                          'has a source, such as /joint_states.stamp; config/imports has some, and '
-                         f'`servo-identify init {path} --mapping-out M.yaml` writes one')
+                         f'`servo-identify init {path} -o S.yaml` writes one')
     return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*HELD))
 
 
@@ -91,7 +91,7 @@ def _check(table: Table, columns: dict[str, np.ndarray], warnings: list[str]) ->
     if 't' not in have:
         raise ValueError(f'{path} has no column t; it has {[*table.columns, *table.refused]}. '
                          'Which is which, a mapping file says (--mapping); `servo-identify init '
-                         f'{path} --mapping-out M.yaml` writes one')
+                         f'{path} -o S.yaml` writes one')
     if 'motor_position' not in have and 'load_position' not in have:
         raise ValueError(f'{path} has neither motor_position nor load_position; it has {have}')
     if 'voltage' not in have:

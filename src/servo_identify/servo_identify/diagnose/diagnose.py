@@ -25,7 +25,7 @@ from .handover.curves import parts_of
 from .handover.simulated_gap import Diverged, Simulated, simulated
 from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
-from .selection.confidence import redrawn, rivals_of
+from .selection.confidence import preferred, redrawn, rivals_of
 from .selection.explain import Explained, explained
 from .selection.stability import halves, shares
 from .splitting import Split, split
@@ -63,6 +63,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('selection')
     found = explained(samples, without, stages.share)
     stages.begin('confidence')
+    found = preferred(found)
     named = _named(found, without)
     stages.begin('stability')
     several = halves(found)

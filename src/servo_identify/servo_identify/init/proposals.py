@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 import re
 
 import numpy as np
 
-from ..data.column_units import NAMES, split, TIMES, UNIT
+from ..data.column_units import likely, NAMES, split, TIMES, UNIT
 from .sources import Offered
 
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
@@ -122,3 +123,19 @@ def unit_of_time(times: np.ndarray | None) -> str:
         if 2e-5 <= step * factor <= 0.2:
             return unit
     return ''
+
+
+def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
+    """Return whether the chosen columns can be read by a mapping file only, not by their names."""
+    if of.messages or of.names or of.rows:
+        return True
+    for column, one in chosen.items():
+        name, unit = split(one.source)
+        if name != column and not (column == 't' and name in TIMES):
+            return True
+        if one.unit not in (unit, '' if unit else UNIT[column]):
+            return True
+    missing = [name for name in NAMES if name not in chosen]
+    taken = {one.source for one in chosen.values()}
+    return any(split(source)[0] in NAMES or likely(split(source)[0], missing)
+               for source in of.sources if source not in taken)

@@ -9,32 +9,37 @@ from rich.console import Console
 from rich.table import Table
 import yaml
 
-from .cluster import scattered
+from servo_twin.commands.terminal import new_folder
+
+from .cluster import Finished, scattered
 
 
-def run_all(jobs: Path, folder: Path, address: str = '', workers: int = 0) -> int:
+def run_all(jobs: Path, folder: Path, address: str = '', workers: int = 0, force: bool = False,
+            quiet: bool = False) -> list[Finished]:
     """
     Diagnose the machines that a YAML file names; write a folder for each as it ends.
 
     The file maps a name to ``servo`` (a servo file) and ``bags`` (a list), both relative to it.
-    Returns 0, or 1 when one of them failed; a worker that dies costs its own machine only. Raises
-    ValueError that names what is wrong in the file.
+    Returns how each ended; a worker that dies costs its own machine only. Raises ValueError that
+    names what is wrong in the file, and where a report is there already without ``force``.
     """
     rigs = read_rigs(jobs)
-    folder.mkdir(parents=True, exist_ok=True)
+    new_folder(folder, force, *(f'{name}/report.json' for name in rigs))
     console, ended = Console(stderr=True), {}
     tasks = {name: (str(servo), [str(bag) for bag in bags], str((folder / name).resolve()))
              for name, (servo, bags) in rigs.items()}
     for done in scattered(diagnosed, tasks, address=address, workers=workers):
         ended[done.name] = done
-        console.print(f'{done.name}: {done.problem or done.answer}', markup=False,
-                      highlight=False, style='red' if done.problem else '')
+        if done.problem or not quiet:
+            console.print(f'{done.name}: {done.problem or done.answer}', markup=False,
+                          highlight=False, style='red' if done.problem else '')
     table = Table('machine', 's', 'answer', title=f'{len(ended)} diagnoses', title_justify='left')
     for name in rigs:
         done = ended[name]
         table.add_row(name, f'{done.seconds:.1f}', done.problem or done.answer)
-    Console(width=None if sys.stdout.isatty() else 140).print(table)
-    return int(any(done.problem for done in ended.values()))
+    if not quiet:
+        Console(width=None if sys.stdout.isatty() else 140).print(table)
+    return [ended[name] for name in rigs]
 
 
 def read_rigs(path: Path) -> dict[str, tuple[Path, list[Path]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 import sys
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
@@ -18,12 +19,13 @@ SHOWN = 4
 """Values of a fit that the table has room for; the files hold all."""
 
 
-def run_all(jobs: Mapping[str, Job], folder: Path, address: str = '', workers: int = 0) -> int:
+def run_all(jobs: Mapping[str, Job], folder: Path, address: str = '', workers: int = 0,
+            quiet: bool = False) -> list[Finished]:
     """
     Do jobs on a cluster; write NAME.yaml and NAME.json into a folder as each ends.
 
-    Returns 0, or 1 when one of them failed; the table says which, and why. ``address`` and
-    ``workers`` as of :func:`..cluster.scattered`.
+    Returns how each ended; the table, left out when ``quiet``, says which failed, and why.
+    ``address`` and ``workers`` as of :func:`..cluster.scattered`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     console, ended = Console(stderr=True), {}
@@ -35,11 +37,21 @@ def run_all(jobs: Mapping[str, Job], folder: Path, address: str = '', workers: i
             ended[done.name] = done
             _keep(done, folder)
             bar.advance(task)
-            console.print(f'{done.name}: {done.problem or "done"}', markup=False, highlight=False,
-                          style='red' if done.problem else '')
-    _show([ended[name] for name in jobs])
-    print(f'written to {folder}')
-    return int(any(done.problem for done in ended.values()))
+            if done.problem or not quiet:
+                console.print(f'{done.name}: {done.problem or "done"}', markup=False,
+                              highlight=False, style='red' if done.problem else '')
+    if not quiet:
+        _show([ended[name] for name in jobs])
+        print(f'written to {folder}')
+    return [ended[name] for name in jobs]
+
+
+def told(done: Finished) -> dict[str, Any]:
+    """Return how a fit ended as plain data, without the servo."""
+    found = done.answer.estimate if done.answer else None
+    return {'name': done.name, 'problem': done.problem, 'seconds': done.seconds,
+            'values': found.values if found else {}, 'std': found.std if found else {},
+            'warnings': list(found.warnings) if found else []}
 
 
 def _keep(done: Finished, folder: Path) -> None:

@@ -13,6 +13,8 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
 
+from servo_twin.commands.terminal import say, tell
+
 from ..blind_check.case_kinds import KINDS
 
 if TYPE_CHECKING:
@@ -56,6 +58,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..blind_check import cases, fault_tables, severity
     from ..blind_check.blind_check_page import outcomes_in, write_page
     from ..blind_check.case_runs import forget
+    from ..blind_check.scoring import figures
 
     if arguments.severities:
         severity.write(Path(__file__).with_name('severities.yaml'), print)
@@ -63,6 +66,7 @@ def main(arguments: argparse.Namespace) -> int:
     plan = 'scored' if arguments.scored else 'reduced' if arguments.reduced else 'development'
     chosen = _chosen(arguments, plan)
     if arguments.list:
+        tell(arguments, cases=[case.name for case in chosen])
         print('\n'.join(case.name for case in chosen))
         return 0
     folder = arguments.output / plan
@@ -71,15 +75,22 @@ def main(arguments: argparse.Namespace) -> int:
             forget(case, folder)
     lost = _run(chosen, folder, arguments)
     outcomes = outcomes_in(chosen, folder)
-    _show(outcomes)
+    tell(arguments, lost=lost, figures=figures(outcomes), cases=[
+        {'name': one.case.name, 'verdict': one.verdict, 'status': one.status,
+         'balance': one.balance, 'named': _names(one), 'sentence': one.sentence,
+         'seconds': one.seconds} for one in outcomes])
+    if not arguments.quiet:
+        _show(outcomes)
     for name, problem in lost.items():
         print(f'{name} has no answer: {problem}; the same command asks it again', file=sys.stderr)
-    _show_figures(outcomes)
+    if not arguments.quiet:
+        _show_figures(outcomes)
     if arguments.scored or arguments.page:
         page = arguments.page or fault_tables.config_folder().parent / 'docs' / 'blind_check.md'
         command = ' '.join(['servo-identify blind-check', *_said(arguments)])
         write_page(page, outcomes, folder, plan, command, len(cases.of_plan(plan)))
-        print(page)
+        tell(arguments, written=[page])
+        say(arguments, str(page))
     return int(bool(lost))
 
 

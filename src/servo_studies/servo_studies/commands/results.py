@@ -16,6 +16,8 @@ import json
 from pathlib import Path
 import time
 
+from servo_twin.commands.terminal import say, tell
+
 from ..papers.paper_systems import BENCH, machines, WRITTEN
 
 REAL = ('emps', 'xl330', 'two_mass')
@@ -66,15 +68,17 @@ def main(arguments: argparse.Namespace) -> int:
             found = _made(part, arguments, pictured, told)
         found['seconds'] = time.perf_counter() - begun
         _kept(arguments.work, part).write_text(json.dumps(found, indent=1) + '\n')
-        print(f'{part}: {found["seconds"]:.0f} s', flush=True)
+        say(arguments, f'{part}: {found["seconds"]:.0f} s')
     known = {part: json.loads(_kept(arguments.work, part).read_text())
              for part in PARTS if _kept(arguments.work, part).exists()}
-    _write(arguments.output, known)
+    written = _write(arguments.output, known)
+    tell(arguments, parts=known, written=written)
+    say(arguments, *(f'written to {path}' for path in written))
     return 0
 
 
-def _write(output: Path, known: Mapping[str, dict]) -> None:
-    """Write the pages of the parts that are known, and the comparison of all."""
+def _write(output: Path, known: Mapping[str, dict]) -> list[Path]:
+    """Write the pages of the parts that are known, and the comparison of all; return them."""
     from ..papers.paper_comparison import comparison, keep, kept
     from ..papers.results_page import page
 
@@ -89,7 +93,7 @@ def _write(output: Path, known: Mapping[str, dict]) -> None:
     texts[output.with_name('comparison.md')] = comparison(kept(rows), pages_of(output.name))
     for path, text in texts.items():
         path.write_text(text)
-        print(f'written to {path}')
+    return list(texts)
 
 
 def pages_of(results: str) -> dict[str, str]:

@@ -97,7 +97,7 @@ def _transmission(values: Mapping[str, float], on_load: tuple[Term, ...],
         return tuple(terms)
     relaxation = values.get('mechanism.damping', 0.0) / stiffness
     terms += [Term('motor_position', 1, relaxation * turns),
-              Term('load_position', 1, -relaxation)]
+              Term('load_position', 1, -relaxation), Term('torsion', 1, -relaxation)]
     if sensed:
         return (*terms, Term('torque', 0, -1.0 / stiffness))
     return (*terms, *(Term(t.signal, t.order, t.factor / stiffness) for t in on_load))

@@ -9,6 +9,8 @@ import signal
 import subprocess
 from time import monotonic, sleep
 
+BEGINS, ENDS = 'diagnosis begins', 'diagnosis ends'
+"""What a live view prints when a diagnosis begins, and when it ends with an answer or without."""
 _PATIENCE = 5.0  # s that a process gets after each signal
 _LAST_LINES = 12
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

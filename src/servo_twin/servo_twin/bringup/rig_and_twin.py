@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.live import Live
 
 from ..nodes.session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
-from .processes import ProcessError, Processes, wait_until
+from .processes import BEGINS, ENDS, ProcessError, Processes, wait_until
 from .terminal_view import numbers, view
 
 START = 60.0  # s that a node gets to be there; the first start compiles
@@ -48,6 +48,7 @@ class Bench:
     settings: tuple[str, ...]
     duration: float
     page: Page | None = None
+    quiet: bool = False
 
     @property
     def bag(self) -> Path:
@@ -73,13 +74,17 @@ def record(bench: Bench) -> Outcome:
           Processes(bench.folder / 'logs') as processes, Session(bench.namespace) as session):
         _start(bench, Path(bus) / 'rig.can', processes, session)
         begin, before = monotonic(), processes.cpu_seconds()
+        early = False
         try:
             _watch(bench, processes, session, begin)
         except KeyboardInterrupt:
+            early = True
             print('ending early')
         seconds, after = monotonic() - begin, processes.cpu_seconds()
         processes.stop('player')
         _take_down(session, processes)
+        if bench.page is not None and not early:
+            _let_answer(processes)
         cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
         return Outcome(numbers(seconds, session.facts), cpu)
 
@@ -145,7 +150,7 @@ def _show(bench: Bench, page: Page, faults: Path | None, processes: Processes) -
 def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -> None:
     """Show what happens until the player is done."""
     title = f'{bench.family} on ' + ('a rig' if bench.rig is None else bench.rig.stem)
-    console = Console()
+    console = Console(quiet=bench.quiet)
     told = begin
 
     def shown():
@@ -158,7 +163,7 @@ def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -
             sleep(0.2)
             if console.is_terminal:
                 live.update(shown())
-            elif monotonic() - told > 5.0:
+            elif not bench.quiet and monotonic() - told > 5.0:
                 told = monotonic()
                 print(numbers(told - begin, session.facts), flush=True)
     processes.check()
@@ -172,6 +177,24 @@ def _take_down(session: Session, processes: Processes) -> None:
         session.change('twin', DEACTIVATE, 10.0)
     sleep(_REPORT)
     processes.stop('recorder')
+
+
+def _let_answer(processes: Processes) -> None:
+    """Wait until a diagnosis that the page asked for has ended."""
+    if not _diagnosing(processes):
+        return
+    print('waiting for the diagnosis that the page asked for; Ctrl-C ends it', flush=True)
+    try:
+        while _diagnosing(processes) and processes.running('view'):
+            sleep(0.2)
+    except KeyboardInterrupt:
+        return
+    print(processes.said('view').strip().splitlines()[-1], flush=True)
+
+
+def _diagnosing(processes: Processes) -> bool:
+    said = processes.said('view')
+    return said.count(BEGINS) > said.count(ENDS)
 
 
 def _why(session: Session) -> str:

@@ -15,13 +15,13 @@ _BY_MAPPING = ('.mat', '.json')
 
 @contextmanager
 def bag_of(given: Path, servo: Path | None, mapping: Path | None = None,
-           folder: Path | None = None) -> Iterator[Path]:
+           folder: Path | None = None, force: bool = False) -> Iterator[Path]:
     """
     Yield the bag of what a person names: a bag, a table, or messages by a mapping file.
 
-    What is no bag is imported by `servo-identify import` into ``folder``, or into one that is
-    gone afterwards. Raises ServoError for what does not exist, for a table without a servo file,
-    and where the import refused.
+    What is no bag is imported by `servo-identify import` into ``folder``, over what is there with
+    ``force``, or into a folder that is gone afterwards. Raises ServoError for what does not exist,
+    for a table without a servo file, and where the import refused.
     """
     from ..description.shipped import shipped
     from ..physics.servo import ServoError
@@ -47,6 +47,7 @@ def bag_of(given: Path, servo: Path | None, mapping: Path | None = None,
                    str(servo), '-o', str(bag)]
         if mapping:
             command += ['--mapping', str(mapping)]
+        command += ['--force'] * force
         ended = subprocess.run(command, check=False, capture_output=True, text=True)
         if ended.returncode:
             raise ServoError(ended.stderr.strip().removeprefix('servo-identify import: '))

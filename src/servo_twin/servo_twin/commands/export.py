@@ -19,9 +19,9 @@ import re
 import shlex
 from typing import TYPE_CHECKING
 
-from ..cli import named_servo
 from ..simulators.joint import FORMATS, Joint, ModelError
 from .simulator_flags import check_output
+from .terminal import named_servo, say, tell
 
 if TYPE_CHECKING:
     from ..physics.servo import Servo
@@ -37,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--format', required=True, choices=FORMATS, help='what to write')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FILE',
                         help='file to write')
-    parser.add_argument('--force', action='store_true', help='write over a file that is there')
     parser.add_argument('--joint', help="name of the joint (default: the servo's)")
     parser.add_argument('--timestep', type=float, default=PERIOD, metavar='S',
                         help='of the simulator and its controller (default %(default)s)')
@@ -75,8 +74,10 @@ def main(arguments: argparse.Namespace) -> int:
     said = report(nearest)
     origin = f'Made from servo {servo.name} by servo-twin export --format {arguments.format}.'
     arguments.output.write_text(_text(servo, nearest.joint, [origin, *said], arguments))
-    print(f'{arguments.output}:')
-    print('\n'.join(said))
+    tell(arguments, written=[arguments.output], joint=nearest.joint, lost=nearest.lost,
+         error={'rms': nearest.rms, 'most': nearest.most, 'motion': nearest.motion,
+                'run_by': nearest.by}, said=said)
+    say(arguments, f'{arguments.output}:', *said)
     return 0
 
 

@@ -15,6 +15,7 @@ import argparse
 from pathlib import Path
 
 from .simulator_flags import add_reading_arguments, check_output, given_of, numbers, write_servo
+from .terminal import say, tell
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,6 +41,6 @@ def main(arguments: argparse.Namespace) -> int:
     model, remarks = compiled(arguments.model)
     joint = joint_of(model, arguments.joint, arguments.model.name, arguments.keyframe,
                      numbers(arguments.at, '--at'), arguments.actuator)
-    for remark in remarks:
-        print(f'left out of the model: {remark}')
+    tell(arguments, left_out=remarks)
+    say(arguments, *(f'left out of the model: {remark}' for remark in remarks))
     return write_servo(joint, arguments, given, arguments.model)

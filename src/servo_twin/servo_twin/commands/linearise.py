@@ -16,10 +16,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..cli import named_servo
 from ..linear.signal_names import FRICTIONS, INPUT_UNITS, OUTPUT_UNITS
 from .any_bag import bag_of
-from .terminal import add_force, add_told, new_folder, tell, terminal
+from .terminal import named_servo, new_folder, tell, terminal
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,8 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--namespace', help='which rig, of a bag with several')
     parser.add_argument('--mapping', type=Path, metavar='M.yaml',
                         help='how columns of a table, or fields of messages, become channels')
-    add_told(parser)
-    add_force(parser)
     parser.add_argument('-o', '--output-folder', type=Path, default=Path('linear'), metavar='DIR',
                         help='page, pictures and linear.json (default %(default)s)')
 
@@ -107,7 +104,7 @@ def main(arguments: argparse.Namespace) -> int:
         pictures[f'bode_{name}'] = bode_plots.bode(form, name, band, measured.get(name))
         pictures[f'step_{name}'] = bode_plots.step(form, name, arguments.duration)
 
-    console = terminal(quiet=arguments.quiet or arguments.json == '-')
+    console = terminal(quiet=arguments.quiet)
     for table in tables:
         console.print(_rich(table))
     folder = arguments.output_folder
@@ -117,7 +114,7 @@ def main(arguments: argparse.Namespace) -> int:
     title = f'{form.servo}: linear form from {bode_plots.spoken(form.input)}'
     systems = [f'{form.transfer(name)}' for name in form.outputs] + [f'{form.system}']
     (folder / 'linear.html').write_text(linear_page.page(title, tables, pictures, systems))
-    tell(arguments.json, as_data(form))
+    tell(arguments, **as_data(form), written=[folder])
     console.print(f'page: {folder / "linear.html"}', highlight=False, soft_wrap=True)
     return 0
 

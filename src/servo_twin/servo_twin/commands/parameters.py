@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from .terminal import terminal
+from .terminal import tell, terminal
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from ..physics.effect import Parameter
+    from ..physics.servo import Servo
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,25 +28,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print the table."""
+    from ..description.servo_file import load
     from ..description.shipped import servo_at
     from ..physics import catalogue
 
     console = terminal()
     subject = arguments.subject
     if subject is None:
+        tell(arguments, effects={name: {
+            'sites': catalogue.find(name).sites, 'source': catalogue.find(name).source,
+            'parameters': list(catalogue.find(name).parameters)} for name in catalogue.names()})
         console.print(catalogue_table())
     elif subject in catalogue.names():
+        tell(arguments, parameters=[
+            {**declared(parameter), 'path': parameter.name, 'off': parameter.off}
+            for parameter in catalogue.find(subject).parameters.values()])
         console.print(effect_table(subject))
     else:
-        console.print(servo_table(servo_at(subject)))
+        servo = load(servo_at(subject))
+        tell(arguments, parameters=[
+            {**declared(parameter), 'path': name, 'value': servo.values[name],
+             'unit': servo.unit(name), 'tolerance': servo.tolerance.get(name),
+             'source': servo.provenance[name].source if name in servo.provenance else 'default'}
+            for name, parameter in servo.declarations()])
+        console.print(servo_table(servo, servo_at(subject)))
     return 0
 
 
-def servo_table(path: Path) -> Table:
-    """Return the parameters of a servo file; raises ServoError."""
-    from ..description.servo_file import load
+def declared(parameter: Parameter) -> dict[str, Any]:
+    """Return the declaration of a parameter as plain data."""
+    return {'default': parameter.default, 'unit': parameter.unit, 'bounds': parameter.bounds,
+            'meaning': parameter.meaning}
 
-    servo = load(path)
+
+def servo_table(servo: Servo, path: Path) -> Table:
+    """Return the parameters of the servo of a file."""
     table = _table(f'{servo.name} ({path})', 'value', 'tolerance', 'from')
     for name, parameter in servo.declarations():
         said = servo.provenance.get(name)

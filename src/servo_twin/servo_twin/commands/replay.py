@@ -15,11 +15,10 @@ import sys
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from ..cli import named_servo
 from ..lockstep.live_modes import LIVE_MODES
 from ..recording.events import as_for_another, BEGAN, with_mode
 from .any_bag import bag_of
-from .terminal import add_force, add_told, new_file, tell, terminal
+from .terminal import named_servo, new_bag, new_file, remove_bag, tell, terminal
 
 if TYPE_CHECKING:
     from ..physics.servo import Servo
@@ -53,14 +52,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='publish the samples and /clock instead of answering them')
     parser.add_argument('--rate', type=float, default=1.0,
                         help='times real time, with --graph (default %(default)s)')
-    add_told(parser)
-    add_force(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay; returns 1 when --compare finds a difference."""
     from ..physics import catalogue
-    from ..physics.servo import ServoError
 
     if arguments.graph:
         from ..nodes.graph_replay import play
@@ -69,8 +65,8 @@ def main(arguments: argparse.Namespace) -> int:
         catalogue.register(arguments.effects)
     if arguments.page:
         new_file(arguments.page, arguments.force)
-    if arguments.output and arguments.output.exists():
-        raise ServoError(f'{arguments.output} exists already; choose another name')
+    if arguments.output:
+        new_bag(arguments.output, arguments.force)
     with bag_of(arguments.bag, arguments.servo, arguments.mapping) as bag:
         arguments.bag = bag
         return _answered(arguments)
@@ -89,8 +85,7 @@ def _answered(arguments: argparse.Namespace) -> int:
     from ..pages.event_table import event_table
     from ..pages.fit_table import balance_table, channel_table
 
-    printed = arguments.json == '-'
-    console = terminal(quiet=arguments.quiet or printed)
+    console = terminal(quiet=arguments.quiet)
     begin = perf_counter()
     recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch,
                                digest=False)
@@ -109,7 +104,8 @@ def _answered(arguments: argparse.Namespace) -> int:
     result = answer(recording, servo, Settings(mode=mode), changes)
     answered = perf_counter()
     if arguments.output:
-        write_predictions(arguments.output, result, recording, namespace=arguments.namespace or '')
+        write_predictions(remove_bag(arguments.output), result, recording,
+                          namespace=arguments.namespace or '')
     took = perf_counter() - ready + read - begin
     console.print(f'[bold]{recording.name}[/]: {recording.duration:.4g} s of {servo.name} at '
                   f'{1.0 / recording.period:.6g} Hz, {mode}; answered in '
@@ -124,11 +120,11 @@ def _answered(arguments: argparse.Namespace) -> int:
     happened = read_events(arguments.bag, arguments.namespace)
     if happened:
         console.print(event_table(happened, recording.start))
-    tell(arguments.json, {
-        'recording': recording.name, 'servo': servo.name, 'period': recording.period,
-        'duration': recording.duration, 'channels': [vars(one) for one in fit.channels],
-        'balances': [vars(one) for one in fit.balances],
-        'warnings': [*recording.warnings, *result.warnings]})
+    tell(arguments, recording=recording.name, servo=servo.name, period=recording.period,
+         duration=recording.duration, channels=[vars(one) for one in fit.channels],
+         balances=[vars(one) for one in fit.balances],
+         warnings=[*recording.warnings, *result.warnings],
+         written=[one for one in (arguments.output, arguments.page) if one])
     if arguments.page:
         from ..pages.replay_page import write_page
         page = write_page(arguments.page, servo, recording, result, mode,
@@ -138,7 +134,9 @@ def _answered(arguments: argparse.Namespace) -> int:
         console.print(f'bag: {arguments.output}', highlight=False, soft_wrap=True)
     if live is None:
         return 0
-    status = say_differences(differences(live, result), printed)
+    found = differences(live, result)
+    tell(arguments, differences=found)
+    status = say_differences(found, arguments.quiet)
     if status and early:
         print(f'the live twin began {early} samples before the bag does, and a replay can only '
               'begin where the bag does: start the recorder before the twin', file=sys.stderr)

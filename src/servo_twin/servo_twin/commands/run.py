@@ -25,6 +25,7 @@ from ..bringup.processes import ProcessError
 from ..lockstep.live_modes import LIVE_MODES
 from .any_bag import bag_of
 from .page_flags import add_port
+from .terminal import add_usual, new_bag, remove_bag, say, tell
 
 if TYPE_CHECKING:
     from ..bringup.rig_and_twin import Bench
@@ -90,13 +91,17 @@ def main(arguments: argparse.Namespace) -> int:
     try:
         if arguments.bag is not None:
             servo = servo_at(arguments.servo) if arguments.servo else None
-            with bag_of(arguments.bag, servo, arguments.mapping, folder) as bag:
+            with bag_of(arguments.bag, servo, arguments.mapping, folder,
+                        arguments.force) as bag:
                 return _look_at(bag, arguments, folder)
         bench = _bench(arguments, folder)
         load(bench.servo)
+        remove_bag(new_bag(bench.bag, arguments.force))
         outcome = record(bench)
         shares = ', '.join(f'{name} {share:.0%}' for name, share in outcome.cpu.items())
-        print(f'\nlive: {outcome.counts}\nof a core: {shares}\nreplay of {bench.bag}:')
+        tell(arguments, live=outcome.counts, cpu=outcome.cpu)
+        say(arguments, f'\nlive: {outcome.counts}', f'of a core: {shares}',
+            f'replay of {bench.bag}:')
         arguments.servo = None
         return _look_at(bench.bag, arguments, folder, compare=True)
     except ProcessError as problem:
@@ -113,7 +118,13 @@ def _look_at(bag: Path, arguments: argparse.Namespace, folder: Path, compare: bo
         command += ['-o', str(folder / 'answer')]
     parser = argparse.ArgumentParser()
     replay.add_arguments(parser)
-    return replay.main(parser.parse_args(command + ['--compare'] * compare))
+    add_usual(parser)
+    of_replay = parser.parse_args(command + ['--compare'] * compare + ['--quiet'] * arguments.quiet
+                                  + ['--force'] * arguments.force)
+    status = replay.main(of_replay)
+    found = of_replay.found
+    tell(arguments, **{**found, 'written': [bag, *found['written']]})
+    return status
 
 
 def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
@@ -127,8 +138,9 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
     if arguments.control and not arguments.view:
         raise ServoError('--control is of the page, which --view shows')
-    if folder.exists():
-        raise ServoError(f'{folder} exists already; choose another folder')
+    if folder.exists() and not arguments.force:
+        raise ServoError(f'{folder} exists already; choose another folder, or --force writes '
+                         'over the bag and the page in it')
     driver = None if arguments.driver is None else _driver_at(arguments.driver)
     rig = None
     if not arguments.no_emulator:
@@ -141,7 +153,8 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
         turned=tuple(arguments.set), namespace=arguments.namespace.strip('/'), mode=arguments.mode,
         rate=arguments.rate, block=arguments.block, family=arguments.family, command=command,
         settings=tuple(settings), duration=arguments.duration,
-        page=Page(arguments.port, arguments.control) if arguments.view else None)
+        page=Page(arguments.port, arguments.control) if arguments.view else None,
+        quiet=arguments.quiet)
 
 
 def _rig_at(given: Path) -> Path:

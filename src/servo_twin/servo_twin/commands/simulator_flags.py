@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..simulators.joint import Joint, ModelError
-from .terminal import new_file
+from .terminal import new_file, say, tell
 
 if TYPE_CHECKING:
     from ..simulators.from_model.required_values import Given
@@ -17,7 +17,6 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what a servo file needs beside the model."""
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='S.yaml',
                         help='servo file to write')
-    parser.add_argument('--force', action='store_true', help='write over a file that is there')
     parser.add_argument('--name', help='of the servo (default: file and joint)')
     parser.add_argument('--at', action='append', default=[], metavar='JOINT=VALUE',
                         help='position at which another joint is held, rad or m; may be repeated')
@@ -83,9 +82,8 @@ def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origi
     controller = ('no controller' if servo.controller is Open
                   else f'{servo.controller.name} control')
     effects = ', '.join(placed.name for placed in servo.effects) or 'no effects'
-    print(f'{arguments.output}: {servo.name}, {controller}, {effects}')
-    for one in lacking:
-        print(f'not in it: {one}')
-    if not servo.sensors:
-        print(NO_SENSORS)
+    tell(arguments, written=[arguments.output], servo=servo.name, not_in_it=lacking,
+         effects=[placed.name for placed in servo.effects], controller=servo.controller.name)
+    say(arguments, f'{arguments.output}: {servo.name}, {controller}, {effects}',
+        *(f'not in it: {one}' for one in lacking), *([] if servo.sensors else [NO_SENSORS]))
     return 0

@@ -1,12 +1,16 @@
-"""What commands share: the terminal they print to, and the files they may write."""
+"""What all commands share: the terminal, the JSON of what they found, the files they may write."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
 import json
+from math import isfinite
 from pathlib import Path
+import shutil
 import sys
-from typing import Any
+from typing import Any, TextIO
 
 WIDE = 200  # columns of what is no terminal: names stay whole
 
@@ -18,39 +22,83 @@ def terminal(stderr: bool = False, quiet: bool = False) -> Any:
     return Console(stderr=stderr, quiet=quiet, width=None if stream.isatty() else WIDE)
 
 
-def add_told(parser: argparse.ArgumentParser) -> None:
-    """Declare --json and --quiet."""
-    parser.add_argument('--json', metavar='FILE', help='write what was found; - prints it')
-    parser.add_argument('--quiet', action='store_true', help='print less, or nothing')
+def add_usual(parser: argparse.ArgumentParser, version: str = '') -> None:
+    """Declare what every command takes: --json, --quiet, --force and --version."""
+    usual = parser.add_argument_group('in every command')
+    usual.add_argument('--json', metavar='FILE', help='write what was found as one JSON object; '
+                       '- prints it, and what people read goes to stderr')
+    usual.add_argument('--quiet', action='store_true', help='print the answer, or nothing')
+    usual.add_argument('--force', action='store_true', help='write over files that are there')
+    usual.add_argument('--version', action='version', version=version)
 
 
-def add_force(parser: argparse.ArgumentParser) -> None:
-    """Declare --force."""
-    parser.add_argument('--force', action='store_true', help='write over files that are there')
+def named_servo(text: str) -> Path:
+    """Return the servo file that an argument names; the type of every such argument."""
+    from ..description.shipped import servo_at
+    try:
+        return servo_at(text)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
 
 
-def tell(file: str | None, found: Any) -> bool:
-    """Write what was found as JSON, to stdout for -; return whether stdout is taken by it."""
-    if file is None:
-        return False
-    text = json.dumps(found, indent=1, default=_plain) + '\n'
-    if file == '-':
-        sys.stdout.write(text)
+def say(arguments: argparse.Namespace, *lines: str) -> None:
+    """Print what --quiet leaves out."""
+    if not arguments.quiet:
+        print(*lines, sep='\n', flush=True)
+
+
+def tell(arguments: argparse.Namespace, **found: Any) -> None:
+    """
+    Keep what a command found for --json.
+
+    Paths, dataclasses and numbers of numpy's may be in it. ``written`` lists the files and
+    folders that the command wrote.
+    """
+    arguments.found = {**getattr(arguments, 'found', {}), **found}
+
+
+def write_json(arguments: argparse.Namespace, stdout: TextIO, head: Mapping[str, Any],
+               end: Mapping[str, Any]) -> None:
+    """Write ``head``, what was told and ``end`` as one object, where --json asks for it."""
+    if arguments.json is None:
+        return
+    found = {**head, 'written': [], **getattr(arguments, 'found', {}), **end}
+    text = json.dumps(plain(found), indent=1, allow_nan=False) + '\n'
+    if arguments.json == '-':
+        stdout.write(text)
+        stdout.flush()
     else:
-        new_file(file, True).write_text(text)
-    return file == '-'
+        new_file(arguments.json, True).write_text(text, 'utf8')
 
 
-def _plain(value: Any) -> Any:
-    """Return what JSON knows of a path or a number of numpy's."""
-    return value.item() if hasattr(value, 'item') else str(value)
+def plain(value: Any) -> Any:
+    """Return a value as JSON knows it; a number that is not finite is null."""
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if hasattr(value, 'tolist'):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, list | tuple | set):
+        return [plain(one) for one in value]
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+def judged_file(path: str | Path, force: bool = False) -> Path:
+    """Return the path of a file to write later; raises ValueError where it is there."""
+    path = Path(path)
+    if path.is_dir():
+        raise ValueError(f'{path} exists already, and is a folder; name a file')
+    if path.exists() and not force:
+        raise ValueError(f'{path} exists already; --force writes over it')
+    return path
 
 
 def new_file(path: str | Path, force: bool = False) -> Path:
     """Return the path of a file to write, its folder made; raises ValueError where it is there."""
-    path = Path(path)
-    if path.exists() and not force:
-        raise ValueError(f'{path} exists already; --force writes over it')
+    path = judged_file(path, force)
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
 
@@ -65,3 +113,32 @@ def new_folder(path: str | Path, force: bool, *files: str) -> Path:
         raise ValueError(f'{path} holds {", ".join(there)} already; --force writes over them')
     path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def new_bag(path: str | Path, force: bool = False) -> Path:
+    """
+    Return the path of a bag to write; raises ValueError where something is there.
+
+    With ``force`` a bag that is there stays until :func:`remove_bag`. What is no bag always stays.
+    """
+    path = Path(path)
+    if path.exists() and not force:
+        raise ValueError(f'{path} exists already; --force writes over it')
+    if path.exists() and not _is_bag(path):
+        raise ValueError(f'{path} is no bag, and stays as it is; choose another name')
+    return path
+
+
+def remove_bag(path: Path) -> Path:
+    """Remove the bag at a path, if one is there, and make the folder that it is in."""
+    if path.exists() and _is_bag(path):
+        shutil.rmtree(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def _is_bag(path: Path) -> bool:
+    """Return whether a folder holds nothing but what a bag is made of, and some of it."""
+    held = list(path.iterdir()) if path.is_dir() else []
+    return bool(held) and all(one.name == 'metadata.yaml' or one.suffix == '.mcap'
+                              for one in held)

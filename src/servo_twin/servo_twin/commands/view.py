@@ -17,8 +17,10 @@ from importlib.util import find_spec
 from pathlib import Path
 import tempfile
 
+from ..bringup.processes import BEGINS, ENDS
 from ..nodes.ending import Ending
 from .page_flags import add_port
+from .terminal import say, tell
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,7 +80,10 @@ async def _serve(arguments: argparse.Namespace, source, ending: Ending, scratch:
     ending.then = lambda: loop.call_soon_threadsafe(over.set)
     if ending.asked:  # before anybody could hear it
         return 0
-    view = View(source, Diagnosis(arguments.output or scratch / 'answers'), arguments.control,
+    kept = Diagnosis(arguments.output or scratch / 'answers',
+                     lambda: print(BEGINS, flush=True),
+                     lambda said: print(f'{ENDS}: {said}', flush=True))
+    view = View(source, kept, arguments.control,
                 Faults(arguments.faults) if arguments.faults else None)
     try:
         server, port = serve(view, arguments.port)
@@ -86,7 +91,9 @@ async def _serve(arguments: argparse.Namespace, source, ending: Ending, scratch:
         raise ValueError(f'--port {arguments.port} on {ADDRESS} cannot be had: '
                          f'{problem.strerror}; choose another, or 0 for a free one') from None
     may = 'may set values' if arguments.control else 'read only'
-    print(f'view: http://{ADDRESS}:{port} ({may})', flush=True)
+    address = f'http://{ADDRESS}:{port}'
+    tell(arguments, address=address, control=arguments.control)
+    say(arguments, f'view: {address} ({may})')
     try:
         await over.wait()
     finally:

@@ -20,6 +20,7 @@ import os
 from pathlib import Path
 import sys
 import textwrap
+from threading import RLock
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -45,6 +46,7 @@ from servo_twin.physics.kernel_arrays import borrowed, own
 
 compiled = njit(error_model='numpy', forceinline=True)
 '''
+_ONE = RLock()
 
 
 @dataclass(frozen=True)
@@ -75,8 +77,9 @@ class Kernel:
 def kernel_of(servo: Servo) -> Kernel:
     """Return the kernel of a servo, compiled at most once for each structure."""
     rows = tuple((p, len(v)) for p, v in servo.values.items() if isinstance(v, tuple))
-    return _kernel(_Structure(servo, (servo.drive, servo.mechanism, servo.controller,
-                                      servo.sensors, servo.effects, rows)))
+    with _ONE:  # another thread may be half through the import of the same
+        return _kernel(_Structure(servo, (servo.drive, servo.mechanism, servo.controller,
+                                          servo.sensors, servo.effects, rows)))
 
 
 class _Structure:

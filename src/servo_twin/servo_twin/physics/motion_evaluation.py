@@ -51,7 +51,8 @@ def evaluate_models(theta, on, x, motion, out, h):
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         left -= min(max(left, -half), half)
         touching = half == 0.0 or left != 0.0
-        rate = rate if touching else 0.0
+        slope = mesh_error_slope(theta, on, x, teeth, h)
+        rate = rate - motor_speed * slope if touching else 0.0
         spring = mesh_torque(theta, on, x, WindUp(left, rate, load), h)
         out[k, 4] = mechanism_pull(mechanism, left, rate) + spring
         out[k, 6], out[k, 7], out[k, 8] = lost, half, spring
@@ -67,7 +68,7 @@ def evaluate_models(theta, on, x, motion, out, h):
         at_motor = Shaft(motor, motor_speed, motor_way, felt, abs(motor - motor_turned), current,
                          temperature, time)
         out[k, 0] = motor_torque(theta, on, x, at_motor, h)
-        out[k, 0] += torque * mesh_error_slope(theta, on, x, teeth, h)
+        out[k, 0] += torque * slope
         out[k, 1] = -motor_way * max(0.0, motor_friction(theta, on, x, at_motor, h))
         out[k, 5] = torque
 

@@ -24,12 +24,15 @@ class Diagnosis:
     """
     One diagnosis at a time; the answers lie in ``folder``/N.
 
+    ``began`` and ``ended`` are called when one does; the latter with the answer or the problem.
     ``facts`` is what the page tells: running, stage, progress (0 to 1), sentence, problem, and
     number, which is that of the answer's page once there is one.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, began: Callable[[], None] = lambda: None,
+                 ended: Callable[[str], None] = lambda said: None) -> None:
         self.folder = folder
+        self._began, self._ended = began, ended
         self.facts: dict[str, Any] = _facts()
         self._number = 0
         self._task: asyncio.Task | None = None
@@ -49,11 +52,14 @@ class Diagnosis:
         if self._task is not None:
             self._task.cancel()
 
-    async def close(self) -> None:
-        """End what runs and wait for it."""
+    async def close(self, why: str) -> None:
+        """End what runs and wait for it; ``why`` is the problem that the page then tells."""
+        ran = self.facts['running']
         self.cancel()
         if self._task is not None:
             await asyncio.gather(self._task, return_exceptions=True)
+        if ran:
+            self.facts = _facts(problem=why)
 
     def page(self, number: int) -> Path | None:
         """Return the page of an answer, if there is one."""
@@ -61,16 +67,21 @@ class Diagnosis:
         return path if path.is_file() else None
 
     async def _run(self, take: Callable[[], Recording], number: int) -> None:
+        self._began()
         try:
             sentence = await self._answer(take, self.folder / str(number))
             self.facts = _facts(sentence=sentence, number=number, progress=1.0)
         except asyncio.CancelledError:
             self.facts = _facts(problem='cancelled')
             raise
-        except (ValueError, KeyError, OSError) as problem:
+        except (ValueError, OSError) as problem:
             self.facts = _facts(problem=str(problem))
+        except Exception as problem:  # whatever it is, the page must not wait for ever
+            self.facts = _facts(
+                problem=f'the diagnosis failed: {type(problem).__name__}: {problem}')
         finally:
             self._process = None
+            self._ended(self.facts['sentence'] or self.facts['problem'])
 
     async def _answer(self, take: Callable[[], Recording], folder: Path) -> str:
         bag = await asyncio.to_thread(_written, take, folder)
@@ -88,8 +99,11 @@ class Diagnosis:
             status = await self._process.wait()
         finally:
             _end(self._process)
+        if status < 0:
+            raise ValueError(f'the diagnosis was ended by {signal.Signals(-status).name}: is '
+                             'there memory enough?')
         if status:
-            raise ValueError('; '.join(said[-1:]) or f'it ended with status {status}')
+            raise ValueError('; '.join(said[-1:]) or f'the diagnosis ended with status {status}')
         report = json.loads((folder / 'answer' / 'report.json').read_text())
         return report['verdict']['sentence']
 

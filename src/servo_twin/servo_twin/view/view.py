@@ -48,6 +48,7 @@ class View:
         self._count = 0
         self._rest: asyncio.TimerHandle | None = None
         self._asking: asyncio.Future | None = None
+        self._untold: set[Socket] = set()
 
     def enter(self, socket: Socket) -> None:
         """Begin to serve a browser."""
@@ -64,6 +65,7 @@ class View:
     def leave(self, socket: Socket) -> None:
         """End serving a browser."""
         self._lookers.pop(socket, None)
+        self._untold.discard(socket)
         if not self._lookers and self._rest is None and self._tick.is_running():
             self._rest = asyncio.get_running_loop().call_later(_RESTS, self._sleep)
 
@@ -82,10 +84,14 @@ class View:
         if self.control and self.faults is not None and self._count % (4 * _FACTS) == 0:
             self._asking = asyncio.ensure_future(self.faults.refresh())
         for socket, looker in list(self._lookers.items()):
+            if facts is not None:
+                self._untold.add(socket)
             if socket.busy:  # a slow browser gets more at once, later
                 continue
             socket.say(looker.traces(traces))
-            if facts is not None:
+            if socket in self._untold:
+                self._untold.remove(socket)
+                facts = self._facts() if facts is None else facts
                 socket.say(looker.facts(facts))
                 socket.say(looker.density(traces))
 
@@ -140,8 +146,10 @@ class View:
     async def close(self) -> None:
         """End everything."""
         self._tick.stop()
-        await self.diagnosis.close()
-        for socket in list(self._lookers):
+        await self.diagnosis.close('the view ended before the diagnosis did: record longer, or '
+                                   'give the bag to servo-identify diagnose')
+        for socket, looker in list(self._lookers.items()):
+            socket.say(looker.facts({'diagnosis': self.diagnosis.facts}))
             socket.close(1001, 'the view ends')
 
 

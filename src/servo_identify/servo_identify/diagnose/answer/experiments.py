@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from servo_twin.physics.servo import Servo, ServoError
-from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.physics.state import INPUTS, OUTPUTS
+from servo_twin.physics.state import INPUTS
+from servo_twin.recording.recording import Recording
 
 from ...experiment.reach import CHANNELS, reach_of, reached
 from ..decisions import PRACTICAL
 from ..handover.added import added_of, servo_with
 from ..handover.curves import curve_of, Part
 from ..selection.confidence import Rival
+from .candidate_runs import DURATION, mode_of, run, simulated
 from .evidence import Evidence, Finding
 from .shown_units import channel_unit
 
-DURATION = 10.0  # s of each candidate
 BEYOND = 1.2  # times the largest travel, speed and torque seen that a recording may reach
 MARGIN = 10.0 * PRACTICAL  # share of a signal within which two twins look alike to a person
 READABLE = ('drive.', 'mechanism.')  # values that an instrument can read by themselves
@@ -37,8 +37,8 @@ def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict[str,
 
     ``{separates, family, settings, command, expected, expected_ratio}``: of the candidates within
     what the rig was seen to do (or ``reach``), the one in which the twins of two explanations
-    differ most, in units of noise and margin. Where none differs, ``family`` is empty, and
-    ``measure`` names a value that would tell.
+    differ most beyond what the given recordings show already, in units of noise and margin. Where
+    none adds anything, ``family`` is empty, and ``measure`` names a value that would tell.
     """
     open_pairs = [(one, one.rivals[0]) for one in evidence.named if one.rivals]
     if not open_pairs:
@@ -80,29 +80,59 @@ def _other(evidence: Evidence, one: Finding, rival: Rival) -> Servo | None:
 
 def _told(evidence: Evidence, twins: tuple[Servo, Servo], reach: Mapping[str, float]
           ) -> Iterator[tuple[float, str, dict[str, Any], str, list[float], str]]:
-    """Yield (ratio, family, settings, channel, sizes, unit) of each candidate."""
+    """
+    Yield (new, family, settings, channel, sizes, unit) of each candidate.
+
+    ``new`` is what it tells beyond the given recordings: squares of such ratios add up, so that
+    one which is there already adds nothing.
+    """
     recordings = [one.measured.recording for one in evidence.found.samples.errors]
     limits = reached(recordings) * BEYOND
     for k, name in enumerate(('travel', 'speed', 'torque')):
         limits[k] = max(limits[k], reach.get(name, 0.0))
     noise = evidence.found.samples.errors[0].measured.noise
+    known = _known(recordings, twins, noise)
     for family, settings in _candidates(evidence, limits, reach):
-        both = [y for y in (_simulated(twin, family, settings, recordings[0].period)
+        both = [y for y in (simulated(twin, family, settings, recordings[0].period)
                             for twin in twins) if y is not None]
         if len(both) < len(twins) or np.any(reach_of(both[0]) > 1.001 * limits + 1e-12):
             continue
         for channel in CHANNELS:
-            if not recordings[0].has(channel):
-                continue
-            first, second = (y[channel] for y in both)
-            if channel.endswith('position'):
-                first, second = first - first[0], second - second[0]
-            size = float(np.sqrt(np.mean(first**2)))
-            apart = float(np.sqrt(np.mean((first - second)**2)))
-            floor = np.hypot(float(np.nan_to_num(noise.get(channel, 0.0))), MARGIN * size)
-            unit = channel_unit(evidence.servo, channel)
-            yield (apart / max(floor, 1e-300), family, settings, channel,
-                   [size, float(np.sqrt(np.mean(second**2)))], unit)
+            if recordings[0].has(channel):
+                ratio, sizes = _apart(channel, both, noise)
+                new = float(np.sqrt(max(ratio**2 - known[mode_of(settings)]**2, 0.0)))
+                unit = channel_unit(evidence.servo, channel)
+                yield new, family, settings, channel, sizes, unit
+
+
+def _apart(channel: str, both: Sequence[Mapping[str, Any]], noise: Mapping[str, float]
+           ) -> tuple[float, list[float]]:
+    """Return how far two twins are apart in a channel, over noise and margin; the rms of each."""
+    first, second = (y[channel] for y in both)
+    if channel.endswith('position'):
+        first, second = first - first[0], second - second[0]
+    sizes = [float(np.sqrt(np.mean(y**2))) for y in (first, second)]
+    apart = float(np.sqrt(np.mean((first - second)**2)))
+    floor = np.hypot(float(np.nan_to_num(noise.get(channel, 0.0))), MARGIN * sizes[0])
+    return apart / max(floor, 1e-300), sizes
+
+
+def _known(recordings: Sequence[Recording], twins: tuple[Servo, Servo],
+           noise: Mapping[str, float]) -> dict[str, float]:
+    """Return, by the way of running, how far the twins are apart in the given recordings."""
+    known = {'measured_input': 0.0, 'closed_loop': 0.0}
+    for one in recordings:
+        led = one.has('reference_velocity') or one.has('reference_position')
+        mode = 'closed_loop' if led and twins[0].controller.parameters else 'measured_input'
+        count = min(int(DURATION / one.period), len(one))
+        start = one['motor_position'][0], one['load_position'][0]
+        runs = [run(twin, {name: one[name][:count] for name in INPUTS}, one.period, mode, start)
+                for twin in twins]
+        both = [y for y in runs if y is not None]
+        if len(both) == len(runs):
+            known[mode] = max(known[mode], *(_apart(channel, both, noise)[0]
+                                             for channel in CHANNELS if one.has(channel)))
+    return known
 
 
 def _candidates(evidence: Evidence, limits: np.ndarray,
@@ -134,65 +164,6 @@ def _candidates(evidence: Evidence, limits: np.ndarray,
         found += [('sine', {'amplitude': 0.8 * volts, 'frequency': 0.5}),
                   ('sine', {'amplitude': 0.4 * volts, 'frequency': 2.0})]
     return found
-
-
-def _simulated(servo: Servo, family: str, settings: dict[str, Any],
-               period: float) -> dict[str, Any] | None:
-    samples = int(DURATION / period)
-    t = np.arange(samples) * period
-    columns = {name: np.full(samples, np.nan) for name in INPUTS}
-    mode = 'measured_input' if 'amplitude' in settings else 'closed_loop'
-    reference, columns['external_torque'] = _waves(family, settings, t)
-    if mode == 'closed_loop':
-        columns['reference_velocity'] = reference
-        columns['reference_position'] = np.cumsum(reference) * period
-    else:
-        columns['voltage'] = reference
-    try:
-        y = simulate(servo, inputs_of(columns), period, initial_state(servo), mode)
-    except ServoError:
-        return None
-    if not np.isfinite(y[:, :4]).all():
-        return None
-    return dict(zip(OUTPUTS, y.T, strict=True)) | {'period': period}
-
-
-def _waves(family: str, settings: dict[str, Any], t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return reference (V, or rad/s at the load) and external torque, N m, shape of t each."""
-    still = np.zeros(len(t))
-    if family == 'slow_reversals':
-        phase = 2.0 * np.pi * t / settings['period']
-        return settings['speed'] * 2.0 / np.pi * np.arcsin(np.sin(phase)), still
-    if family == 'sine':
-        return settings['amplitude'] * np.sin(2.0 * np.pi * settings['frequency'] * t), still
-    if family == 'chirp':
-        rate = np.log(settings['to'] / settings['from']) / DURATION
-        turns = settings['from'] * np.expm1(rate * t) / rate
-        return settings['amplitude'] * np.sin(2.0 * np.pi * turns), still
-    if family == 'multisine':
-        tones = np.geomspace(settings['from'], settings['to'], settings['lines'])
-        wave = sum(np.sin(2.0 * np.pi * f * t + 1.7 * i * i) for i, f in enumerate(tones))
-        return settings['amplitude'] * wave / np.abs(wave).max(), still
-    if family == 'speed_ladder':
-        levels = np.repeat(settings['speeds'], 2)
-        place = np.minimum((t / DURATION * len(levels)).astype(int), len(levels) - 1)
-        speed, torque = levels[place] * np.where(place % 2, -1.0, 1.0), still
-    else:  # load_steps
-        levels = np.linspace(-1.0, 1.0, 5)
-        cycle = np.concatenate((levels, levels[-2:0:-1]))
-        place = (t / 0.5).astype(int)
-        speed = settings['speed'] * np.where(place // len(cycle) % 2, -1.0, 1.0)
-        torque = settings['torque'] * cycle[place % len(cycle)]
-    return _eased(speed, settings['acceleration'] * (t[1] - t[0])), torque
-
-
-def _eased(wanted: np.ndarray, most: float) -> np.ndarray:
-    """Return a speed that follows another one from rest, by ``most`` from sample to sample."""
-    eased, now = np.empty(len(wanted)), 0.0
-    for i, speed in enumerate(wanted):
-        now += min(max(speed - now, -most), most)
-        eased[i] = now
-    return eased
 
 
 def _command(family: str, settings: dict[str, Any]) -> str:

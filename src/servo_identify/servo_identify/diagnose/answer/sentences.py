@@ -14,6 +14,10 @@ PLACES = {
     'controller': 'controller'}
 SITES = {'motor': 'motor shaft', 'load': 'load shaft', 'mesh': 'transmission',
          'command': 'command', 'drive': 'drive', 'controller': 'controller'}
+SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('transmission',),
+         'command': ('drive',), 'drive': ('drive',), 'current': ('drive',),
+         'controller': ('controller',)}
+"""In which balances an effect at a site shows of itself."""
 
 
 def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict[str, Any],
@@ -36,9 +40,13 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
             text += (f' {_listed(several).capitalize()} would come nearest, but no nearer than '
                      'chance does on so few data.')
         return text
+    # what shows most in a balance may act at another place
+    if not all(balance in SHOWS.get(one.site, (balance,)) for one in which):
+        place = 'twin'
     several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
     first = which[0]
-    others = [spoken(one.effect) for one in first.alternatives]
+    others = [f'the same at the {SITES.get(one.site, one.site)}' if one.effect == first.effect
+              else spoken(one.effect) for one in first.alternatives]
     unsure = first.rung == 'place' and others
     if unsure:  # the place is known, the recordings do not tell what acts there
         several[0] += ', or perhaps ' + _listed(others, 'or')
@@ -52,7 +60,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     else:
         text += (f' Adding {it} does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
-    sure = round(100.0 * first.confidence['mechanism'])
+    sure = round(100.0 * min(one.confidence['mechanism'] for one in which))
     text += f' Confidence: {sure} %.'
     if unsure:
         text += ' These recordings do not tell which.'

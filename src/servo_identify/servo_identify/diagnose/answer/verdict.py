@@ -133,7 +133,10 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
     sure = min(one.confidence, max(stable, 0.5 * one.confidence))
     place = min(1.0, sure + sum(r.confidence for r in one.rivals
                                 if r.mechanism.site == mechanism.site))
-    confidence = {'place': max(place, sure), 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
+    # the same mechanism may act at another shaft: then it is known better than its place
+    sure = min(1.0, sure + sum(r.confidence for r in one.rivals
+                               if r.mechanism.name == mechanism.name))
+    confidence = {'place': place, 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
     if curve is not None:
         away = np.average((curve.low * curve.high > 0.0) | (curve.size() == 0.0),
                           weights=curve.density)
@@ -190,9 +193,19 @@ def _closed(evidence: Evidence, equation: str) -> float:
 
 
 def _parameters(evidence: Evidence, added: Added) -> dict[str, dict[str, Any]]:
-    """Return the values of a missing effect: value, standard deviation and unit."""
-    patch, found = evidence.handover.patch, {}
-    for path in added.free:
+    """
+    Return the values of a missing effect: value, standard deviation and unit.
+
+    Of values that the file has, the one that changes most in proportion comes first.
+    """
+    patch, found, given = evidence.handover.patch, {}, evidence.servo.numbers
+
+    def change(path: str) -> float:
+        if path not in given:
+            return 0.0
+        return abs(float(patch.numbers[path]) - given[path]) / max(abs(given[path]), 1e-12)
+
+    for path in sorted(added.free, key=change, reverse=True):
         value, unit = patch.values[path], patch.unit(path)
         several = [(f'[{i}]', v) for i, v in enumerate(value)] if isinstance(value, tuple) else [
             ('', value)]

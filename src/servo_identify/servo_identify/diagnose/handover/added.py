@@ -226,8 +226,9 @@ def _one_way(curve: Curve, way: float) -> list[Formed]:
     left = curve.size(curve.y - table @ (level, slope))
     law = left <= FORM * curve.size()
     level, slope = 0.5 * float(level), 0.5 * float(slope)
-    several = {'asymmetric_friction': {'difference': way * level, 'slope': way * slope},
-               'coulomb_friction': {'level': level}, 'viscous_friction': {'slope': slope}}
+    several: dict[str, dict[str, float | tuple[float, ...]]] = {
+        'asymmetric_friction': {'difference': way * level, 'slope': way * slope},
+        'coulomb_friction': {'level': level}, 'viscous_friction': {'slope': slope}}
     return [Formed(find(name), values, tuple(values), law)
             for name, values in several.items() if any(values.values())]
 

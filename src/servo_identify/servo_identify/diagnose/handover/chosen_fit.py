@@ -7,17 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from servo_twin.physics.servo import Provenance, Servo, ServoError
+from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
+from .certainty import signed, spread
 from .simulated_gap import Diverged, Gap, refitted, shrink_interval, simulated
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
 JUDGED = 60.0  # s of the accept recordings that a choice is judged on
-SOURCE = 'gap diagnosis'
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, short, tolerated, near=False)
+    starts = [servo] if within is None else [servo, within.servo]
     tick(0.3)
     given = _gap(servo, accepting)
     if given is None:
@@ -81,22 +82,30 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         if base is None:
             added = ()
             break
-        free = [path for one in added for path in one.free]
-        joint = refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
+        joint = _together(starts, added, tolerated, short)
         tick(0.6)
-        best = _best(servo, added, joint, short, accepting)
-        best = best and _lawful(servo, best, short, accepting)
+        best = _best(servo, added, joint, accepting)
+        if best is not None:
+            best, joint = _lawful(starts, best, joint, tolerated, short, accepting)
         judged, most = servo, given.total()
         # beside values that are off it may take those moved as well to do any good
-        ground = _moved(servo, tolerated, joint.servo) if joint is not None else servo
-        moved = best and _tried(ground, _at_values(best.added, joint.servo), joint,
-                                accepting) if joint is not None else None
-        if best is not None and moved is not None and (
-                best.gap.total() > (1.0 - WORTH) * most and moved.gap.total() < best.gap.total()):
+        ground, moved = servo, None
+        if best is not None and joint is not None:
+            changed = {path for one in best.added for path in one.values}
+            ground = _moved(servo, [p for p in tolerated if p not in changed], joint.servo)
+            moved = _tried(ground, _at_values(best.added, joint.servo), joint, accepting)
+        enough = best is not None and _everywhere(given, best.gap) and _everywhere(
+            _gap(servo, short), _gap(_built(servo, best.added), short))
+        if best and moved and not enough and moved.gap.total() < best.gap.total():
             judged, best = ground, moved
             most = _total(within.servo if within else servo, accepting)
-        helps = best is not None and (
-            best.gap.total() < most or _alike(judged, best, short, accepting))
+        helps = best is not None and (best.gap.total() < most or _alike(
+            judged, _built(judged, best.added), best.gap, short, accepting))
+        if moved and not helps:  # what the others hide shows against the others moved alone
+            beside = within.servo if within else servo
+            if moved.gap.total() < _total(beside, accepting) or _alike(
+                    beside, _built(ground, moved.added), moved.gap, short, accepting):
+                judged, best, helps = ground, moved, True
         if best is None or len(added) == 1 and not helps:
             names = ', '.join(one.part.mechanism.label for one in added)
             warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
@@ -116,14 +125,15 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         added = (*best.added[:needless], *best.added[needless + 1:])
     added = (*added, *loop)
     if judged is not servo:
-        moved = [p for p in tolerated if judged.values[p] != servo.values[p]]
-        warnings.append(f'moved within tolerance in the new file: {", ".join(moved)}; without '
-                        'that, what is added does not bring the simulation nearer to the rig')
-    patch = _signed(servo_with(judged, added), chosen)
+        others = [p for p in tolerated if judged.values[p] != servo.values[p]]
+        warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
+                        'that, what is added brings the simulation nearer in some recordings only')
+    stds = spread(several, chosen) if chosen is not None else {}
+    patch = signed(servo_with(judged, added), stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given, 'patch': _gap(patch, accepting) or given}
     return Handover(servo, judged, added, patch, refit, within.servo if within else servo, joint,
-                    gaps, tuple(warnings), chosen.std if chosen is not None else {})
+                    gaps, tuple(warnings), stds)
 
 
 @dataclass(frozen=True)
@@ -135,14 +145,33 @@ class Tried:
     estimate: Estimate | None
 
 
+def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequence[str],
+              short: Sequence[Recording]) -> Estimate | None:
+    """
+    Return effects fitted together with the values within tolerance, by simulation.
+
+    The fit begins at the nearer of some ``starts``: far from the rig it may stop short of it.
+    """
+    changed = {path for one in added for path in one.values}
+    several = [servo_with(_moved(starts[0], [p for p in tolerated if p not in changed], one),
+                          added) for one in starts]
+    base = min(several, key=lambda one: _total(one, short))
+    free = [path for one in added for path in one.free]
+    return refitted(base, short, [*free, *(p for p in tolerated if p in base.tolerance)])
+
+
 def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
-          short: Sequence[Recording], accepting: Sequence[Recording]) -> Tried | None:
-    """Return the effects at the values that do best on the accept recordings."""
-    alone = refitted(servo_with(servo, added), short, [p for one in added for p in one.free])
-    several = [(added, None)] + [(_at_values(added, by.servo), by)
-                                 for by in (joint, alone) if by is not None]
-    tried = [_tried(servo, one, by, accepting) for one, by in several]
-    return min((one for one in tried if one), key=lambda one: one.gap.total(), default=None)
+          accepting: Sequence[Recording]) -> Tried | None:
+    """
+    Return the effects at the values that do best on the accept recordings.
+
+    They come from the equations or from the fit together with the tolerances. Fitted alone, they
+    would make up for every other value that is off.
+    """
+    several = [_tried(servo, added, None, accepting)]
+    if joint is not None:
+        several.append(_tried(servo, _at_values(added, joint.servo), joint, accepting))
+    return min((one for one in several if one), key=lambda one: one.gap.total(), default=None)
 
 
 def _tried(servo: Servo, added: tuple[Added, ...], by: Estimate | None,
@@ -157,37 +186,49 @@ def _moved(servo: Servo, paths: Sequence[str], to: Servo) -> Servo:
                                                      if p in to.values}})
 
 
-def _alike(base: Servo, best: Tried, fitting: Sequence[Recording],
+def _alike(before: Servo, after: Servo | None, gap: Gap, fitting: Sequence[Recording],
            accepting: Sequence[Recording]) -> bool:
     """
     Tell whether effects bring the simulation nearer where they were fitted, and harm nowhere.
 
-    On a short accept recording a right effect may gain nothing; that is no ground against it. It
-    is one where the 90 % interval of its gain there lies below zero.
+    ``gap`` is theirs on the accept recordings. On a short one a right effect may gain nothing;
+    that is no ground against it. It is one where the 90 % interval of its gain lies below zero.
     """
-    after, known, given = (_gap(_built(base, best.added), fitting), _gap(base, fitting),
-                           _gap(base, accepting))
-    return (after is not None and known is not None and given is not None
-            and after.total() < known.total()
-            and shrink_interval(given, best.gap)[1] > 0.0)
+    fitted, known, given = _gap(after, fitting), _gap(before, fitting), _gap(before, accepting)
+    return (fitted is not None and known is not None and given is not None
+            and fitted.total() < known.total() and shrink_interval(given, gap)[1] > 0.0)
 
 
-def _total(servo: Servo, recordings: Sequence[Recording]) -> float:
+def _everywhere(before: Gap | None, after: Gap | None) -> bool:
+    """Tell whether a gap is smaller by what is worth naming, and larger in no recording."""
+    if before is None or after is None or after.total() > (1.0 - WORTH) * before.total():
+        return False
+    several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
+    return all(after.total(blocks) <= before.total(blocks) for blocks in several)
+
+
+def _total(servo: Servo | None, recordings: Sequence[Recording]) -> float:
     gap = _gap(servo, recordings)
     return np.inf if gap is None else gap.total()
 
 
-def _lawful(servo: Servo, best: Tried, short: Sequence[Recording],
-            accepting: Sequence[Recording]) -> Tried:
-    """Return the effects with the law of the catalogue where it predicts as well as the curve."""
+def _lawful(starts: Sequence[Servo], best: Tried, joint: Estimate | None, tolerated: Sequence[str],
+            short: Sequence[Recording], accepting: Sequence[Recording]
+            ) -> tuple[Tried, Estimate | None]:
+    """
+    Return the effects with the law of the catalogue where it predicts as well as the curve.
+
+    The fit together with the tolerances comes with them.
+    """
     for one in best.added:
         if one.as_law is None:
             continue
         lawful = tuple(one.as_law if other is one else other for other in best.added)
-        tried = _best(servo, lawful, None, short, accepting)
+        fitted = _together(starts, lawful, tolerated, short)
+        tried = _best(starts[0], lawful, fitted, accepting)
         if tried is not None and tried.gap.total() <= best.gap.total():
-            best = tried
-    return best
+            best, joint = tried, fitted
+    return best, joint
 
 
 def _needless(servo: Servo, best: Tried, most: float,
@@ -206,21 +247,6 @@ def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
     """Return effects at the values of a servo; a law that it has as a curve keeps its own."""
     return tuple(replace(one, values={path: servo.values.get(path, value)
                                       for path, value in one.values.items()}) for one in added)
-
-
-def _signed(servo: Servo, joint: Estimate | None) -> Servo:
-    """Return a servo whose new values say where they come from, and how sure they are."""
-    if joint is None:
-        return servo
-    said = dict(servo.provenance)
-    for name, std in joint.std.items():
-        path = name.partition('[')[0]
-        if path in servo.values and path not in servo.tolerance:
-            known = said.get(path)
-            worst = max((s for s in (known.std if known and known.source == SOURCE else None, std)
-                         if s is not None and np.isfinite(s)), default=None)
-            said[path] = Provenance(SOURCE, worst, joint.bags)
-    return replace(servo, provenance=said)
 
 
 def _built(servo: Servo, added: Sequence[Added]) -> Servo | None:

@@ -68,3 +68,23 @@ class Builder:
     def known(self, port: str) -> bool:
         """Whether the servo has an effect at a port."""
         return any(placed.effect.port == port for placed in self.samples.servo.effects)
+
+
+def sides_of(builder: Builder) -> tuple[str, ...]:
+    """
+    Return the shafts whose friction can be told apart, the load's first.
+
+    Both where the torque between them is measured. Without that sensor the torsion measures it:
+    friction of the load twists the transmission and friction of the motor does not. That tells
+    them apart where the one shows in the transmission as clearly as in the torque balance.
+    """
+    samples = builder.samples
+    if 'torque' not in samples.present:
+        return tuple(site for site in ('load', 'motor') if site in samples.present)
+    if 'transmission' in samples.present and samples.servo.mechanism.compliant:
+        column = builder.resisting('load', lambda one: np.ones((len(one.motion.rows), 1))).table
+        twisted, balanced = (float(np.mean(column[samples.rows(name)] ** 2))
+                             for name in ('transmission', 'torque'))
+        if twisted >= balanced:
+            return ('load', 'motor')
+    return ('load',)

@@ -10,7 +10,7 @@ from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.catalogue import names
 
 from ..decisions import FORM
-from .builder import Builder
+from .builder import Builder, sides_of
 from .drive import drive_of
 from .friction import friction_of
 from .hypothesis import Hypothesis, UNKNOWN
@@ -22,14 +22,6 @@ from .user_effects import user_effects_of
 from .values import values_of
 
 
-def sides_of(builder: Builder) -> tuple[str, ...]:
-    """Shafts whose friction can be told apart: both where the torque between them is measured."""
-    present = builder.samples.present
-    if 'torque' in present:
-        return ('load',)
-    return tuple(site for site in ('motor', 'load') if site in present)
-
-
 def hypotheses_of(builder: Builder, residual: np.ndarray,
                   without: Collection[str] = ()) -> list[Hypothesis]:
     """
@@ -38,7 +30,8 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     ``residual`` (samples,) is what is left without any.
     """
     found: list[Hypothesis] = []
-    for site in sides_of(builder):
+    sides = sides_of(builder)
+    for site in sides:
         found += friction_of(builder, site, residual)
     if set(builder.samples.present) & {'motor', 'load', 'torque'}:
         found += torque_of(builder, residual)
@@ -47,7 +40,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += readings_of(builder)
     found += values_of(builder)
     found += user_effects_of(builder)
-    found += patterns_of(builder, without)
+    found += patterns_of(builder, sides, without)
     _check(without, found, builder)
     gone = {*without, *(ALIASES[name] for name in without if name in ALIASES)}
     kept = [one for one in found if one.mechanism.name not in gone]

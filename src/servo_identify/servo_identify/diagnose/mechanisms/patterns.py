@@ -45,24 +45,35 @@ PLACES = {'motor': ('motor_torque', 'motor'), 'load': ('load_torque', 'load'),
           'drive': ('drive_current', 'drive')}
 
 
-def patterns_of(builder: Builder, without: Collection[str]) -> Iterator[Hypothesis]:
-    """Yield a hypothesis for each equation, variable and symmetry."""
+def patterns_of(builder: Builder, sides: Collection[str],
+                without: Collection[str]) -> Iterator[Hypothesis]:
+    """
+    Yield a hypothesis for each equation, variable and symmetry.
+
+    ``sides`` are the shafts that can be told apart. In the balance of both a pattern is the
+    load's, and one that has a name may be the motor's as well.
+    """
     for equation in builder.samples.present:
         if equation not in PLACES:
             continue
-        for variable in variables_of(equation):
-            edges = _edges([variable.sized(one) for one in builder.samples.errors])
-            if edges is None:
-                continue
-            for symmetry in ('even', 'odd'):
-                found = _pattern(builder, equation, variable, edges, symmetry, without)
-                if found:
-                    yield found
+        places = [PLACES[equation]]
+        if equation == 'torque' and 'motor' in sides:
+            places.append(PLACES['motor'])
+        for signal, site in places:
+            for variable in variables_of(site if equation == 'torque' else equation):
+                edges = _edges([variable.sized(one) for one in builder.samples.errors])
+                if edges is None:
+                    continue
+                for symmetry in ('even', 'odd'):
+                    found = _pattern(builder, equation, signal, site, variable, edges, symmetry,
+                                     without)
+                    if found and ((signal, site) == PLACES[equation]
+                                  or found.mechanism.name != UNKNOWN):
+                        yield found
 
 
-def _pattern(builder: Builder, equation: str, variable: Variable, edges: np.ndarray,
-             symmetry: str, without: Collection[str]) -> Hypothesis | None:
-    signal, site = PLACES[equation]
+def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: Variable,
+             edges: np.ndarray, symmetry: str, without: Collection[str]) -> Hypothesis | None:
     by_flank = equation == 'transmission' and variable.name in ('load', 'angle')
 
     def of(one: EquationErrors) -> np.ndarray:

@@ -13,7 +13,7 @@ from ..residuals.nuisance import slope
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
-FAR = 4.0  # times by which a value of a data sheet may be off
+FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
 
 NAMES = {'drive.torque_constant': 'torque_constant_error',

@@ -44,7 +44,7 @@ def _late(term: Term, one: EquationErrors) -> str:
     if term.signal == 'current':
         return 'current' if 'current' in one.measured.channels else 'drive'
     return {'torque': 'torque', 'load_position': 'load_position', 'drive_current': 'drive',
-            'voltage': 'controller'}.get(term.signal, '')
+            'voltage': 'controller', 'external_torque': 'external_torque'}.get(term.signal, '')
 
 
 def late_channels(errors: list[EquationErrors]) -> list[str]:
@@ -52,5 +52,7 @@ def late_channels(errors: list[EquationErrors]) -> list[str]:
     seen = {_late(term, one) for one in errors for several in one._terms(one.servo.theta).values()
             for term in several}
     both = any({'motor_position', 'load_position'} <= one.measured.channels for one in errors)
-    return [n for n in ('current', 'torque', 'load_position', 'drive', 'controller')
-            if n in seen and (n != 'load_position' or both)]
+    loaded = any('external_torque' in one.measured.channels for one in errors)
+    return [n for n in ('current', 'torque', 'load_position', 'external_torque', 'drive',
+                        'controller')
+            if n in seen and (n != 'load_position' or both) and (n != 'external_torque' or loaded)]

@@ -7,7 +7,7 @@ excitation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,6 +55,17 @@ def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
         gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
         values.append(solve(gram, low, high))
     return np.array(values)
+
+
+def preferred(found: Explained) -> Explained:
+    """Return the answer with each member exchanged for a rival that is surer, once."""
+    for number in found.explanation.smallest.choice.numbers:
+        confidence, rivals = rivals_of(found, number)
+        if rivals and rivals[0].confidence > confidence:
+            rest = found.explanation.smallest.choice.minus(number)
+            other = found.search.fitted(rest.plus(rivals[0].number, rivals[0].side))
+            found = replace(found, explanation=replace(found.explanation, smallest=other))
+    return found
 
 
 def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:

@@ -106,13 +106,12 @@ class Significance(Fits):
 
         What the larger set leaves has its sign drawn block by block: a pattern of the same
         noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
-        in the equations in which the new members act, where more is left than the floor. What is
-        left in another equation says nothing of these; that each has its own draw is paid for.
+        in the groups where more is left than the floor. An equation in which the new members do
+        not act, and something else is certainly missing, is left out: that is no noise.
         """
         regression = self.regression
-        level /= len(regression.equations)
-        there = self._acts(before, after)[:, None] & (
-            self.groups(before.held_out) > self.floor())
+        told = self._acts(before, after) | (self.power(after) <= OPEN**2)
+        there = told[:, None] & (self.groups(before.held_out) > self.floor())
         weight = np.where(there, after.weight, 0.0)
         whole = self.sums(weight).whole
         known = before.columns[1:]

@@ -42,8 +42,8 @@ class TwoInertia(Mechanism):
               \quad T = K_{eq}(\theta_m/N - \theta_l)
 
     Semi-implicit Euler; stable while the step is below 2 / (its highest natural frequency). An
-    error that goes with the motor acts back on it; the reaction of a transmission error on the
-    load (1 + de/dtheta, within 1 %) is left out.
+    error that goes with the motor acts back on it, and its rate on the damper. Of an error over
+    the load's turn the reaction on the load (1 + de/dtheta, within 1 %) and the rate are left out.
     """
 
     source = 'paper 000 eq. 1, 2'
@@ -93,14 +93,16 @@ class TwoInertia(Mechanism):
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0
-        rate = (x[MOTOR_SPEED] * turns - x[LOAD_SPEED]) if touching else 0.0
+        # an error that goes with the motor turns the far side of the damper as well
+        turned = turns - mesh_error_slope(theta, on, x, teeth, h)
+        rate = (x[MOTOR_SPEED] * turned - x[LOAD_SPEED]) if touching else 0.0
         torque = mechanism_pull(p, wind_up, rate)
         torque += mesh_torque(theta, on, x, WindUp(wind_up, rate, load), h)
         x[TORQUE] = torque
 
         # the motor shaft
         travel = abs(motor - x[MOTOR_REVERSAL])
-        felt = torque * (turns - mesh_error_slope(theta, on, x, teeth, h))
+        felt = torque * turned
         shaft = Shaft(motor, x[MOTOR_SPEED], x[MOTOR_DIRECTION], felt, travel, x[CURRENT],
                       temperature, time)
         push = current_torque - felt + motor_torque(theta, on, x, shaft, h)

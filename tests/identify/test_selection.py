@@ -1,0 +1,74 @@
+"""What the equations alone say is missing: effects beside others, and where each acts."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_recordings import PERIOD, sampled
+
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.explain import explained
+from servo_twin.description import servo_file
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
+
+FILE = Path(__file__).resolve().parents[2] / 'config' / 'servos' / 'rv_bench.yaml'
+SERVO = servo_file.load(FILE)
+
+
+def recorded(rig, seed, seconds=5.0):
+    """Return a recording of a rig, moved by several sines."""
+    time = np.arange(int(seconds / PERIOD)) * PERIOD
+    command = sum(1.1 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.5, 1.3, 3.1))
+    return replace(sampled(rig, command, seed=seed), name=f'multisine_{seed}', family='multisine')
+
+
+def with_effect(name, site, **values):
+    return SERVO.with_effects(Placed('e', find(name), site), values={
+        f'effects.e.{key}': value for key, value in values.items()})
+
+
+def named_by_equations(recordings, servo=SERVO):
+    """Return (name, site) of what the equations alone say is missing."""
+    found = explained(residual_samples(recordings, servo))
+    return {(one.mechanism.name, one.mechanism.site) for one in found.chosen}
+
+
+def without(recording, *names):
+    gone = np.full(len(recording), np.nan)
+    return replace(recording, columns={**recording.columns, **dict.fromkeys(names, gone)})
+
+
+MOTOR_RUBS = with_effect('stribeck_friction', 'motor', excess=0.05, fade=8.0)
+WAVES = with_effect('kinematic_error', 'mesh', order=2.0, cosine=(4e-5,), sine=(2e-5,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('rig', 'blind', 'truth'), [
+    (MOTOR_RUBS, ('torque',), {('stribeck_friction', 'motor')}),
+    (WAVES, (), {('transmission_error', 'mesh')}),
+    (with_effect('command_delay', 'command', delay=0.015), (), {('command_delay', 'command')}),
+])
+def test_what_acts_is_named_where_it_acts(rig, blind, truth):
+    several = [without(recorded(rig, seed), *blind) for seed in (1, 2)]
+    assert named_by_equations(several) == truth
+
+
+@pytest.mark.slow
+def test_an_offset_that_drifts_is_the_sensors():
+    several = []
+    for seed in (1, 2):
+        one = recorded(SERVO, seed)
+        ramp = 0.3 * np.linspace(0.0, 1.0, len(one))
+        several.append(replace(one, columns={**one.columns,
+                                             'current': one.columns['current'] + ramp}))
+    assert named_by_equations(several) == {('current_sensor_offset', 'current')}
+
+
+@pytest.mark.slow
+def test_a_small_effect_in_one_equation_is_found_beside_a_large_one_in_another():
+    rig = with_effect('command_delay', 'command', delay=0.015).with_values(
+        {'mechanism.load_inertia': 1.3 * SERVO.numbers['mechanism.load_inertia']})
+    assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
+        ('command_delay', 'command'), ('parameter:load_inertia', 'load')}
