@@ -32,8 +32,8 @@ effects:
         sine: {value: [0.0], unit: N m}}
   drag: {effect: viscous_friction, at: motor, slope: {value: 1.0e-4, unit: N m s/rad}}
   rails: {effect: coulomb_friction, at: load, level: {value: 12.0, unit: N}}
-  belt: {effect: kinematic_error, order: {value: 1.0, unit: 1/rad}, cosine: {value: [1e-5], unit: m},
-         sine: {value: [0.0], unit: m}}
+  belt: {effect: kinematic_error, order: {value: 1.0, unit: 1/rad},
+         cosine: {value: [1e-5], unit: m}, sine: {value: [0.0], unit: m}}
 """
 OLD = (BELT.replace('150.0, unit: rad/m', '150.0').replace('V s/rad', 'V s/m')
        .replace('N m/A', 'N/A').replace('kg m2', 'kg').replace('N m s/rad', 'N s/m')

@@ -52,7 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for section, types in TYPES.items():
         parts.add_argument(f'--{section}', choices=list(types), metavar='TYPE',
                            help=f'one of {", ".join(types)}')
-    parts.add_argument('--linear', action='store_true', help='the load moves straight, in m, N and kg; of a motor that turns '
+    parts.add_argument('--linear', action='store_true',
+                       help='the load moves straight, in m, N and kg; of a motor that turns '
                        "give the --ratio in rad/m, or as a lead such as '40 mm/rev'; a linear "
                        "motor has --ratio 1")
     parts.add_argument('--tolerance', default='', metavar='SHARE',

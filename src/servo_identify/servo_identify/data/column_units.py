@@ -28,7 +28,8 @@ COMMANDS = ('voltage', 'added_command')
 STRAIGHT = {'rad': 'm', 'rad/s': 'm/s', 'N m': 'N'}
 """Units of what moves straight."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
-             'rad/s': 'deg/s, rpm', 'A': 'mA', 'V': 'mV (a command may also be in A or mA)', 'N m': 'mN m', 'degC': 'degC'}
+             'rad/s': 'deg/s, rpm', 'A': 'mA', 'V': 'mV (a command may also be in A or mA)',
+             'N m': 'mN m', 'degC': 'degC'}
 
 
 def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[str, np.ndarray]:

@@ -99,8 +99,8 @@ def value_in(text: str, wanted: str) -> float:
     Return a number with its unit, such as '1.2 mH', in ``wanted``.
 
     A speed constant (rpm/V) is understood where a back EMF or a torque constant is wanted, and a
-    lead (mm/rev) where a ratio in rad/m is: it is their inverse. Raises UnitError for text that is no number, a unit that is missing, unknown or
-    of another quantity.
+    lead (mm/rev) where a ratio in rad/m is: it is their inverse. Raises UnitError for text that is
+    no number, a unit that is missing, unknown or of another quantity.
     """
     match = re.match(r'\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$', text)
     if not match:

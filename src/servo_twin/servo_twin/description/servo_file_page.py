@@ -48,13 +48,14 @@ A value is a number, or a mapping:
 | `bags` | the recordings that it was fitted to; a fit writes them |
 
 On a linear axis (`travel: linear`) the tables below are read so: what belongs to the load and the
-transmission has m for rad, N for N m and kg for kg m2. The ratio of a motor that turns is in rad/m,
+transmission has m for rad, N for N m, kg for kg m2. The ratio of a motor that turns is in rad/m,
 and its own side stays as it is. A linear motor has a ratio of 1 without unit, and all its values
 are in m, N and kg. [signs.md](signs.md#a-linear-axis) has a table of both. When a reading is taken
 and how a controller filters, [signs.md](signs.md#when-a-row-is-read) says.
 
 What is marked *must be given* has no default: a file without it is refused by name. Other defaults
-are listed where they were taken, but for what is so by nature, such as gravity once a turn. A key that is not known is refused with the choice.
+are listed where they were taken, but for what is so by nature, such as gravity once a turn. A key
+that is not known is refused with the choice.
 `servo-twin parameters NAME` prints the same for one file or effect.
 
 `harmonic_drive: {model: NAME}` stands for the effects of one of five models; see

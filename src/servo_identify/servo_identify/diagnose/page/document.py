@@ -113,7 +113,8 @@ def _equations(evidence: Evidence) -> list[dict[str, Any]]:
             step = max(1, -(-len(t) // MOST))
             if len(t):
                 several.append({'recording': errors.measured.recording.name, 'equation': name,
-                                'unit': evidence.servo.reads(UNITS[name], name), 't': _listed(t, step),
+                                'unit': evidence.servo.reads(UNITS[name], name),
+                                't': _listed(t, step),
                                 'before': _listed(left['before'][part], step),
                                 'after': _listed(left['after'][part], step)})
     return several
