@@ -7,7 +7,7 @@ import numpy as np
 from servo_twin.physics.servo import SENSORS, Servo
 from servo_twin.recording.recording import COLUMNS, Recording
 
-from ..diagnose.residuals.noise import FOURTH, QUARTILE
+from ..data.white_noise import FOURTH, QUARTILE
 
 _SMALLEST = 1e-12
 _FEWEST, _WHOLE = 16, 0.05  # steps that show a resolution, how near to whole ones they are

@@ -13,8 +13,7 @@ import numpy as np
 
 from servo_twin.recording.recording import Recording
 
-FOURTH = np.sqrt(70.0)  # by which a fourth difference of white noise is larger than the noise
-QUARTILE = 0.6745  # median size of a normal deviate
+from ...data.white_noise import FOURTH, QUARTILE
 
 
 def noise_of(x: np.ndarray) -> float:
