@@ -12,6 +12,7 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.data.check import check
 from servo_identify.data.reading import read_recordings
+from servo_identify.diagnose.splitting import split
 from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS, Recording
@@ -162,3 +163,21 @@ def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tm
     assert {'path': 'controller.filter', 'value': 0.0, 'unit': 's'} in said['defaults']
     assert main(['check', str(tmp_path / 's*'), '--servo', str(SERVO)]) == 1
     assert 'turn the sign' in capsys.readouterr().out
+
+
+def test_it_says_what_is_meant_by_repeats_and_what_to_do(good):
+    found = check([replace(good, family='')] * 3, BENCH)
+    unnamed, = [one for one in found if 'family' in one.sentence]
+    assert 'cannot be told' in unnamed.sentence and '--family' in unnamed.action
+    few = check([replace(good, family=name) for name in ('sine', 'sine', 'steps')], BENCH)
+    said, = [one for one in few if 'No family has 3' in one.sentence]
+    assert 'sine 2, steps 1' in said.sentence
+    assert said.action == 'record one motion 3 times'
+
+
+@pytest.mark.parametrize(('families', 'words'), [
+    (('', '', '', ''), ('do not say which of them repeat', 'recordings.yaml')),
+    (('sine', 'sine', 'steps', 'slow'), ('no motion was recorded 3 times', 'record one motion'))])
+def test_a_diagnosis_says_why_it_holds_out_other_motions(good, families, words):
+    told = split([replace(good, family=name) for name in families], [], []).warnings[-1]
+    assert all(word in told for word in words)

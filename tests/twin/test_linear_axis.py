@@ -1,10 +1,13 @@
 """A linear axis: which side is in metres and which in radians, and what files may say of it."""
 
+from math import log
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from servo_twin.description.servo_file import dumps, load, loads
+from servo_twin.physics.controllers import encoder_speed
 from servo_twin.physics.servo import ServoError
 
 EMPS = load(Path(__file__).parents[2] / 'config' / 'servos' / 'emps.yaml')
@@ -94,3 +97,16 @@ def test_the_observer_s_bandwidth_is_a_frequency_and_old_files_call_it_a_speed()
     assert EMPS.unit('observer.bandwidth') == 'rad/s'
     old = loads(dumps(EMPS).replace('unit: rad/s', 'unit: m/s'))
     assert old.values == EMPS.values
+
+
+@pytest.mark.parametrize(('kept', 'filter'), [
+    (lambda period, lag: lag / (lag + period), lambda period, lag: period / log(1 + period / lag)),
+    (lambda period, lag: 1 - period / lag, lambda period, lag: -period / log(1 - period / lag))],
+    ids=['backward Euler', 'forward Euler'])
+def test_the_filter_of_a_firmware_is_the_exact_one_of_the_page_of_signs(kept, filter):
+    period, lag = 0.002, 0.004
+    angles = np.random.default_rng(0).normal(size=50)
+    memory, speed, keep = np.zeros(4), 0.0, kept(period, lag)
+    for before, now in zip(angles[:1].tolist() + angles[:-1].tolist(), angles, strict=True):
+        speed = keep * speed + (1.0 - keep) * (now - before) / period
+        assert encoder_speed(memory, now, filter(period, lag), period) == pytest.approx(speed)

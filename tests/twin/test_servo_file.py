@@ -135,6 +135,16 @@ def test_a_default_is_listed_until_another_value_takes_its_place():
     assert defaults(loads(dumps(servo))) == ()
 
 
+def test_a_default_that_is_so_by_nature_is_not_listed_unless_it_is_per_metre():
+    weight = BENCH + ('  weight: {effect: gravity, cosine: {value: 3.0}, sine: 0.0}\n'
+                      '  cog: {effect: cogging, cosine: [0.01], sine: [0.0]}\n')
+    listed = {one.path for one in defaults(loads(weight))}
+    assert not {'effects.weight.order', 'observer.bandwidth'} & listed
+    assert 'effects.cog.order' in listed  # how often a motor cogs is not known by nature
+    straight = loads(weight.replace('22.0, unit: N m', '22.0, unit: N') + 'travel: linear\n')
+    assert 'effects.weight.order' in {one.path for one in defaults(straight)}
+
+
 def test_every_missing_value_that_results_hang_on_is_refused_by_name_unit_and_meaning():
     with pytest.raises(ServoError) as refusal:
         loads('servo: three_lines\ndrive: {type: voltage}\nmechanism: {type: rigid}\n')

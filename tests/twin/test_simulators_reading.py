@@ -349,13 +349,21 @@ def test_of_a_winding_two_quotients_are_known_and_the_flags_fix_the_rest():
     (lambda: servo_of(read('<motor joint="j"/>'), 's', Given(resistance=1.0)), '--resistance'),
     (lambda: servo_of(read(), 's', Given(noise={'speed': 1.0})), 'no such channel'),
     (lambda: servo_of(read(), 's', Given(tolerance=-0.1)), 'not positive'),
-    (lambda: servo_of(joint_of(compiled(ARM)[0], 'finger', 'x'), 's', Given(ratio=4.0)),
-     'ball_screw'),
 ])
 def test_what_cannot_be_is_refused_with_a_reason(call, said):
     with pytest.raises(ModelError) as problem:
         call()
     assert said in str(problem.value)
+
+
+def test_the_motor_of_a_joint_that_slides_turns_where_a_ratio_is_given():
+    finger = joint_of(compiled(ARM)[0], 'finger', 'x')
+    geared, _ = servo_of(finger, 's', Given(ratio=400.0))
+    direct, _ = servo_of(finger, 's')
+    assert (geared.unit('mechanism.ratio'), geared.unit('drive.torque_constant')) == (
+        'rad/m', 'N m/A')
+    assert (direct.unit('mechanism.ratio'), direct.unit('drive.torque_constant')) == ('', 'N/A')
+    assert geared.values['mechanism.load_inertia'] == direct.values['mechanism.load_inertia']
 
 
 # --- files

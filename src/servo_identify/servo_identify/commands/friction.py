@@ -15,6 +15,7 @@ from pathlib import Path
 import sys
 
 from servo_twin.commands.terminal import new_folder, say, tell, terminal
+from servo_twin.commands.terminal import plain as nulled
 
 from ..data.arguments import add_data, files
 from ..data.arguments import recordings as read
@@ -69,7 +70,8 @@ def main(arguments: argparse.Namespace) -> int:
         rows, models = compared(data, chosen, seed=arguments.seed,
                                 seconds=arguments.seconds, told=told)
     (arguments.output / 'table.md').write_text(markdown(rows))
-    (arguments.output / 'table.json').write_text(json.dumps(plain(rows), indent=1) + '\n')
+    (arguments.output / 'table.json').write_text(
+        json.dumps(nulled(plain(rows)), indent=1, allow_nan=False) + '\n')
     from ..learn.friction.friction_plots import friction_speed
     friction_speed(data, models, arguments.output / 'friction_speed.png')
     tell(arguments, learners=plain(rows), best=best_of(rows).name, written=[arguments.output])
@@ -91,7 +93,8 @@ def _paper_network(servo, recordings, arguments: argparse.Namespace) -> None:
         print(f'no network of paper 000: {problem}', file=sys.stderr)
         return
     scores = {'forward': vars(learned.forward_scores), 'reverse': vars(learned.reverse_scores)}
-    (arguments.output / 'network.json').write_text(json.dumps(scores, indent=1) + '\n')
+    (arguments.output / 'network.json').write_text(
+        json.dumps(nulled(scores), indent=1, allow_nan=False) + '\n')
     friction_angle(learned, arguments.output / 'friction_angle.png')
     servo_file.save(with_friction(servo, learned), arguments.output / 'servo.yaml')
     for way, s in scores.items():

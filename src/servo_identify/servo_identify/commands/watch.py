@@ -108,7 +108,8 @@ def main(arguments: argparse.Namespace) -> int:
     found = {
         'stated_false_alarms_per_hour': settings.false_alarms, 'hours_watched': watched,
         'false_alarms': alarms, 'upper_95': at_most, 'effects': [asdict(s) for s in seen]}
-    (arguments.output / 'watch.json').write_text(json.dumps(plain(found), indent=1) + '\n')
+    (arguments.output / 'watch.json').write_text(
+        json.dumps(plain(found), indent=1, allow_nan=False) + '\n')
     tell(arguments, **found, written=[arguments.output])
     if seen:
         _draw(seen, arguments.output / 'watch.png')

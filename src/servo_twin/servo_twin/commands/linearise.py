@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from ..linear.signal_names import FRICTIONS, INPUT_UNITS, OUTPUT_UNITS
 from .any_bag import bag_of
-from .terminal import named_servo, new_folder, tell, terminal
+from .terminal import named_servo, new_folder, plain, tell, terminal
 
 if TYPE_CHECKING:
     import numpy as np
@@ -110,7 +110,8 @@ def main(arguments: argparse.Namespace) -> int:
     folder = arguments.output_folder
     for name, png in pictures.items():
         (folder / f'{name}.png').write_bytes(png)
-    (folder / 'linear.json').write_text(json.dumps(as_data(form), indent=1) + '\n')
+    (folder / 'linear.json').write_text(json.dumps(plain(as_data(form)), indent=1,
+                                                     allow_nan=False) + '\n')
     title = f'{form.servo}: linear form from {bode_plots.spoken(form.input)}'
     systems = [f'{form.transfer(name)}' for name in form.outputs] + [f'{form.system}']
     (folder / 'linear.html').write_text(linear_page.page(title, tables, pictures, systems))
