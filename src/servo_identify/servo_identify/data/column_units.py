@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from servo_twin.physics.servo import Servo
+from servo_twin.physics.servo import Servo, straightened
 from servo_twin.recording.recording import COLUMNS
 
 from .physical_units import factor_to, UnitError
@@ -25,8 +25,6 @@ ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'volta
 """What others call a column, and it may be another one as well."""
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
-STRAIGHT = {'rad': 'm', 'rad/s': 'm/s', 'N m': 'N'}
-"""Units of what moves straight."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
              'rad/s': 'deg/s, rpm', 'A': 'mA', 'V': 'mV (a command may also be in A or mA)',
              'N m': 'mN m', 'degC': 'degC'}
@@ -83,23 +81,20 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
         return 1.0
     if is_current(name, unit):
         return factor_to(unit, 'A')
-    straight = STRAIGHT.get(wanted)
     try:
         return factor_to(unit, wanted)
     except UnitError as problem:
-        said = str(problem)
-    hint = ''
-    if straight:
-        try:
-            factor = factor_to(unit, straight)
-        except UnitError:
-            pass
-        else:
-            if either or servo is not None and servo.straight(name):
-                return factor
-            hint = ('; the motor of this axis turns, since its ratio is in rad/m'
-                    if servo is not None and servo.linear else
-                    '; a linear axis says so in its servo file: travel: linear')
+        said, hint = str(problem), ''
+    try:
+        factor = factor_to(unit, straightened(wanted))
+    except UnitError:
+        pass
+    else:
+        if either or servo is not None and servo.straight(name):
+            return factor
+        hint = ('; the motor of this axis turns, since its ratio is in rad/m'
+                if servo is not None and servo.linear else
+                '; a linear axis says so in its servo file: travel: linear')
     raise ValueError(f'{where} is in {unit!r}, {name} is in {wanted}: {said}; known units are '
                      f'{wanted}, {_EXAMPLES[wanted]} and the like{hint}')
 

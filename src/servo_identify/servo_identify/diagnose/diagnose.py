@@ -25,7 +25,7 @@ from .handover.curves import parts_of
 from .handover.simulated_gap import Diverged, Simulated, simulated
 from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
-from .selection.confidence import preferred, redrawn, rivals_of
+from .selection.confidence import preferred, redrawn, Rival
 from .selection.explain import Explained, explained
 from .selection.stability import halves, shares
 from .splitting import Split, split
@@ -63,8 +63,8 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('selection')
     found = explained(samples, without, stages.share)
     stages.begin('confidence')
-    found = preferred(found)
-    named = _named(found, without)
+    found, rivals = preferred(found)
+    named = _named(found, rivals, without)
     stages.begin('stability')
     several = halves(found)
     stages.begin('refit')
@@ -111,13 +111,14 @@ def _parted(recordings: Sequence[Recording], accepting: Sequence[Recording],
     return parts, judged, [*warnings, *parts.warnings]
 
 
-def _named(found: Explained, without: Sequence[str]) -> list[Finding]:
+def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
+           without: Sequence[str]) -> list[Finding]:
     """Return the missing effects of the chosen set, in the order in which they were found."""
     fit, several = found.explanation.smallest, []
     draws = redrawn(found, fit)
     for number in fit.choice.numbers:
         at = np.isin(fit.columns[1:], found.search.regression.members[number])
-        confidence, rivals = rivals_of(found, number)
+        confidence, rivals = known[number]
         several += [Finding(part, confidence, tuple(rivals), Added(part))
                     for part in parts_of(found, number, draws[:, at], without)]
     return several

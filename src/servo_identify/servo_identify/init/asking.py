@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 import shlex
 
 from servo_twin.description.nearest_name import or_what
+from servo_twin.physics.servo import straightened
 
-from ..data.column_units import factor_of, NAMES, STRAIGHT, UNIT
+from ..data.column_units import factor_of, NAMES, UNIT
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import ANGLE, Proposal
 from .sources import Offered
@@ -104,7 +105,7 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
 def _usual(column: str, linear: bool) -> str:
     """Return the SI unit that a column has where nothing else is said."""
     straight = linear and not column.startswith('motor_')
-    return STRAIGHT.get(UNIT[column], UNIT[column]) if straight else UNIT[column]
+    return straightened(UNIT[column]) if straight else UNIT[column]
 
 
 def _refused(column: str, one: Proposal) -> str:

@@ -74,11 +74,6 @@ def speed_of(angle: np.ndarray, period: float) -> np.ndarray:
     return speed
 
 
-def shown_unit(unit: str, linear: bool) -> str:
-    """Return a unit as a linear axis reads it: metres for radians, newtons for newton metres."""
-    return unit.replace('N m', 'N').replace('rad', 'm') if linear else unit
-
-
 def fit_of(recording: Recording, answer: Predictions, servo: Servo) -> Fit:
     """
     Compare a recording with the answer of the servo's twin.
@@ -90,27 +85,26 @@ def fit_of(recording: Recording, answer: Predictions, servo: Servo) -> Fit:
     rig = {name: recording[name][:len(answer)] for name in COMPARED}
     twin = {name: answer.prediction[name] for name in COMPARED}
     noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
-    channels = [_channel(name, COLUMNS[name], rig[name], twin[name], noise[name],
-                         servo.straight(name))
-                for name in COMPARED]
+    channels = [_channel(name, servo.reads(COLUMNS[name], name), rig[name], twin[name],
+                         noise[name]) for name in COMPARED]
     for shaft in ('motor', 'load'):
         pair = [speed_of(side[f'{shaft}_position'], recording.period) for side in (rig, twin)]
         name = f'{shaft}_speed'
-        channels.append(_channel(name, 'rad/s', *pair, float('nan'), servo.straight(name)))
+        channels.append(_channel(name, servo.reads('rad/s', name), *pair, float('nan')))
     balances = []
     for name, floor in zip(BALANCES, answer.balance_noise, strict=True):
         residual = answer.residual[name]
         known = residual[np.isfinite(residual)]
         if len(known):
-            balances.append(BalanceFit(name, shown_unit(units[name], servo.straight(name)),
-                                       float(floor), float(np.sqrt(np.mean(known**2)))))
+            balances.append(BalanceFit(name, servo.reads(units[name], name), float(floor),
+                                       float(np.sqrt(np.mean(known**2)))))
     return Fit(tuple(c for c in channels if c is not None), tuple(balances))
 
 
-def _channel(name: str, unit: str, rig: np.ndarray, twin: np.ndarray, noise: float,
-             linear: bool) -> ChannelFit | None:
+def _channel(name: str, unit: str, rig: np.ndarray, twin: np.ndarray,
+             noise: float) -> ChannelFit | None:
     gap = (rig - twin)[np.isfinite(rig) & np.isfinite(twin)]
     if not len(gap):
         return None
-    return ChannelFit(name, shown_unit(unit, linear), goodness(rig, twin),
+    return ChannelFit(name, unit, goodness(rig, twin),
                       float(np.sqrt(np.mean(gap**2))), float(np.max(np.abs(gap))), float(noise))

@@ -16,7 +16,7 @@ from typing import Any
 from ..physics.catalogue import find, names
 from ..physics.effect import Parameter
 from ..physics.harmonic_drives import HARMONIC_DRIVES
-from ..physics.servo import CONTROLLERS, DRIVES, MECHANISMS, SENSORS, STRAIGHT
+from ..physics.servo import CONTROLLERS, DRIVES, MECHANISMS, SENSORS, straightened
 from ..physics.servo_parts import Correction
 
 Schema = dict[str, Any]
@@ -87,10 +87,8 @@ def _value(parameter: Parameter) -> Schema:
     low, high = parameter.bounds
     number: Schema = {'type': 'number', 'minimum': low, 'maximum': high}
     bare = {'type': 'array', 'items': number} if parameter.row else number
-    unit, straight = parameter.unit, parameter.unit
-    for turning, moving in STRAIGHT:
-        straight = straight.replace(turning, moving)
-    linear = {'rad/m'} if parameter.name == 'ratio' else {straight}
+    unit = parameter.unit
+    linear = {'rad/m'} if parameter.name == 'ratio' else {straightened(unit)}
     detail = {'value': bare, 'unit': {'enum': sorted({unit} | linear)},
               'source': True, 'std': True, 'bags': True}
     return {'description': f'{parameter.meaning} [{unit or "a number"}]',

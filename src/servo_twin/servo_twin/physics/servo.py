@@ -35,13 +35,16 @@ SENSORS: dict[str, type[SensorPart]] = {
     s.name: s for s in (MotorEncoder, LoadEncoder, TorqueSensor, CurrentSensor, VoltageSensor)
 }
 
-STRAIGHT = (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm'))
-"""What units of what turns are of what moves straight, in the order of replacement."""
 TURNING = ('motor', 'motor_position', 'current', 'command')
 """Sites on the side of the motor."""
 
 Value = float | tuple[float, ...]
 Kept = TypeVar('Kept')
+
+
+def straightened(unit: str) -> str:
+    """Return the unit of what moves straight for that of what turns: kg, N and m."""
+    return unit.replace('kg m2', 'kg').replace('N m', 'N').replace('rad', 'm')
 
 
 class ServoError(ValueError):
@@ -274,10 +277,7 @@ class Servo:
 
     def reads(self, unit: str, thing: str) -> str:
         """Return a unit of what turns as `thing` has it; see :meth:`straight`."""
-        if self.straight(thing):
-            for rotary, straight in STRAIGHT:
-                unit = unit.replace(rotary, straight)
-        return unit
+        return straightened(unit) if self.straight(thing) else unit
 
     def straight(self, thing: str) -> bool:
         """

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf, nan
 
+from ..physics.servo import straightened
+
 FORMATS = ('mjcf', 'urdf', 'isaac')
 GRAVITY = 9.81  # m/s2 along -z, as MuJoCo takes it for a URDF file, which says nothing of it
 
@@ -91,11 +93,7 @@ class Joint:
 
     def unit(self, rotary: str) -> str:
         """Return the unit of a quantity at this joint; ``rotary`` is that of a hinge."""
-        if not self.slides:
-            return rotary
-        for turning, straight in (('kg m2', 'kg'), ('N m', 'N'), ('rad', 'm')):
-            rotary = rotary.replace(turning, straight)
-        return rotary
+        return straightened(rotary) if self.slides else rotary
 
 
 UNITS = {

@@ -36,7 +36,7 @@ def mode_of(settings: Mapping[str, Any]) -> str:
 
 
 def run(servo: Servo, columns: Mapping[str, np.ndarray], period: float, mode: str,
-         start: tuple[float, float] = (np.nan, np.nan)) -> dict[str, Any] | None:
+        start: tuple[float, float] = (np.nan, np.nan)) -> dict[str, Any] | None:
     """Return what a twin makes of inputs, from rest at two angles; None where it cannot."""
     try:
         y = simulate(servo, inputs_of(columns), period, initial_state(servo, *start), mode)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from servo_twin.physics.servo import Servo
 
+from ..handover.curves import Curve
 from ..mechanisms.hypothesis import Form, Mechanism, UNKNOWN
 
 CHANNELS = {'torque': 'N m', 'current': 'A'}
@@ -17,11 +18,11 @@ def channel_unit(servo: Servo, channel: str) -> str:
     return servo.reads(CHANNELS.get(channel, 'rad'), channel)
 
 
-def curve_units(servo: Servo, mechanism: Mechanism, form: Form) -> tuple[str, str]:
+def curve_units(servo: Servo, mechanism: Mechanism, curve: Curve | Form) -> tuple[str, str]:
     """Return the units of the variable and of the value of a curve, at the shaft of each."""
     over = mechanism.site
-    if mechanism.name == UNKNOWN and form.variable in AT_LOAD:
+    if mechanism.name == UNKNOWN and curve.variable in AT_LOAD:
         over = 'load'
     elif mechanism.name == 'kinematic_error':  # an error of the load over the turn of the motor
         over = 'motor'
-    return servo.reads(form.unit, over), servo.reads(form.y_unit, mechanism.site)
+    return servo.reads(curve.unit, over), servo.reads(curve.y_unit, mechanism.site)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
 from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
 from ..handover.added import Added
+from ..handover.curves import Curve
 from ..handover.simulated_gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.fits import Fitted
@@ -156,7 +157,7 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         predicted = realised = _closed(evidence, 'controller')
         interval = (realised, realised)
     parameters = _parameters(evidence, added)
-    drawn = None if curve is None else _drawn(evidence, one)
+    drawn = None if curve is None else _drawn(evidence, one, curve)
     alternatives = tuple(Alternative(r.mechanism.name, r.mechanism.site, round(r.confidence, 3),
                                      tell(mechanism.name, r.mechanism.name))
                          for r in one.rivals)
@@ -172,14 +173,11 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         asdict(one.wave) if one.wave else None)
 
 
-def _drawn(evidence: Evidence, one: Finding) -> dict[str, Any]:
+def _drawn(evidence: Evidence, one: Finding, curve: Curve) -> dict[str, Any]:
     """Return the curve of a finding with its band, in the units of its place."""
-    curve = one.part.curve
-    if curve is None:
-        return {}
-    form = evidence.found.hypotheses[one.part.number].form
-    unit, y_unit = ((curve.unit, curve.y_unit) if form is None else
-                    curve_units(evidence.servo, one.part.mechanism, form))
+    mechanism = one.part.mechanism
+    law = evidence.found.hypotheses[one.part.number].detail.get('law', mechanism.name)
+    unit, y_unit = curve_units(evidence.servo, replace(mechanism, name=law), curve)
     return {'variable': curve.variable, 'unit': unit, 'y_unit': y_unit,
             'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}
 
@@ -295,7 +293,7 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]
         'memory': 'travel since reversal' in variables,
         'drift': bool({'time', 'temperature'} & set(variables))}
     if curve is not None:
-        drawn = _drawn(evidence, evidence.unnamed[0])
+        drawn = _drawn(evidence, evidence.unnamed[0], curve)
         known |= {'size': f'{curve.size():.2g} {drawn["y_unit"]}', 'curve': drawn}
     return known
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import nnls
 
-from servo_twin.balances.goodness_of_fit import shown_unit
 from servo_twin.physics.servo import Placed
 
 from ..decisions import WORTH
@@ -32,8 +31,8 @@ class Curve:
     """
     A mechanism over one variable, with a band of 90 %, shape (points,) each.
 
-    ``x`` in ``unit``; ``y``, ``low`` and ``high`` in ``y_unit``. ``density`` (points,) is how
-    often the recordings were there.
+    ``x`` in ``unit``; ``y``, ``low`` and ``high`` in ``y_unit``, as of an axis that turns.
+    ``density`` (points,) is how often the recordings were there.
     """
 
     variable: str
@@ -98,9 +97,7 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
     y = table @ amplitudes
     half = 0.5 * (x[1] - x[0])
     density = np.histogram(seen, np.append(x - half, x[-1] + half))[0].astype(float)
-    servo = found.samples.servo
-    unit, y_unit = (shown_unit(u, servo.linear) for u in (one.form.unit, one.form.y_unit))
-    return Curve(one.form.variable, unit, y_unit, x, y, np.minimum(low, y),
+    return Curve(one.form.variable, one.form.unit, one.form.y_unit, x, y, np.minimum(low, y),
                  np.maximum(high, y), density + 0.01 * density.mean())
 
 

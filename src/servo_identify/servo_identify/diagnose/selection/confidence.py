@@ -57,15 +57,22 @@ def redrawn(found: Explained, fit: Fitted | None = None) -> np.ndarray:
     return np.array(values)
 
 
-def preferred(found: Explained) -> Explained:
-    """Return the answer with each member exchanged for a rival that is surer, once."""
+def preferred(found: Explained) -> tuple[Explained, dict[int, tuple[float, list[Rival]]]]:
+    """
+    Return the answer with each member exchanged for a rival that is surer, once.
+
+    With it, :func:`rivals_of` for each member, by its number.
+    """
+    known: dict[int, tuple[float, list[Rival]]] = {}
     for number in found.explanation.smallest.choice.numbers:
-        confidence, rivals = rivals_of(found, number)
+        confidence, rivals = known[number] = rivals_of(found, number)
         if rivals and rivals[0].confidence > confidence:
             rest = found.explanation.smallest.choice.minus(number)
             other = found.search.fitted(rest.plus(rivals[0].number, rivals[0].side))
             found = replace(found, explanation=replace(found.explanation, smallest=other))
-    return found
+            known = {}  # beside another member the others are as sure anew
+    return found, {number: known.get(number) or rivals_of(found, number)
+                   for number in found.explanation.smallest.choice.numbers}
 
 
 def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:

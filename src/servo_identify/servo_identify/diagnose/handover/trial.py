@@ -1,0 +1,111 @@
+"""Files with and without some effects, each simulated once over the recordings that judge it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo, ServoError
+from servo_twin.recording.recording import Recording
+
+from ...fit.estimate import Estimate
+from ..decisions import WORTH
+from .added import Added, servo_with
+from .simulated_gap import Diverged, Gap, shrink_interval, simulated
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The recordings that effects are fitted to, and those on which they are accepted."""
+
+    fitting: Sequence[Recording]
+    accepting: Sequence[Recording]
+
+    def of(self, base: Servo, added: tuple[Added, ...] = (),
+           estimate: Estimate | None = None) -> Tried | None:
+        """Return effects in a file, simulated; None where that cannot be."""
+        gap = self.gap(built(base, added))
+        return None if gap is None else Tried(self, base, added, gap, estimate)
+
+    def gap(self, servo: Servo | None) -> Gap | None:
+        """Return the gap of a file on the accept recordings; None where it cannot run."""
+        return _gap(servo, self.accepting)
+
+    def misfit(self, servo: Servo) -> float:
+        """Return the gap of a file where it is fitted as one number; infinite: it cannot run."""
+        gap = _gap(servo, self.fitting)
+        return np.inf if gap is None else gap.total()
+
+
+@dataclass(frozen=True)
+class Tried:
+    """
+    Effects at some values in a file: their gap on the accept recordings, the fit behind them.
+
+    Without effects it is the file by itself.
+    """
+
+    trial: Trial
+    base: Servo
+    added: tuple[Added, ...]
+    gap: Gap
+    estimate: Estimate | None
+
+    @property
+    def total(self) -> float:
+        """The gap on the accept recordings as one number."""
+        return self.gap.total()
+
+    @cached_property
+    def fitted(self) -> Gap | None:
+        """The gap on the recordings of the fit."""
+        return _gap(built(self.base, self.added), self.trial.fitting)
+
+
+def alike(before: Tried, after: Tried) -> bool:
+    """
+    Tell whether effects bring the simulation nearer where they were fitted, and harm nowhere.
+
+    On a short accept recording a right effect may gain nothing; that is no ground against it. It
+    is one where the 90 % interval of its gain lies below zero.
+    """
+    return (after.fitted is not None and before.fitted is not None
+            and after.fitted.total() < before.fitted.total()
+            and shrink_interval(before.gap, after.gap)[1] > 0.0)
+
+
+def everywhere(before: Tried, after: Tried) -> bool:
+    """Tell whether the gaps are smaller by what is worth naming, and larger in no recording."""
+    return all(_nearer(*pair) for pair in ((before.gap, after.gap), (before.fitted, after.fitted)))
+
+
+def _nearer(before: Gap | None, after: Gap | None) -> bool:
+    if before is None or after is None or after.total() > (1.0 - WORTH) * before.total():
+        return False
+    several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
+    return all(after.total(blocks) <= before.total(blocks) for blocks in several)
+
+
+def left_out(added: tuple[Added, ...], number: int) -> tuple[Added, ...]:
+    """Return effects without one of them."""
+    return (*added[:number], *added[number + 1:])
+
+
+def built(servo: Servo, added: Sequence[Added]) -> Servo | None:
+    """Return the servo with some effects; None where one needs another that is not there."""
+    try:
+        return servo_with(servo, added)
+    except ServoError:
+        return None
+
+
+def _gap(servo: Servo | None, recordings: Sequence[Recording]) -> Gap | None:
+    if servo is None:
+        return None
+    try:
+        return simulated(servo, recordings).gap
+    except (Diverged, ServoError, np.linalg.LinAlgError):
+        return None
