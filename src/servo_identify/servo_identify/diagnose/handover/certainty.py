@@ -10,6 +10,7 @@ import numpy as np
 from servo_twin.physics.servo import Provenance, Servo
 
 from ...fit.estimate import Estimate
+from ..selection.fits import SURE
 from .added import Added
 
 SOURCE = 'gap diagnosis'
@@ -34,6 +35,17 @@ def spread(several: Sequence[Added], joint: Estimate) -> dict[str, float]:
                 apart = 0.5 * abs(float(here[k] - there[k]))
         spread[name] = max(std, apart)
     return spread
+
+
+def within_spread(several: Sequence[Added], joint: Estimate) -> dict[str, tuple[float, float]]:
+    """Return between what the free values of effects lie, by path, all values of a row alike."""
+    std, found = spread(several, joint), {}
+    for path in (path for one in several for path in one.free):
+        values = np.atleast_1d(joint.servo.values[path])
+        apart = SURE * np.array([std.get(path, std.get(f'{path}[{k}]', np.inf))
+                                 for k in range(len(values))])
+        found[path] = float((values - apart).min()), float((values + apart).max())
+    return found
 
 
 def signed(servo: Servo, stds: Mapping[str, float], bags: tuple[str, ...]) -> Servo:

@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL
 from .added import Added, servo_with
-from .certainty import signed, spread
+from .certainty import signed, spread, within_spread
 from .simulated_gap import Diverged, Gap, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried
 
@@ -133,12 +133,18 @@ def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
     """
     Return the effects at the values that do best on the accept recordings.
 
-    They come from the equations or from the fit together with the tolerances. Fitted alone, they
-    would make up for every other value that is off.
+    They come from the equations, from the fit together with the tolerances, or from one without
+    these, within what the two leave open: beyond, they would make up for other values.
     """
     several = [trial.of(servo, added)]
     if joint is not None:
-        several.append(trial.of(servo, _at_values(added, joint.servo), joint))
+        together = _at_values(added, joint.servo)
+        several.append(trial.of(servo, together, joint))
+        free = [path for one in added for path in one.free]
+        without = refitted(servo_with(servo, together), trial.fitting, free,
+                           bounds=within_spread(added, joint))
+        if without is not None:
+            several.append(trial.of(servo, _at_values(added, without.servo), joint))
     return min((one for one in several if one), key=lambda one: one.total, default=None)
 
 

@@ -7,7 +7,7 @@ matches the rig comes down to the noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,17 +198,18 @@ def shrink_interval(before: Gap, after: Gap) -> tuple[float, float]:
 
 
 def refitted(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
-             near: bool = True) -> Estimate | None:
+             near: bool = True, bounds: Mapping[str, tuple[float, float]] | None = None
+             ) -> Estimate | None:
     """
     Return the values of a servo fitted to recordings by simulation; None where it cannot.
 
     ``near``: the equations found the values to start from. A servo that lacks an effect is not
-    near anything, and where it sticks its starts have to be searched.
+    near anything, and where it sticks its starts have to be searched. ``bounds`` by path.
     """
     if not free:
         return None
     try:
         return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
-                   weights='whitened', tolerance=True, near=near)
+                   weights='whitened', tolerance=True, near=near, bounds=bounds)
     except (ValueError, np.linalg.LinAlgError):
         return None
