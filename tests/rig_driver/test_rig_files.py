@@ -1,5 +1,6 @@
 """Rig files, recordings without a bus, and the command that makes them."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -124,3 +125,10 @@ def test_every_property_says_what_it_means():
     assert len(BY_PATH) == len(PROPERTIES)
     for item in PROPERTIES:
         assert item.meaning and item.low <= item.default <= item.high
+
+
+def test_recordings_that_are_made_at_once_are_all_noted(tmp_path):
+    names = [f'sine_{n}.csv' for n in range(40)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda name: make_recording.note(tmp_path / name, 'sine', 1), names))
+    assert sorted(yaml.safe_load((tmp_path / 'recordings.yaml').read_text())) == sorted(names)

@@ -15,6 +15,8 @@ rig plays set-points of one's own, and the family is only their name:
 from __future__ import annotations
 
 import argparse
+import fcntl
+import os
 from pathlib import Path
 import sys
 
@@ -88,11 +90,15 @@ def write_table(path: Path, columns: dict[str, np.ndarray]) -> None:
 
 
 def note(path: Path, name: str, replicate: int) -> None:
-    """Note family and replicate of a table in the recordings.yaml beside it."""
-    listing = path.parent / 'recordings.yaml'
-    known = yaml.safe_load(listing.read_text()) if listing.exists() else None
-    known = {**(known or {}), path.name: {'family': name, 'replicate': replicate}}
-    listing.write_text(yaml.safe_dump(known, sort_keys=True))
+    """Note family and replicate of a table in the recordings.yaml beside it, each in its turn."""
+    listing, folder = path.parent / 'recordings.yaml', os.open(path.parent, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)  # another recording may be noted at the same time
+        known = yaml.safe_load(listing.read_text()) if listing.exists() else None
+        known = {**(known or {}), path.name: {'family': name, 'replicate': replicate}}
+        listing.write_text(yaml.safe_dump(known, sort_keys=True))
+    finally:
+        os.close(folder)
 
 
 def _setting(text: str) -> tuple[str, float]:
