@@ -7,7 +7,8 @@ import re
 
 import numpy as np
 
-from servo_twin.physics.servo import Servo, straightened
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.straight_units import straightened
 from servo_twin.recording.recording import COLUMNS
 
 from .physical_units import factor_to, UnitError

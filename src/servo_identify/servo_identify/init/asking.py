@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import shlex
 
 from servo_twin.description.nearest_name import or_what
-from servo_twin.physics.servo import straightened
+from servo_twin.physics.straight_units import straightened
 
 from ..data.column_units import factor_of, NAMES, UNIT
 from .machine import ABOUT, example, flag, Machine, SECTIONS

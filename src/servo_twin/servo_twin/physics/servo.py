@@ -19,6 +19,7 @@ from .pmsm_drive import PmsmDrive
 from .sensors import CurrentSensor, LoadEncoder, MotorEncoder, TorqueSensor, VoltageSensor
 from .servo_parts import Controller, Correction, Mechanism, MotorDrive, Part, SensorPart
 from .state import PARTS
+from .straight_units import straightened
 
 DRIVES: dict[str, type[MotorDrive]] = {
     'current': CurrentDrive, 'voltage': VoltageDrive, 'pmsm': PmsmDrive,
@@ -40,11 +41,6 @@ TURNING = ('motor', 'motor_position', 'current', 'command')
 
 Value = float | tuple[float, ...]
 Kept = TypeVar('Kept')
-
-
-def straightened(unit: str) -> str:
-    """Return the unit of what moves straight for that of what turns: kg, N and m."""
-    return unit.replace('kg m2', 'kg').replace('N m', 'N').replace('rad', 'm')
 
 
 class ServoError(ValueError):

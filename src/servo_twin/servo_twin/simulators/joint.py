@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf, nan
 
-from ..physics.servo import straightened
+from ..physics.straight_units import straightened
 
 FORMATS = ('mjcf', 'urdf', 'isaac')
 GRAVITY = 9.81  # m/s2 along -z, as MuJoCo takes it for a URDF file, which says nothing of it
