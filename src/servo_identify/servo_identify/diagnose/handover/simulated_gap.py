@@ -8,7 +8,7 @@ matches the rig comes down to the noise.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ...fit.free_values import Freedom
 from ...fit.levenberg_marquardt import solved
 from ...fit.output_error import fit
 from ...fit.segments import CHANNELS, courses_of
-from ...fit.shooting import Shooting
+from ...fit.shooting import Shooting, Unknowns
 from ..decisions import CALIBRATED
 
 TURNS = 3  # of estimating the starts
@@ -104,13 +104,30 @@ def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
             if not np.isfinite(cost):
                 raise Diverged(f'{servo.name}: the simulation leaves the finite numbers; its '
                                f'step of {servo.step:g} s may be too long')
-            # The zero between the encoders is a set-up value as the starts are.
-            held = np.zeros(problem.size, dtype=bool)
-            unknowns, _ = solved(problem, unknowns, TURNS, 0.0, held, lambda *_: None)
+            held = np.ones(problem.size, dtype=bool)
+            for _ in range(TURNS):
+                unknowns, _ = solved(problem, unknowns, 1, 0.0, held, lambda *_: None)
+                unknowns = _centred(problem, unknowns)
             y = shooting.simulate([unknowns])[0]
         return _collected(problem, y)
     finally:
         shooting.close()
+
+
+def _centred(problem: Problem, unknowns: Unknowns) -> Unknowns:
+    """
+    Return the unknowns with the zero between the encoders where the torsion has no mean error.
+
+    It is a set-up value, as the starts are. Errors of the angles cannot tell it: there it would
+    take up what both shafts have drifted.
+    """
+    y = problem.shooting.simulate([unknowns])[0]
+    error, of = _compared(problem, y)[TORSION][1], problem.course
+    zeros = unknowns.zeros.copy()
+    for number in problem.zeroed:
+        mine = error[(of == number) & np.isfinite(error)]
+        zeros[number] -= mine.mean() if len(mine) else 0.0
+    return replace(unknowns, zeros=zeros)
 
 
 def _collected(problem: Problem, y: list[np.ndarray]) -> Simulated:
