@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,7 +41,8 @@ def check(recordings: Sequence[Recording], servo: Servo) -> tuple[Finding, ...]:
     """
     if not recordings:
         return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
-    found = [finding for one in recordings for finding in _of_one(one, servo)]
+    found = [replace(finding, recording=one.name) for one in recordings
+             for finding in _of_one(one, servo)]
     if not any(one.level == 'red' for one in found):
         found += scale_findings(recordings, servo)
     if not any(one.level == 'red' for one in found):

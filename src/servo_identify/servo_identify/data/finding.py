@@ -15,11 +15,13 @@ class Finding:
 
     ``level`` is one of :data:`LEVELS`: red where an answer would be wrong, amber where it would
     be less than it could be, green where all is well. ``action`` says what to do, '' for green.
+    ``recording`` is the name of the one that it is about, '' where it is about all.
     """
 
     level: str
     sentence: str
     action: str = ''
+    recording: str = ''
 
 
 def refusal(red: Sequence[Finding]) -> str:

@@ -66,7 +66,7 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
         open_now = [_nats(evidence.of(at, 0).values()) for _, at in usable]
         for k, (one, at) in enumerate(usable):
             others = max(open_now[:k] + open_now[k + 1:])
-            every += _findings(f'{one.name}: ', [at], evidence, others)
+            every += _findings(one.name, [at], evidence, others)
     return every or [finding for one, found in zip(chosen, shown, strict=True)
                      for finding in _far_off(one, found, servo)]
 
@@ -172,8 +172,8 @@ def _told(name: str, best: list[Mistake], seen: list[Signals], evidence: Evidenc
     said = (f'{best[0].factor} closes {share:.0f} % of the {EQUATIONS[equation]}: '
             if equation and share > 50.0 else
             f'{best[0].factor} makes the values those of the servo file: ')
-    return Finding('red', f'{name}{said}{what}.',
-                   '; or '.join(dict.fromkeys(one.action for one in best)))
+    return Finding('red', f'{name}: {said}{what}.' if name else f'{said}{what}.',
+                   '; or '.join(dict.fromkeys(one.action for one in best)), name)
 
 
 EQUATIONS = {
@@ -193,7 +193,7 @@ def _far_off(one: Recording, found: Excitation | None, servo: Servo) -> list[Fin
             if abs(abs(np.log(found.inertia)) - abs(np.log(factor))) < NEAR]
     return [Finding('amber', f'{one.name}: the recording shows {found.inertia:.3g} times the '
                     'inertia of the servo file.' + ''.join(near), 'look at inertias, ratio, '
-                    'torque constant, and at the units of command and angle')]
+                    'torque constant, and at the units of command and angle', one.name)]
 
 
 def _spread(recordings: Sequence[Recording], most: int) -> list[Recording]:

@@ -27,7 +27,7 @@ It is also the chance that a gap that is certainly there gets a first name witho
 """
 
 WORTH = 0.1
-"""Share of the gap of its own equation that an effect must close to be worth naming."""
+"""Share of what others leave of an equation's gap that an effect must close to be worth naming."""
 
 SOLVED = 0.8
 """Share of the gap above the noise floor that must be gone to call a gap explained."""

@@ -12,6 +12,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ..data.check import check as check_data
+from ..data.finding import Finding as Said
 from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
@@ -46,11 +47,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     """
     stages = Stages(tick)
     stages.begin('check')
-    parts, judged, warnings = _parted(recordings, accepting, reporting, servo)
-    findings = check_data(judged, servo)
-    red = [one for one in findings if one.level == 'red']
-    if red and not despite:
-        raise CannotDiagnose(refusal(red))
+    parts, findings, warnings = _checked(recordings, accepting, reporting, servo, despite)
     warnings += [one.sentence for one in findings if one.level != 'green']
     stages.begin('residuals')
     held = {id(one) for one in (*parts.report, *(parts.accept if accepting else ()))}
@@ -90,6 +87,30 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
         defaults=tuple(asdict(one) for one in defaults(servo)))
     augmented = servo if evidence.worse else handover.patch
     return Diagnosis(report, augmented, evidence.refit, evidence)
+
+
+def _checked(recordings: Sequence[Recording], accepting: Sequence[Recording],
+             reporting: Sequence[Recording], servo: Servo, despite: bool
+             ) -> tuple[Split, tuple[Said, ...], list[str]]:
+    """
+    Return the recordings by purpose, what the check says of them, and what is to be said.
+
+    Recordings that alone contradict the servo file are left out while they are fewer than the
+    others. Raises CannotDiagnose where all do.
+    """
+    given: list[Sequence[Recording]] = [recordings, accepting, reporting]
+    left_out: list[str] = []
+    while True:
+        parts, judged, warnings = _parted(given[0], given[1], given[2], servo)
+        findings = check_data(judged, servo)
+        red = [one for one in findings if one.level == 'red']
+        if not red or despite:
+            return parts, findings, [*left_out, *warnings]
+        apart = {one.recording for one in red}
+        if '' in apart or len(apart) >= EVEN * len(judged):
+            raise CannotDiagnose(refusal(red))
+        left_out += [f'{one.sentence} {one.recording} is left out.' for one in red]
+        given = [[one for one in some if one.name not in apart] for some in given]
 
 
 def _parted(recordings: Sequence[Recording], accepting: Sequence[Recording],

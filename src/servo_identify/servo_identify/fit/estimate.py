@@ -20,7 +20,8 @@ class Estimate:
     Values, how sure they are, and what to know before using them.
 
     ``names`` of the free numbers in order; ``values``, ``std`` (NaN: not identified) and
-    ``units`` by name; ``correlation`` (n, n); ``rms`` the residual of each channel in its unit
+    ``units`` by name; ``std_within`` the same with what the tolerances of the servo file know
+    counted in; ``correlation`` (n, n); ``rms`` the residual of each channel in its unit
     over all recordings, ``rms_before`` the same at the values to start from, ``noise`` its floor;
     ``delays`` seconds by which each channel is late, with ``delay_std``; ``cost`` half the
     weighted sum of squares, ``cost_before`` likewise with the same weights; ``servo`` has the new
@@ -46,6 +47,7 @@ class Estimate:
     iterations: int
     seconds: float
     bags: tuple[str, ...] = field(default=())
+    std_within: Mapping[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything but the servo, ready for JSON; NaN becomes null."""

@@ -13,6 +13,10 @@ from servo_twin.physics.servo import Servo, ServoError
 _ELEMENT = re.compile(r'^(?P<path>.+)\[(?P<index>\d+)\]$')
 
 
+SURE = 2.0
+"""Standard deviations that a tolerance of the servo file stands for."""
+
+
 @dataclass(frozen=True)
 class Freedom:
     """
@@ -89,3 +93,13 @@ def _scale(value: float, default: float, low: float, high: float) -> float:
     if size == 0.0:
         size = 0.01 * width if np.isfinite(width) else 1.0
     return min(size, width)
+
+
+def tolerated(servo: Servo, freedom: Freedom) -> np.ndarray:
+    """Return what the tolerances say of each free number, (numbers,): scale^2 over variance."""
+    known = np.zeros(len(freedom))
+    for n, name in enumerate(freedom.names):
+        span = servo.tolerance.get(name.partition('[')[0])
+        if span is not None and span[1] > span[0]:
+            known[n] = (SURE * freedom.scale[n] / (0.5 * (span[1] - span[0])))**2
+    return known

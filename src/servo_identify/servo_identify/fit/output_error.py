@@ -21,8 +21,8 @@ from servo_twin.recording.recording import Recording
 
 from .estimate import bag_name, Estimate, servo_with
 from .fit_choices import WEIGHTS
-from .fit_problem import COARSE, FINE, FINEST, Problem
-from .free_values import Freedom, freedom_of
+from .fit_problem import COARSE, FINE, FINEST, Normal, Problem
+from .free_values import Freedom, freedom_of, tolerated
 from .levenberg_marquardt import SHARES, solved
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
@@ -188,20 +188,22 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
         unknowns, done = solved(problem, unknowns, iterations, precision, held, told, worth)
         taken += done
     normal = problem.linearised(unknowns)
-    covariance = spread(normal, problem.owner, held)
+    ends = [(normal, True)]  # the normal equations at the end, and whether it was settled there
     if not near and _misfit(problem, unknowns) > ROUGH:
+        ends = []
         for problem.step in (COARSE, FINE):
             unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
             taken += done
             normal = problem.linearised(unknowns)
-            if problem.step == COARSE:
-                covariance = spread(normal, problem.owner, held, settled=False)
-        covariance = cautious(spread(normal, problem.owner, held), covariance)
+            ends.append((normal, problem.step == FINE))
     problem.step = FINEST
-    covariance = cautious(spread(problem.linearised(unknowns), problem.owner, held), covariance)
+    ends.append((problem.linearised(unknowns), True))
+    covariance = _covariance(ends, problem.owner, held, np.zeros(len(held)))
 
     count = len(freedom)
     std = np.sqrt(np.diag(covariance)[:count])
+    known = np.append(tolerated(servo, freedom), np.zeros(len(held) - count))
+    told_std = np.sqrt(np.diag(_covariance(ends, problem.owner, held, known))[:count])
     warned += _afterwards(freedom, unknowns, std, held[:count])
     deviation = np.outer(std, std)
     with np.errstate(invalid='ignore'):
@@ -211,6 +213,7 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     names = freedom.names
     values = {n: float(unknowns.theta[i]) for n, i in zip(names, freedom.index, strict=True)}
     errors = {n: float(s) for n, s in zip(names, std, strict=True)}
+    within = np.where(held[:count], np.nan, told_std * freedom.scale)
     bags = tuple(bag_name(c.recording) for c in problem.shooting.courses)
     left = problem.raw_of(unknowns)
     scaled = problem.weighed(first)
@@ -223,7 +226,19 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
         float(0.5 * np.vdot(scaled, scaled)),
         {CHANNELS[c]: float(unknowns.delays[c]) for c in problem.late},
         {CHANNELS[c]: float(s) for c, s in zip(problem.late, late_std, strict=True)},
-        mode, _horizon(problem), taken, time.perf_counter() - begun, bags)
+        mode, _horizon(problem), taken, time.perf_counter() - begun, bags,
+        {n: float(s) for n, s in zip(names, within, strict=True)})
+
+
+def _covariance(ends: Sequence[tuple[Normal, bool]], owner: np.ndarray, held: np.ndarray,
+                known: np.ndarray) -> np.ndarray:
+    """Return the widest of the covariances at the ends of a fit, in units of the scales."""
+    covariance = None
+    for normal, settled in ends:
+        fine = spread(normal, owner, held, known, settled)
+        covariance = fine if covariance is None else cautious(fine, covariance)
+    assert covariance is not None
+    return covariance
 
 
 def _afterwards(freedom: Freedom, unknowns: Unknowns, std: np.ndarray,

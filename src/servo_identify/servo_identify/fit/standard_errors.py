@@ -15,10 +15,15 @@ INFLATED = 20.0
 """A standard error that others' freedom makes this many times larger is not separable."""
 
 
-def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2,
-           settled: bool = True) -> np.ndarray:
-    """
+def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, known: np.ndarray | None = None,
+           settled: bool = True, lag: int = 2) -> np.ndarray:
+    r"""
     Return the covariance (p, p) of the shared numbers, in units of their scales.
+
+    .. math:: C = (H + P)^{-1} (M + P) (H + P)^{-1}
+
+    H is the curvature of the cost, M the scatter of its slopes, and P = diag(``known``) (p,) what
+    is known of each number without the recordings, one over its variance; nothing by default.
 
     A sandwich over horizons: their scores are summed with Bartlett weights up to ``lag``
     neighbours of the same recording (Newey, West 1987), so errors may be correlated within
@@ -31,7 +36,9 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2,
     covariance = np.full((p, p), np.nan)
     if not len(free):
         return covariance
-    bread = np.linalg.pinv(normal.hessian[np.ix_(free, free)], rcond=1e-13, hermitian=True)
+    prior = np.zeros(len(free)) if known is None else known[free]
+    bread = np.linalg.pinv(normal.hessian[np.ix_(free, free)] + np.diag(prior), rcond=1e-13,
+                           hermitian=True)
     scores = normal.scores[:, free]
     meat = scores.T @ scores
     for gap in range(1, min(lag, len(scores) - 1) + 1):
@@ -40,7 +47,7 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, lag: int = 2,
         meat += (1.0 - gap / (lag + 1.0)) * (pair + pair.T)
     blocks = len(scores)
     meat *= blocks / max(1.0, blocks - len(free))
-    sandwich = bread @ meat @ bread
+    sandwich = bread @ (meat + np.diag(prior)) @ bread
     residual = normal.residual
     used = np.count_nonzero(residual)
     level = np.sum(residual**2) / max(1, used - p) * _correlation_time(residual)

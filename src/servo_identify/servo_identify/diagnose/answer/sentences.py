@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
+from math import hypot, isfinite
 from typing import Any
 
 from .report import MissingEffect
@@ -98,18 +98,27 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None)
     if {'cosine', 'sine'} <= set(parameters):  # of one turn: what it is at most
         a, b = parameters['cosine'], parameters['sine']
         std = max(one['std'] or 0.0 for one in (a, b))
-        sure = f' +- {std:.1g}' if std else ''
-        return f'{hypot(a["value"], b["value"]):.3g}{sure} {a["unit"]} at most'
+        return f'{hypot(a["value"], b["value"]):.3g}{_spread(std)} {a["unit"]} at most'
     if first:
         name, p = first[0]
-        sure = f' +- {p["std"]:.1g}' if p['std'] and p['std'] < abs(p['value']) else ''
-        value = f'{p["value"]:.3g}{sure} {p["unit"]}'.strip()
+        value = f'{p["value"]:.3g}{_spread(p["std"])} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])
         unit, x = curve['y_unit'], curve['x']
-        span = f'{x[0]:.3g} to {x[-1]:.3g} {curve["unit"]}'
+        span = f'{_beside(x[0], x)} to {_beside(x[-1], x)} {curve["unit"]}'
         if {y[0], y[-1]} == {least, most}:
-            return f'{y[0]:.3g} to {y[-1]:.3g} {unit} from {span}'
-        return f'between {least:.3g} and {most:.3g} {unit} over {span}'
+            return f'{_beside(y[0], y)} to {_beside(y[-1], y)} {unit} from {span}'
+        return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}'
     return ''
+
+
+def _spread(std: float | None) -> str:
+    """Return a standard deviation with one digit, to be put behind a value."""
+    return f' +- {float(f"{std:.1g}"):g}' if std and isfinite(std) else ''
+
+
+def _beside(value: float, others: Sequence[float]) -> str:
+    """Return a value to three digits; what is rounding beside the others is zero."""
+    largest = max(abs(other) for other in others)
+    return f'{value if abs(value) > 1e-6 * largest else 0.0:.3g}'

@@ -40,7 +40,7 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     status = _status(evidence, which, gap, squares)
     verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
                'sentence': sentence(status, which, balance, gap, unknown),
-               'remains': _remains(evidence, gap)}
+               'remains': _remains(evidence, gap, status)}
     split = evidence.split
     channels = _channels(evidence)
     return GapReport(
@@ -272,7 +272,11 @@ def _equations(evidence: Evidence) -> dict[str, dict[str, Any]]:
             for i, e in enumerate(search.regression.equations)}
 
 
-def _remains(evidence: Evidence, gap: dict[str, Any]) -> str:
+def _remains(evidence: Evidence, gap: dict[str, Any], status: str) -> str:
+    if status == 'no_gap':
+        share = round(100.0 * max(0.0, gap['refitted_solved']))
+        return (f'Nothing that these recordings show. Values moved within their tolerances take '
+                f'{share} % of the error above the noise from the simulation.')
     left = [name for name, one in _equations(evidence).items() if one['after'] > OPEN]
     text = f'{round(100.0 * max(0.0, 1.0 - gap["solved"]))} % of the error above the noise remains'
     return text + (f'; the equations of {", ".join(left)} are still off' if left else '') + '.'

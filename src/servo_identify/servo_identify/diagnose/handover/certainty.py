@@ -10,7 +10,7 @@ import numpy as np
 from servo_twin.physics.servo import Provenance, Servo
 
 from ...fit.estimate import Estimate
-from ..selection.fits import SURE
+from ...fit.free_values import SURE
 from .added import Added
 
 SOURCE = 'gap diagnosis'
@@ -25,7 +25,7 @@ def spread(several: Sequence[Added], joint: Estimate) -> dict[str, float]:
     """
     known = {path: value for one in several for path, value in one.values.items()}
     spread = {}
-    for name, std in joint.std.items():
+    for name, std in joint.std_within.items():
         path, _, index = name.partition('[')
         apart = 0.0
         if path in known and path in joint.servo.values:

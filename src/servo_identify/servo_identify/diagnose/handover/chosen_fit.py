@@ -95,6 +95,12 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'recordings; the file stays as given')
             added, joint = (), None
             break
+        known = _tolerated(best, servo)
+        if known is not None:
+            warnings.append(f'{best.added[known].part.mechanism.label} is not taken: its value '
+                            'lies within the tolerance of the servo file')
+            added = left_out(best.added, known)
+            continue
         needless = _needless(best, moved, PRACTICAL * given.total if helps else np.inf, trial)
         if needless is None:
             added, chosen, base = best.added, best.estimate, best.base
@@ -202,6 +208,16 @@ def _standing(alone: Tried | None, moved: Tried | None, given: Tried, beside: Tr
 
 def _helps(before: Tried, after: Tried) -> bool:
     return after.total < before.total or alike(before, after)
+
+
+def _tolerated(best: Tried, servo: Servo) -> int | None:
+    """Return which effect only moves values within their tolerance, if one does."""
+    for number, one in enumerate(best.added):
+        spans = [(servo.tolerance.get(path), value) for path, value in one.values.items()]
+        if all(span is not None and isinstance(value, float) and span[0] <= value <= span[1]
+               for span, value in spans):
+            return number
+    return None
 
 
 def _needless(best: Tried, moved: Tried | None, spare: float, trial: Trial) -> int | None:

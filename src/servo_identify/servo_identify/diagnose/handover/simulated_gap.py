@@ -126,7 +126,7 @@ def _centred(problem: Problem, unknowns: Unknowns) -> Unknowns:
     zeros = unknowns.zeros.copy()
     for number in problem.zeroed:
         mine = error[(of == number) & np.isfinite(error)]
-        zeros[number] -= mine.mean() if len(mine) else 0.0
+        zeros[number] += mine.mean() if len(mine) else 0.0
     return replace(unknowns, zeros=zeros)
 
 

@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...fit.free_values import SURE
 from ..decisions import ALTERNATIVE, FORM
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from .explain import Explained
-from .fits import Choice, Fitted, SURE
+from .fits import Choice, Fitted
 from .regression import solve
 
 REDRAWN = 60  # fits behind the bands of curves and amplitudes

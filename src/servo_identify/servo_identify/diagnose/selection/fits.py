@@ -14,12 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
 from .regression import Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
-SURE = 2.0  # standard deviations that a tolerance of the servo file stands for
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
 SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of

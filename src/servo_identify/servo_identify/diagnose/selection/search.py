@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import UNKNOWN
-from .fits import Choice, Fitted, SURE
+from .fits import Choice, Fitted
 from .significance import Significance
 
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated

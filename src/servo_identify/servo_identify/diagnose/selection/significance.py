@@ -76,9 +76,9 @@ class Significance(Fits):
                 if square > OPEN**2}
 
     def _worth(self, before: Fitted, after: Fitted) -> bool:
-        """Tell whether new members close a part of the gap of an equation that is worth naming."""
-        whole, first, last = (self.excess(one) for one in (self.nothing, before, after))
-        return bool(np.any((first - last > WORTH * whole) & self._acts(before, after)))
+        """Tell whether new members close a part worth naming of what others leave of a gap."""
+        first, last = self.excess(before), self.excess(after)
+        return bool(np.any((first - last > WORTH * first) & self._acts(before, after)))
 
     def excess(self, fit: Fitted) -> np.ndarray:
         """Root mean square above the calibrated floor that a set leaves in each equation."""
