@@ -119,13 +119,20 @@ def _place(evidence: Evidence, located: tuple[Located, ...]) -> str:
 def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, Any],
             squares: dict[str, float]) -> str:
     if which:
-        if gap['solved'] >= SOLVED and not evidence.unnamed:
+        if gap['solved'] >= SOLVED and not evidence.unnamed and _closed_all(evidence):
             return 'explained'
         helps = gap['solved'] > 0.0 or any(one.shrink_realised > 0.0 for one in which)
         return 'partly_explained' if helps else 'unknown'
     if evidence.findings or any(square > OPEN**2 for square in squares.values()):
         return 'unknown'
     return 'no_gap'
+
+
+def _closed_all(evidence: Evidence) -> bool:
+    """Tell whether no equation is certainly off still, or each by a small part of what it was."""
+    search, best = evidence.found.search, evidence.found.explanation.smallest
+    before, after = search.excess(search.nothing), search.excess(best)
+    return bool(np.all((search.power(best) <= OPEN**2) | (after <= (1.0 - SOLVED) * before)))
 
 
 def _effect(evidence: Evidence, one: Finding) -> MissingEffect:

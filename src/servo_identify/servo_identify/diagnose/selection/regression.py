@@ -27,11 +27,13 @@ class Sums:
     Weighted sums of products over all equations, for some columns.
 
     ``whole`` (columns, columns) of all blocks, ``power`` (equations, columns) the sum of squares
-    of each column in each equation.
+    of each column in each equation; ``parts`` by equation: which columns move it, (p,), and their
+    share of ``whole``, (p, p).
     """
 
     whole: np.ndarray
     power: np.ndarray
+    parts: list[tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -50,13 +52,8 @@ class Products:
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums with each group weighed, ``weight`` (equations, families)."""
-        whole = np.zeros((self.size, self.size))
-        power = np.zeros((len(self.parts), self.size))
-        for i, (good, part) in enumerate(self.parts):
-            table = np.tensordot(weight[i, self.family], part, axes=1)
-            whole[np.ix_(good, good)] += table
-            power[i, good] = np.diag(table)
-        return Sums(whole, power)
+        return _summed([(good, np.tensordot(weight[i, self.family], part, axes=1))
+                        for i, (good, part) in enumerate(self.parts)], self.size)
 
     def folds(self, weight: np.ndarray) -> np.ndarray:
         """Return the weighted sums by fold, (FOLDS, columns, columns)."""
@@ -190,14 +187,12 @@ class Regression:
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums over all columns, each group weighed: (equations, families)."""
-        whole = np.zeros((self.size, self.size))
-        power = np.zeros((len(self.products), self.size))
+        parts = []
         for i, products in enumerate(self.products):
-            p, at = products.shape[1], self.inside[i]
-            table = (weight[i, self.family] @ products.reshape(self.blocks, p * p)).reshape(p, p)
-            whole[at[:, None], at] += table
-            power[i, at] = np.diag(table)
-        return Sums(whole, power)
+            p = products.shape[1]
+            table = weight[i, self.family] @ products.reshape(self.blocks, p * p)
+            parts.append((self.inside[i], table.reshape(p, p)))
+        return _summed(parts, self.size)
 
     def scores_of(self, columns: np.ndarray, values: np.ndarray,
                   wanted: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -211,6 +206,15 @@ class Regression:
             part = products[:, of[mine][:, None], at[good]] @ values[good]
             answer[:, mine] += part * weight[i, self.family][:, None]
         return answer
+
+
+def _summed(parts: list[tuple[np.ndarray, np.ndarray]], size: int) -> Sums:
+    """Return the sums over all equations of those of each."""
+    whole, power = np.zeros((size, size)), np.zeros((len(parts), size))
+    for i, (at, table) in enumerate(parts):
+        whole[at[:, None], at] += table
+        power[i, at] = np.diag(table)
+    return Sums(whole, power, parts)
 
 
 def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

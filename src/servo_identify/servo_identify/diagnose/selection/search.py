@@ -15,6 +15,7 @@ from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import UNKNOWN
 from .fits import Choice, Fitted
+from .regression import Sums
 from .significance import Significance
 
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated
@@ -25,10 +26,10 @@ class Search(Significance):
     """Grows and thins sets of hypotheses."""
 
     def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
-        """Return (gain less cost, number, side) of each hypothesis beside a set, best first."""
+        """Return (gain less cost in nats, number, side) of each hypothesis beside a set."""
         regression = self.regression
-        sums = self.sums(near.weight * self.observations[:, None])
-        doubt = near.doubt * self.observations
+        sums = self.sums(near.weight)
+        before = self._left(near.columns, near.values, sums, near)
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
@@ -41,18 +42,25 @@ class Search(Significance):
                 columns, kept = self.columns_of(choice)
                 gram = sums.whole[columns[:, None], columns]
                 low, high = self.bounds_of(choice, kept)
-                doubts = self.doubts(doubt, sums, columns)
+                doubts = self.doubts(near.doubt, sums, columns)
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
-                left = float(values @ gram @ values + prior @ values[1:] ** 2)
-                found.append((left + worth * np.log(max(2, regression.blocks)), number, side))
-        at = near.columns
-        start = float(near.values @ sums.whole[at[:, None], at] @ near.values)
-        doubts = self.doubts(doubt, sums, at)
-        room = self.room(self.columns_of(near.choice)[1], len(at) - 1)
-        start += float(SURE**2 * doubts @ (near.values[1:] / room) ** 2)
-        return sorted(((start - left, number, side) for left, number, side in found),
-                      reverse=True)
+                gain = before - self._left(columns, values, sums, near)
+                found.append((gain - 0.5 * worth * np.log(max(2, regression.blocks)), number,
+                              side))
+        return sorted(found, reverse=True)
+
+    def _left(self, columns: np.ndarray, values: np.ndarray, sums: Sums, near: Fitted) -> float:
+        """Return what values leave, nats: n/2 log of the mean square of each equation."""
+        floor = (near.weight * self.sizes * self.floor()).sum(axis=1)
+        count, left = self.sizes.sum(axis=1) * self.observations, 0.0
+        for i, (_, table) in enumerate(sums.parts):
+            place = self.regression.where[i][columns]
+            some = values[place >= 0]
+            inside = place[place >= 0]
+            square = float(some @ table[inside[:, None], inside] @ some)
+            left += 0.5 * count[i] * np.log(max(square, floor[i], 1e-12))
+        return left
 
     def explain(self) -> Explanation:
         """Return the smallest set that predicts as well as the best, and what rivals it."""

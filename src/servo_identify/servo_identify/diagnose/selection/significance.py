@@ -64,9 +64,21 @@ class Significance(Fits):
         Where an equation is certainly off, something is there: its first name needs less.
         """
         level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
-        gain = self.gain(before, after)
         return (after.total < before.total and self._worth(before, after)
-                and gain > self.chance(before, after, level))
+                and self._beyond(before, after)
+                and self.gain(before, after) > self.chance(before, after, level))
+
+    def _beyond(self, before: Fitted, after: Fitted) -> bool:
+        """Tell whether values that new members move leave the tolerance of the servo file."""
+        regression = self.regression
+        spans = {label: (low, high) for label, low, high in zip(
+            regression.nuisance.labels, regression.low[1:], regression.high[1:], strict=False)}
+        for number in set(after.choice.numbers) - set(before.choice.numbers):
+            low, high = spans.get(regression.hypotheses[number].path, (0.0, 0.0))
+            change = after.values[np.isin(after.columns, regression.members[number])]
+            if low < high and len(change) and low <= change[0] <= high:
+                return False
+        return True
 
     @cached_property
     def off(self) -> set[str]:
