@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from math import hypot, isfinite
+from math import floor, hypot, isfinite, log10
 from typing import Any
 
-from .report import MissingEffect
+from .report import Alternative, MissingEffect
 
 PLACES = {
     'drive': 'drive', 'motor': 'motor-side torque balance', 'transmission': 'transmission',
@@ -21,12 +22,17 @@ SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('tra
 
 
 def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict[str, Any],
-             unknown: dict[str, Any]) -> str:
-    """Return the verdict in a few sentences: place, effect, size, confidence, what remains."""
+             unknown: dict[str, Any], late: str = '') -> str:
+    """
+    Return the verdict in a few sentences: place, effect, size, confidence, what remains.
+
+    ``late`` says that the command acts after its row; without any gap that is part of the answer.
+    """
     place = PLACES.get(balance, balance)
     if status == 'no_gap':
-        return ('No gap: within its tolerances the twin matches the rig, down to the noise floor '
+        text = ('No gap: within its tolerances the twin matches the rig, down to the noise floor '
                 'and the practical margin.')
+        return f'{text} But {late}.' if late else text
     if not which:
         text = f'The {place} does not match the rig, and no effect of the list explains it.'
         if unknown.get('depends_on'):
@@ -45,8 +51,10 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         place = 'twin'
     several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
     first = which[0]
+    several_at = Counter(one.effect for one in first.alternatives)
     others = [f'the same at the {SITES.get(one.site, one.site)}' if one.effect == first.effect
-              else spoken(one.effect) for one in first.alternatives]
+              else _named(one) if several_at[one.effect] > 1 else spoken(one.effect)
+              for one in first.alternatives]
     unsure = first.rung == 'place' and others
     if unsure:  # the place is known, the recordings do not tell what acts there
         several[0] += ', or perhaps ' + _listed(others, 'or')
@@ -82,7 +90,7 @@ def spoken(effect: str) -> str:
     return effect.replace('_', ' ')
 
 
-def _named(one: MissingEffect) -> str:
+def _named(one: MissingEffect | Alternative) -> str:
     if one.effect.startswith('parameter:'):
         return spoken(one.effect)
     return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
@@ -98,10 +106,10 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None)
     if {'cosine', 'sine'} <= set(parameters):  # of one turn: what it is at most
         a, b = parameters['cosine'], parameters['sine']
         std = max(one['std'] or 0.0 for one in (a, b))
-        return f'{hypot(a["value"], b["value"]):.3g}{_spread(std)} {a["unit"]} at most'
+        return f'{_measured(hypot(a["value"], b["value"]), std)} {a["unit"]} at most'
     if first:
         name, p = first[0]
-        value = f'{p["value"]:.3g}{_spread(p["std"])} {p["unit"]}'.strip()
+        value = f'{_measured(p["value"], p["std"])} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])
@@ -113,9 +121,12 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None)
     return ''
 
 
-def _spread(std: float | None) -> str:
-    """Return a standard deviation with one digit, to be put behind a value."""
-    return f' +- {float(f"{std:.1g}"):g}' if std and isfinite(std) else ''
+def _measured(value: float, std: float | None) -> str:
+    """Return a value to three digits, or as many as its standard deviation leaves, with it."""
+    if not std or not isfinite(std):
+        return f'{value:.3g}'
+    digits = 1 + floor(log10(abs(value))) - floor(log10(std)) if value else 3
+    return f'{value:.{min(max(3, digits), 9)}g} +- {float(f"{std:.1g}"):g}'
 
 
 def _beside(value: float, others: Sequence[float]) -> str:

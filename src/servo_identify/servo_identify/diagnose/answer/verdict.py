@@ -19,6 +19,7 @@ from ..selection.fits import Fitted
 from ..selection.stability import shares
 from .evidence import Evidence, Finding
 from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
+from .row_instants import late_command
 from .sentences import sentence, size_of
 from .shown_units import channel_unit, curve_units
 from .telling import confirmations, tell
@@ -38,8 +39,9 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     balance = _place(evidence, located)
     unknown = _unknown(evidence, located)
     status = _status(evidence, which, gap, squares)
+    late = late_command(evidence.found)
     verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
-               'sentence': sentence(status, which, balance, gap, unknown),
+               'sentence': sentence(status, which, balance, gap, unknown, late),
                'remains': _remains(evidence, gap, status)}
     split = evidence.split
     channels = _channels(evidence)
@@ -49,7 +51,8 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
                                                                        'report')},
         channels=channels, where=located, which=which, verdict=verdict, gap=gap,
         unknown=unknown if status in ('unknown', 'partly_explained') else {},
-        next_experiment=following, warnings=tuple(dict.fromkeys([*warnings, *_worse(channels)])),
+        next_experiment=following, warnings=tuple(dict.fromkeys(
+            [*warnings, *([late] if late else []), *_worse(channels)])),
         moved=tuple(_moved(evidence)),
         stability={'splits': len(evidence.halves), 'named_in': {
             key[0]: round(share, 3) for key, share in named.items()}},

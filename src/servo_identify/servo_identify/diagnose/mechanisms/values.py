@@ -15,6 +15,7 @@ from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
 FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
+FINE = 1e-3  # the same of a lead, whose error adds up over the whole travel
 
 NAMES = {'drive.torque_constant': 'torque_constant_error',
          'mechanism.stiffness': 'stiffness_error'}
@@ -36,14 +37,17 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         section = path.split('.')[0]
         if section not in ('drive', 'mechanism', 'effects') or parameter.row:
             continue
-        if path == 'mechanism.ratio':
-            continue  # the number of teeth is known
+        if path == 'mechanism.ratio' and not servo.linear:
+            continue  # the number of teeth is known; the lead of a screw is measured
         if section == 'effects' and parameter.off is None:
             continue
         value = servo.numbers[path]
         least, most = parameter.bounds
-        step = SLOPE * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
+        share = FINE if path == 'mechanism.ratio' else SLOPE
+        step = share * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
         column = slope(samples, path, step, (least, most))
+        if path == 'mechanism.ratio':  # the firmware counts with the lead of the file
+            column = np.where(samples.rows('controller'), 0.0, column)
         if section != 'effects' and value != 0.0:
             ends = sorted((value / FAR, value * FAR))
             least, most = max(least, ends[0]), min(most, ends[1])

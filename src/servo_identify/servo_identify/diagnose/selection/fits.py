@@ -176,10 +176,14 @@ class Fits:
 
     @staticmethod
     def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
-        """Return how many numbers a hypothesis is worth, by which of its amplitudes work."""
-        shared = int((working & (one.signs == 1)).sum())
+        """
+        Return how many numbers a hypothesis is worth, by which of its amplitudes work.
+
+        Which parts of a curve of one sign work is a choice of its own, also where it is one alone.
+        """
+        shared = one.signs == 1
         searched = 1 + len(one.detail) if one.tried > 1 else 0
-        return int(working.sum()) - shared + min(shared, SHAPE) + searched
+        return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched
 
     @staticmethod
     def doubts(doubt: np.ndarray, sums: Sums, columns: np.ndarray) -> np.ndarray:

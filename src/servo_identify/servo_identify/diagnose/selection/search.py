@@ -15,7 +15,6 @@ from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import UNKNOWN
 from .fits import Choice, Fitted
-from .regression import Sums
 from .significance import Significance
 
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated
@@ -29,7 +28,9 @@ class Search(Significance):
         """Return (gain less cost in nats, number, side) of each hypothesis beside a set."""
         regression = self.regression
         sums = self.sums(near.weight)
-        before = self._left(near.columns, near.values, sums, near)
+        above = self.groups(near.held_out) > self.floor()
+        weight = np.where(above, near.weight, 0.0)
+        before = self._left(near.columns, near.values, weight)
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
@@ -45,19 +46,23 @@ class Search(Significance):
                 doubts = self.doubts(near.doubt, sums, columns)
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
-                gain = before - self._left(columns, values, sums, near)
+                gain = before - self._left(columns, values, weight)
                 found.append((gain - 0.5 * worth * np.log(max(2, regression.blocks)), number,
                               side))
         return sorted(found, reverse=True)
 
-    def _left(self, columns: np.ndarray, values: np.ndarray, sums: Sums, near: Fitted) -> float:
-        """Return what values leave, nats: n/2 log of the mean square of each equation."""
-        floor = (near.weight * self.sizes * self.floor()).sum(axis=1)
-        count, left = self.sizes.sum(axis=1) * self.observations, 0.0
-        for i, (_, table) in enumerate(sums.parts):
+    def _left(self, columns: np.ndarray, values: np.ndarray, weight: np.ndarray) -> float:
+        """
+        Return what values leave, nats: n/2 log of the mean square of each equation.
+
+        Over the groups with a ``weight`` (equations, families): those with more than the floor.
+        """
+        floor = (weight * self.sizes * self.floor()).sum(axis=1)
+        count = ((weight > 0.0) * self.sizes).sum(axis=1) * self.observations
+        left = 0.0
+        for i, (_, table) in enumerate(self.sums(weight).parts):
             place = self.regression.where[i][columns]
-            some = values[place >= 0]
-            inside = place[place >= 0]
+            some, inside = values[place >= 0], place[place >= 0]
             square = float(some @ table[inside[:, None], inside] @ some)
             left += 0.5 * count[i] * np.log(max(square, floor[i], 1e-12))
         return left
@@ -144,7 +149,8 @@ class Search(Significance):
         """
         least = min(1, len(best.choice.members))
         rivals = [one for one in self._known.values()
-                  if least <= len(one.choice.members) <= len(best.choice.members)]
+                  if least <= len(one.choice.members) <= len(best.choice.members)
+                  and self.beyond(one)]
         alike = []
         for one in rivals:
             if self.alike(one, best):

@@ -65,17 +65,18 @@ class Significance(Fits):
         """
         level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
         return (after.total < before.total and self._worth(before, after)
-                and self._beyond(before, after)
+                and self.beyond(after)
                 and self.gain(before, after) > self.chance(before, after, level))
 
-    def _beyond(self, before: Fitted, after: Fitted) -> bool:
-        """Tell whether values that new members move leave the tolerance of the servo file."""
+    def beyond(self, fit: Fitted) -> bool:
+        """Tell whether all values that a set moves leave the tolerance of the servo file."""
         regression = self.regression
         spans = {label: (low, high) for label, low, high in zip(
-            regression.nuisance.labels, regression.low[1:], regression.high[1:], strict=False)}
-        for number in set(after.choice.numbers) - set(before.choice.numbers):
+            regression.nuisance.labels, regression.nuisance.low, regression.nuisance.high,
+            strict=True)}
+        for number in fit.choice.numbers:
             low, high = spans.get(regression.hypotheses[number].path, (0.0, 0.0))
-            change = after.values[np.isin(after.columns, regression.members[number])]
+            change = fit.values[np.isin(fit.columns, regression.members[number])]
             if low < high and len(change) and low <= change[0] <= high:
                 return False
         return True
