@@ -7,7 +7,8 @@ Drive a rig through a procedure and record a bag of each part of it.
   servo-identify experiment friction -o bags --servo rv_bench --headless   emulated, no bus
 
 The plan is refused when it would exceed a limit; while it runs, every sample is judged, and the
-motor is brought to rest before the limit. Ctrl-C does the same and leaves a usable bag.
+motor is brought to rest before the limit. Ctrl-C, Ctrl-Z and a closed terminal do the same and leave
+a usable bag.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
 from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 from servo_twin.description.nearest_name import or_what
+from servo_twin.nodes.ending import SIGNALS
 
 from ..experiment.usual_limits import USUAL
 
@@ -177,7 +179,7 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
                 processes, namespace, arguments.rig or shipped('rigs/rv_bench.yaml'),
                 shipped('driver.yaml'), arguments.rate, arguments.set))
         performer = stack.enter_context(Performer(namespace, limits))
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in SIGNALS:
             signal.signal(number, lambda *_: performer.interrupt())
         bar, written = stack.enter_context(_bar(Console(stderr=True))), []
         try:

@@ -80,9 +80,10 @@ def record(bench: Bench) -> Outcome:
         except KeyboardInterrupt:
             early = True
             print('ending early')
+            processes.ask('player')  # one that hangs must not keep the drive
         seconds, after = monotonic() - begin, processes.cpu_seconds()
-        processes.stop('player')
         _take_down(session, processes)
+        processes.stop('player')
         if bench.page is not None and not early:
             _let_answer(processes)
         cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
@@ -113,7 +114,7 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
     processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
         'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
     processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
-                                    bench.driver))
+                                    bench.driver), first=True)
     wait_until(lambda: session.facts.get('twin', {}).get('lifecycle') == 'active',
                'the twin is active', START, processes)
     if not session.change('driver', CONFIGURE, START):
