@@ -27,6 +27,7 @@ from .setpoint_profiles import ACCELERATION, eased
 BLOCK = 0.1  # s of set-points in one message
 AHEAD = 0.2  # s that a block leaves before its first instant
 SETTLE = 0.1  # s that is recorded behind the last set-point
+STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
 SILENCE = 0.3  # s without a sample after which the rig is taken for lost
 HOMING = 0.3  # rad/s
 CLOSE = 0.02  # rad from where the experiment began that need no way home
@@ -155,6 +156,9 @@ class Performer(Node):
                         sent * self.period * SECOND) - self._now() < AHEAD * SECOND:
                     part = slice(sent, sent + size)
                     instant = start + round(sent * self.period * SECOND)
+                    late = (self._now() - instant) / SECOND
+                    if late > STOOD_STILL:  # the motor would begin in the middle of its motion
+                        raise Stopped(f'this process stood still for {late:.1f} s')
                     self._publish(_MODES[mode], instant, reference[part], torque[part])
                     sent += size
                 self._wait(lambda: bool(self.trouble or self._interrupted), BLOCK / 2.0)
