@@ -28,7 +28,7 @@ BLOCK = 0.1  # s of set-points in one message
 AHEAD = 0.2  # s that a block leaves before its first instant
 SETTLE = 0.1  # s that is recorded behind the last set-point
 STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
-SILENCE = 0.3  # s without a sample after which the rig is taken for lost
+SILENCE = 0.3  # s without a load angle after which the rig is taken for lost
 HOMING = 0.3  # rad/s
 CLOSE = 0.02  # rad from where the experiment began that need no way home
 _UNLOOPED = ('torque', 'current', 'no samples', 'the driver')
@@ -173,7 +173,7 @@ class Performer(Node):
         """Raise Stopped for what is wrong."""
         if not self.trouble and self._moving and self._watching and (
                 monotonic() - self._heard > SILENCE):
-            self.trouble = f'no samples for {SILENCE:g} s'
+            self.trouble = f'no samples with a load angle for {SILENCE:g} s'
         if self.trouble or self._interrupted:
             raise Stopped(self.trouble or self._interrupted)
 
@@ -191,8 +191,9 @@ class Performer(Node):
         self._command.publish(message)
 
     def _encoder(self, message: Encoder) -> None:
-        self._heard = monotonic()
         positions = message.load_position
+        if any(map(isfinite, positions)):
+            self._heard = monotonic()
         if self.guard is None:
             if not isfinite(positions[-1]):
                 return

@@ -47,6 +47,7 @@ class RigNodes:
     """
 
     fd = False
+    slowest_beat = 8.0  # s; drivers ask for a quarter of 30 s at the most
 
     def __init__(self, bench: Bench, frames: FrameTable, send: Send,
                  watchdog: float = SYNC_LOST) -> None:

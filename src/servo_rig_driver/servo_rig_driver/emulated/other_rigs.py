@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 import logging
 
-KNOWN_WITHIN = 8.0
-"""s by which a rig is heard: drivers ask for a beat each quarter of 30 s at the most."""
 BOOT_UP = b'\x00'
 
 log = logging.getLogger('emulated_rig')
@@ -16,12 +14,13 @@ class OtherRigs:
     """
     Judges each frame under ``beats``, the identifiers under which only this rig's nodes speak.
 
-    Who boots comes after who speaks already. A rig that has been on the bus for KNOWN_WITHIN s was
-    first, or the other one is of a kind that speaks only when it is asked: the driver sees that.
+    Who boots comes after who speaks already. A rig that has been on the bus for ``slowest`` s, the
+    longest time between two beats, was first. A kind that speaks only when it is asked is not
+    heard: its driver sees that two answer.
     """
 
-    def __init__(self, beats: Mapping[int, str], where: str) -> None:
-        self._beats, self._where = beats, where
+    def __init__(self, beats: Mapping[int, str], slowest: float, where: str) -> None:
+        self._beats, self._slowest, self._where = beats, slowest, where
         self._spoke: float | None = None
         self._first = self._told = False
 
@@ -34,7 +33,7 @@ class OtherRigs:
         if identifier not in self._beats:
             return False
         if self._spoke is not None:
-            self._first |= data == BOOT_UP or now - self._spoke > KNOWN_WITHIN
+            self._first |= data == BOOT_UP or now - self._spoke >= self._slowest
         if not self._told:
             log.error('another %s speaks under 0x%03X on %s: end %s, or give one of the two '
                       'another --channel or id', self._beats[identifier].replace('_', ' '),

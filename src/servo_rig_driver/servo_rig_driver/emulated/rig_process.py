@@ -40,7 +40,7 @@ from .rig_file import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
 RETRY = 0.2  # s
-LISTENS = 0.3  # s for which a rig listens for another one before it speaks; some beat more slowly
+LISTENS = 0.3  # s for which a rig listens for another one before it speaks
 TURNS = 2.0  # s within which a rig that is on its bus does what it is asked
 LINGERS = 2.0  # s that a rig which is told to end gives its driver to take the drive down
 
@@ -53,6 +53,7 @@ class EmulatedRig:
 
     ``driver`` are parameters of the driver by name, which say what the drive speaks: CANopen
     where they say nothing. ``period``, s, is that of the samples, which CANopen nodes are told.
+    ``listens`` is for how long, s, it looks for another rig before it speaks.
     Raises RigFileError, DictionaryError or DeviceError when a file cannot be used.
     """
 
@@ -73,7 +74,9 @@ class EmulatedRig:
         self.bus = replace(bus, fd=self.nodes.fd)
         self._stopped = False
         self._ends_at: float | None = None
-        self._others = OtherRigs(self.nodes.beats, f'{bus.interface} {bus.channel}')
+        self.listens = LISTENS
+        self._others = OtherRigs(self.nodes.beats, self.nodes.slowest_beat,
+                                f'{bus.interface} {bus.channel}')
         self._reread = False
         self._asked: SimpleQueue[tuple[Callable[[], Any], Future]] = SimpleQueue()
         self._warm_up()
@@ -118,7 +121,7 @@ class EmulatedRig:
         Returns False where another rig with the same node ids is on the bus already, once that one
         is heard: two would both answer, and neither could be driven.
         """
-        told, listens = False, True
+        told = False
         while not self._over:
             try:
                 self._wire = Wire(open_bus(self.bus, RETRY))
@@ -131,9 +134,9 @@ class EmulatedRig:
                 continue
             told = False
             try:
-                if listens and not self._alone():
+                if not self._alone():
                     return False
-                listens = False
+                self.listens = 0.0
                 log.info('%s on %s %s', self.bench.rig.name, self.bus.interface, self.bus.channel)
                 self._others.speak(time.monotonic())
                 self.nodes.boot()
@@ -148,7 +151,7 @@ class EmulatedRig:
 
     def _alone(self) -> bool:
         """Whether no other rig is heard for a moment."""
-        until = time.monotonic() + LISTENS
+        until = time.monotonic() + self.listens
         while time.monotonic() < until:
             if any(self._others.was_there_before(identifier, data, time.monotonic())
                    for identifier, data in self._wire.recv(POLL)):
