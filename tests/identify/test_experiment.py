@@ -22,9 +22,11 @@ from servo_identify.experiment import setpoint_profiles
 from servo_identify.experiment.live_bench import emulated_bench
 from servo_identify.experiment.performer_node import Performer, Stopped
 from servo_identify.experiment.procedures import Choices, PROCEDURES
-from servo_identify.experiment.run_limits import Guard, LimitError, Limits, REACTION
+from servo_identify.experiment.run_limits import (
+    Guard, LimitError, Limits, limits_of, REACTION)
 from servo_twin.bag import read_recording
 from servo_twin.bringup.processes import Processes, wait_until
+from servo_twin.description.servo_file import load
 from servo_twin_msgs.msg import Command, Encoder
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -78,6 +80,21 @@ def test_it_refuses_choices_and_limits_that_make_no_sense():
         PROCEDURES['friction'].runs(Choices(speeds=(-1.0,)))
     with pytest.raises(LimitError, match='limit of torque = 0'):
         Limits(torque=0.0)
+
+
+def test_a_load_that_moves_straight_has_limits_in_m_and_n_and_none_is_usual():
+    axis = load(CONFIG / 'servos' / 'emps.yaml')
+    with pytest.raises(LimitError, match='--max-speed in m/s and --max-torque in N and --max-tr'):
+        limits_of(axis, {'current': 2.0, 'speed': None})
+    limits = limits_of(axis, {'speed': 0.4, 'torque': 50.0, 'travel': 0.2, 'current': None})
+    assert limits.current == Limits().current
+    with pytest.raises(LimitError, match='speed of 0.5 m/s, the limit is 0.4 m/s'):
+        for run in PROCEDURES['position_ramp'].runs(Choices(PERIOD, speeds=(0.5,))):
+            limits.check(run)
+    guard = Guard(limits, 0.0, PERIOD)
+    assert guard.see(torque=60.0) == 'torque: 60 N measured; the limit is 50 N'
+    assert 'm measured' in guard.see(position=0.3)
+    assert limits_of(load(CONFIG / 'servos' / 'rv_bench.yaml'), {'speed': 2.0}) == Limits(2.0)
 
 
 @given(strategies.floats(0.5, 8.0))
