@@ -22,8 +22,7 @@ from servo_identify.experiment import setpoint_profiles
 from servo_identify.experiment.live_bench import emulated_bench
 from servo_identify.experiment.performer_node import Performer, Stopped
 from servo_identify.experiment.procedures import Choices, PROCEDURES
-from servo_identify.experiment.run_limits import (
-    Guard, LimitError, Limits, limits_of, REACTION)
+from servo_identify.experiment.run_limits import Guard, LimitError, Limits, limits_of, REACTION
 from servo_twin.bag import read_recording
 from servo_twin.bringup.processes import Processes, wait_until
 from servo_twin.description.servo_file import load
@@ -200,7 +199,8 @@ class BlindRig:
         self._thread.start()
 
     def _say(self):
-        self._topic.publish(Encoder(period=PERIOD, load_position=[nan if self.heard else 0.0] * 10))
+        angle = nan if self.heard else 0.0
+        self._topic.publish(Encoder(period=PERIOD, load_position=[angle] * 10))
 
     def close(self):
         self.executor.shutdown()

@@ -56,7 +56,7 @@ def test_it_keeps_the_numbers_of_a_table(tmp_path, suffix):
 @pytest.mark.parametrize('header', ['voltage [A]', 'voltage [mA]', 'added_command [A]'])
 def test_a_command_in_amperes_is_refused_for_a_drive_that_takes_volts(tmp_path, header):
     path = write_csv(tmp_path / 'a.csv', {'t': TIME, 'motor_position': TIME, header: TIME})
-    with pytest.raises(ValueError, match=r"column '.*A\]' is in 'm?A', and the drive of .* takes V"):
+    with pytest.raises(ValueError, match=r"column '.*A\]' is in 'm?A', and .* takes V"):
         import_table(path, CONFIG / 'servos' / 'geared_dc.yaml')
     import_table(path, CONFIG / 'servos' / 'two_mass.yaml')  # its gain is in A/V
 

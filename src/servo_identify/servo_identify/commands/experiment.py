@@ -7,8 +7,8 @@ Drive a rig through a procedure and record a bag of each part of it.
   servo-identify experiment friction -o bags --servo rv_bench --headless   emulated, no bus
 
 The plan is refused when it would exceed a limit; while it runs, every sample is judged, and the
-motor is brought to rest before the limit. Ctrl-C, Ctrl-Z and a closed terminal do the same and leave
-a usable bag.
+motor is brought to rest before the limit. Ctrl-C, Ctrl-Z and a closed terminal do the same and
+leave a usable bag.
 """
 
 from __future__ import annotations

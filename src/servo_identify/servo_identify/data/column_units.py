@@ -82,8 +82,8 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
         return 1.0
     if is_current(name, unit):
         if servo is not None and not takes_current(servo):
-            raise ValueError(f'{where} is in {unit!r}, and the drive of {servo.name} takes V. What '
-                             "was measured in A is 'current'; a drive that takes a current is of "
+            raise ValueError(f'{where} is in {unit!r}, and the drive of {servo.name} takes V. '
+                             "What was measured in A is 'current'; a drive that takes a current is of "
                              'type current, with a gain in A/V')
         return factor_to(unit, 'A')
     try:

@@ -34,8 +34,8 @@ class Limits:
     """
     Largest sizes of speed (rad/s), transmitted torque (N m) and travel (rad), all at the load.
 
-    ``travel`` counts from where the experiment began, to either side; ``current`` in A. A load that
-    moves straight (``linear``) has m/s, N and m.
+    ``travel`` counts from where the experiment began, to either side; ``current`` in A. A load
+    that moves straight (``linear``) has m/s, N and m.
     """
 
     speed: float = USUAL['speed']

@@ -6,8 +6,8 @@ The player: drives a rig by the set-points of one excitation family, then stops.
 
 It waits until the rig's samples come, sends its set-points in blocks a little ahead of their
 instants, and leaves. Whoever ends it early leaves the rig with what is left of one block. One that
-stood still, as when it was stopped or the machine slept, ends: the motor came to zero meanwhile, and
-would begin again in the middle of a motion.
+stood still, as when it was stopped or the machine slept, ends: the motor came to zero meanwhile,
+and would begin again in the middle of a motion.
 """
 
 from __future__ import annotations

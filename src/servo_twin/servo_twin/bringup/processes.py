@@ -36,8 +36,8 @@ class Processes:
 
     Each is a session of its own, so that Ctrl-C in the terminal reaches only the parent, which
     then ends the children in the reverse order of their start, and before all others those that
-    were started as ``first``. Where it is killed, each child sees that its parent has gone and ends
-    by itself.
+    were started as ``first``. Where it is killed, each child sees that its parent has gone and
+    ends by itself.
     """
 
     def __init__(self, folder: Path) -> None:

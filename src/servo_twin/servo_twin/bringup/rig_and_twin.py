@@ -85,7 +85,7 @@ def record(bench: Bench) -> Outcome:
         _take_down(session, processes)
         processes.stop('player')
         if bench.page is not None and not early:
-            _let_answer(processes)
+            let_answer(processes)
         cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
         return Outcome(numbers(seconds, session.facts), cpu)
 
@@ -180,13 +180,13 @@ def _take_down(session: Session, processes: Processes) -> None:
     processes.stop('recorder')
 
 
-def _let_answer(processes: Processes) -> None:
+def let_answer(processes: Processes) -> None:
     """Wait until a diagnosis that the page asked for has ended."""
     if not _diagnosing(processes):
         return
     print('waiting for the diagnosis that the page asked for; Ctrl-C ends it', flush=True)
     try:
-        while _diagnosing(processes) and processes.running('view'):
+        while _diagnosing(processes):
             sleep(0.2)
     except KeyboardInterrupt:
         return
@@ -195,7 +195,7 @@ def _let_answer(processes: Processes) -> None:
 
 def _diagnosing(processes: Processes) -> bool:
     said = processes.said('view')
-    return said.count(BEGINS) > said.count(ENDS)
+    return processes.running('view') and said.count(BEGINS) > said.count(ENDS)
 
 
 def _why(session: Session) -> str:

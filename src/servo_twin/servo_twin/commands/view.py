@@ -6,8 +6,8 @@ Show a running rig and its twin, or a bag, in the browser.
   servo-twin view --control --faults SOCK  ... and inject faults into an emulated rig
   servo-twin view BAG                      plays a recording, without ROS
 
-The page is at http://127.0.0.1:PORT, for browsers of this machine alone. Ctrl-C ends it. --json tells
-the address as soon as the page is there; its exit_status is null until the end.
+The page is at http://127.0.0.1:PORT, for browsers of this machine alone. Ctrl-C ends it. --json
+tells the address as soon as the page is there; its exit_status is null until the end.
 """
 
 from __future__ import annotations
