@@ -83,8 +83,8 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
     if is_current(name, unit):
         if servo is not None and not takes_current(servo):
             raise ValueError(f'{where} is in {unit!r}, and the drive of {servo.name} takes V. '
-                             "What was measured in A is 'current'; a drive that takes a current is of "
-                             'type current, with a gain in A/V')
+                             "What was measured in A is 'current'; a drive that takes a current "
+                             'is of type current, with a gain in A/V')
         return factor_to(unit, 'A')
     try:
         return factor_to(unit, wanted)

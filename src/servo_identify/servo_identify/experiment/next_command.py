@@ -28,8 +28,8 @@ def next_command(chosen: Mapping[str, Any], servo: Servo, path: Path,
     Return the command line that records a chosen ``family`` with its ``settings``; '' for none.
 
     ``path`` is the servo file. Limits are those that the recordings reached, where the usual ones
-    are smaller, or nothing is usual because the load moves straight. A recording of an emulated rig
-    has its options in the note, which are kept.
+    are smaller, or nothing is usual because the load moves straight. A recording of an emulated
+    rig has its options in the note, which are kept.
     """
     family, settings = chosen.get('family', ''), chosen.get('settings', {})
     if family not in PROCEDURES:

@@ -53,19 +53,16 @@ class Performer(Node):
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         super().__init__('experiment', namespace=namespace)
         self.limits = limits
-        self.period = 0.0
+        self.period = self._heard = 0.0
         self.guard: Guard | None = None
-        self.trouble = ''
-        self._interrupted = ''
-        self._heard = 0.0
+        self.trouble = self._interrupted = ''
         self._moving = self._watching = False
         reliable = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
         self._command = self.create_publisher(Command, 'command', reliable)
         self.create_subscription(Encoder, 'encoder', self._encoder, reliable)
         self.create_subscription(Torque, 'torque', self._torque, reliable)
         self.create_subscription(Current, 'current', self._current, reliable)
-        self._failure = ''
-        self._due = 0
+        self._failure, self._due = '', 0
         self._recording: dict[str, set[str]] = {}
         self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, 100)
         self._executor = EventsExecutor()
@@ -148,17 +145,17 @@ class Performer(Node):
         size, sent = max(1, round(BLOCK / self.period)), 0
         start = self._now() + round(AHEAD * SECOND)
         end = start + round(len(reference) * self.period * SECOND)
-        self.trouble, self._watching, self._moving = '', True, True
-        self._heard = monotonic()
+        self.trouble, self._watching, self._moving, self._heard = '', True, True, monotonic()
         try:
             while self._now() < end + SETTLE * SECOND:
-                while sent < len(reference) and start + round(
-                        sent * self.period * SECOND) - self._now() < AHEAD * SECOND:
-                    part = slice(sent, sent + size)
+                while sent < len(reference):
                     instant = start + round(sent * self.period * SECOND)
                     late = (self._now() - instant) / SECOND
+                    if late < -AHEAD:
+                        break
                     if late > STOOD_STILL:  # the motor would begin in the middle of its motion
                         raise Stopped(f'this process stood still for {late:.1f} s')
+                    part = slice(sent, sent + size)
                     self._publish(_MODES[mode], instant, reference[part], torque[part])
                     sent += size
                 self._wait(lambda: bool(self.trouble or self._interrupted), BLOCK / 2.0)
@@ -192,8 +189,7 @@ class Performer(Node):
 
     def _encoder(self, message: Encoder) -> None:
         positions = message.load_position
-        if any(map(isfinite, positions)):
-            self._heard = monotonic()
+        self._heard = monotonic() if any(map(isfinite, positions)) else self._heard
         if self.guard is None:
             if not isfinite(positions[-1]):
                 return
