@@ -4,14 +4,14 @@ import logging
 from threading import Event
 from time import monotonic, sleep
 
-from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE
+from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters
 from driver_bench import wait_for
 import numpy as np
 import pytest
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings
 from servo_rig_driver.can_bus.can_hub import CanHub
-from servo_rig_driver.devices.drive_master import DriveState
+from servo_rig_driver.devices.drive_master import DriveState, Order
 from servo_rig_driver.devices.on_request import OnRequest
 from servo_rig_driver.driver.rig_link import ForeignDriver
 from servo_rig_driver.driver.setpoints import Mode
@@ -164,6 +164,17 @@ def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_pat
         still(link)
         assert link.health.counted('samples.unanswered') > 0
         turning(link)
+
+
+@pytest.mark.parametrize('told', ['canopen', 'odrive'])
+def test_what_went_with_a_set_point_that_was_left_out_is_told_again(told, tmp_path):
+    link = Link(str(tmp_path / 'none.can'), parameters(told))
+    asked = [[identifier for identifier, _ in link.device.ask(k, Order.ENABLE, None, 10 * k)]
+             for k in range(2)]
+    link.sampler.withdraw(1, 20)
+    again = [identifier for identifier, _ in link.device.ask(2, Order.ENABLE, None, 30)]
+    mode = {'canopen': 0x201, 'odrive': 0x2B}[told]  # controlword and mode; Set_Controller_Mode
+    assert [mode in one for one in (*asked, again)] == [True, False, True]
 
 
 def test_references_beyond_the_limits_are_held_there(name, tmp_path):
