@@ -78,10 +78,10 @@ bench: setup  ## write docs/speed.md: start, step, bag, replay, fit, diagnosis, 
 	@$(WITH_ENV) python tests/benchmarks/speed_table.py $(ARGS) --page docs/speed.md
 
 blind-check: setup  ## score the diagnosis on rigs with effects withheld; ARGS=--first 40, ...
-	@$(WITH_ENV) servo-identify blind-check --scored $(ARGS)
+	@$(WITH_ENV) servo-identify blind-check --scored --force $(ARGS)
 
 results: training  ## compare the models on the bench and on real machines; DATA=... published recordings
-	@$(WITH_ENV) servo-identify results $(DATA) $(ARGS)
+	@$(WITH_ENV) servo-identify results --force $(DATA) $(ARGS)
 
 docs-tools: setup
 	@$(WITH_ENV) python -m pip install -q -r requirements/docs.txt

@@ -3,8 +3,13 @@ The live chain, rig - driver - twin - recorder, as processes: loss, latency and 
 
     python tests/benchmarks/bench_chain.py                          1 kHz, one a message, 60 s
     python tests/benchmarks/bench_chain.py --rate 4000 --block 20
-    python tests/benchmarks/bench_chain.py --driver moteus          a shipped drive, at its rate
+    python tests/benchmarks/bench_chain.py --driver moteus odrive   shipped drives, at their rates
+    python tests/benchmarks/bench_chain.py --driver adapter         a robot's JointState instead
+    python tests/benchmarks/bench_chain.py --driver all --block 5 --seconds 20
     python tests/benchmarks/bench_chain.py --busy 6                 the machine loaded on purpose
+
+With --driver adapter an emulated ros2_control robot at 500 Hz and the adapter take the place of
+bus, rig and driver. Latency then counts from the stamp that the robot gives.
 
 With --busy so many processes take the cores for the middle half of the time. What the twin says
 of itself in its diagnostics is printed below.
@@ -17,7 +22,7 @@ figure is what comes on top. Reference: DESIGN.md's measurement of driver, twin 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import os
 from pathlib import Path
@@ -43,6 +48,9 @@ from servo_twin_msgs.msg import Command
 CONFIG = ROOT / 'config'
 REFERENCE = ('DESIGN.md, 1 kHz, one a message, driver - twin - sink: 0 of 20 000 lost, 506 us '
              'median, 2051 us p99, CPU 18 / 28 / 14 %')
+DRIVERS = ('canopen', 'odrive', 'robstride', 'cubemars', 'moteus', 'adapter')
+MACHINES = {'canopen': 'rv_bench', 'adapter': 'ros2_control_joint'}
+"""Names of rig and servo file where they are not those of the drive."""
 SIZES = {'encoder': 'load_position', 'torque': 'torque', 'current': 'current',
          'twin/prediction': 'torque', 'twin/residual': 'torque'}
 RIG = ('encoder', 'torque', 'current')
@@ -55,20 +63,35 @@ def main() -> int:
     parser.add_argument('--seconds', type=float, default=60.0)
     parser.add_argument('--mode', default='measured_input')
     parser.add_argument('--busy', type=int, default=0, help='processes that only take the cores')
-    parser.add_argument('--driver', metavar='NAME', help='a drive of config/drivers')
+    parser.add_argument('--driver', nargs='+', metavar='NAME', default=['canopen'],
+                        choices=[*DRIVERS, 'all'], help=f'one or some of {DRIVERS}, or all')
     parser.add_argument('--rig', help='rig file (default: that of the drive, else rv_bench)')
     asked = parser.parse_args()
+    wanted = DRIVERS if 'all' in asked.driver else asked.driver
+    found = {name: measured(argparse.Namespace(**{**vars(asked), 'driver': name}))
+             for name in wanted}
+    first = found[wanted[0]][1]
+    for name, (lost, median) in found.items():
+        print(f'{name}: {lost} lost, median to the prediction {median / first:.2f} times that '
+              f'of {wanted[0]}')
+    return int(any(lost for lost, _ in found.values()))
+
+
+def measured(asked: argparse.Namespace) -> tuple[int, float]:
+    """Run the chain of one drive; return lost samples and the median latency, us."""
     asked.files = drive_files(asked.driver)
-    asked.rig = asked.rig or str(CONFIG / 'rigs' / f'{asked.driver or "rv_bench"}.yaml')
-    asked.rate = asked.rate or rate_of(asked.files[-1])
+    asked.machine = MACHINES.get(asked.driver, asked.driver)
+    asked.rig = asked.rig or str(CONFIG / 'rigs' / f'{asked.machine}.yaml')
+    asked.rate = 500.0 if asked.driver == 'adapter' else asked.rate or rate_of(asked.files[-1])
     with tempfile.TemporaryDirectory() as folder:
         shares = run(asked, Path(folder))
         return report(asked, Path(folder) / 'bag', shares)
 
 
-def drive_files(name: str | None) -> list[Path]:
+def drive_files(name: str) -> list[Path]:
     """Return the parameter files of a driver, the later ones on top."""
-    return [CONFIG / 'driver.yaml', *([CONFIG / 'drivers' / f'{name}.yaml'] if name else [])]
+    own = CONFIG / 'drivers' / f'{name}.yaml'
+    return [CONFIG / 'driver.yaml', *([own] if own.exists() else [])]
 
 
 def rate_of(file: Path) -> float:
@@ -81,7 +104,7 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
     """Run the chain and return the CPU share of each process."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     channel = str(folder / 'rig.can')
-    servo = str(CONFIG / 'servos' / f'{asked.driver or "rv_bench"}.yaml')
+    servo = str(CONFIG / 'servos' / f'{asked.machine}.yaml')
     spaced = ('--ros-args', '-r', '__ns:=/bench')
     rclpy.init()
     node = rclpy.create_node('operator', namespace='bench')
@@ -108,10 +131,10 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
         command.publish(message)
 
     node.create_timer(0.25, drive)
+    robot, source = (of_a_robot if asked.driver == 'adapter' else of_a_drive)(
+        asked, channel, spaced)
     running = {
-        'hub': start('servo_rig_driver.can_bus.can_hub', channel),
-        'rig': start('servo_rig_driver.emulated.rig_process', '--rig', asked.rig, '--channel',
-                     channel, '--driver', str(asked.files[-1]), '--period', str(1 / asked.rate)),
+        **robot(),
         'recorder': start('servo_rig_driver.record.recorder_node', *spaced, '-p',
                           f'output:={folder}/bag',
                           '-p', f'servo_file:={servo}'),
@@ -121,12 +144,7 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
     try:
         wait(2)
         spin(1.0)
-        running['driver'] = start(
-            'servo_rig_driver.driver.driver_node', *spaced,
-            *(word for file in asked.files for word in ('--params-file', str(file))),
-            '-p', 'autostart:=true', '-p', f'bus.channel:={channel}',
-            '-p', f'sync_period:={1 / asked.rate}', '-p',
-            f'block_size:={asked.block}')
+        running |= source()
         spin(5.0)
         before = {name: cpu_seconds(process.pid) for name, process in running.items()}
         begun = monotonic()
@@ -138,13 +156,41 @@ def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
         return {name: (cpu_seconds(process.pid) - before[name]) / elapsed
                 for name, process in running.items()}
     finally:
-        for name in ('driver', 'twin', 'recorder', 'rig', 'hub'):
+        for name in ('driver', 'adapter', 'twin', 'recorder', 'robot', 'rig', 'hub'):
             if name in running:
-                running[name].send_signal(signal.SIGTERM)
+                running[name].send_signal(signal.SIGKILL if name == 'robot' else signal.SIGTERM)
                 running[name].wait(20.0)
                 spin(0.5)
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+Started = dict[str, subprocess.Popen]
+
+
+def of_a_drive(asked: argparse.Namespace, channel: str, spaced: tuple[str, ...]
+               ) -> tuple[Callable[[], Started], Callable[[], Started]]:
+    """Return what starts bus and rig, and what starts the driver."""
+    return (lambda: {
+        'hub': start('servo_rig_driver.can_bus.can_hub', channel),
+        'rig': start('servo_rig_driver.emulated.rig_process', '--rig', asked.rig, '--channel',
+                     channel, '--driver', str(asked.files[-1]), '--period', str(1 / asked.rate)),
+    }, lambda: {'driver': start(
+        'servo_rig_driver.driver.driver_node', *spaced,
+        *(word for file in asked.files for word in ('--params-file', str(file))),
+        '-p', 'autostart:=true', '-p', f'bus.channel:={channel}',
+        '-p', f'sync_period:={1 / asked.rate}', '-p', f'block_size:={asked.block}')})
+
+
+def of_a_robot(asked: argparse.Namespace, channel: str, spaced: tuple[str, ...]
+               ) -> tuple[Callable[[], Started], Callable[[], Started]]:
+    """Return what starts an emulated robot, and what starts the adapter beside it."""
+    stack = ROOT / 'tests' / 'support' / 'ros2_control_stack.py'
+    mapping = CONFIG / 'imports' / 'ros2_control_joint.yaml'
+    return (lambda: {'robot': subprocess.Popen(
+        [sys.executable, stack, str(asked.seconds + 120.0)])}, lambda: {'adapter': start(
+            'servo_rig_driver.adapter.adapter_node', *spaced, '-p', f'mapping:={mapping}',
+            '-p', 'joint:=hip', '-p', f'block_size:={asked.block}')})
 
 
 @contextmanager
@@ -176,8 +222,8 @@ def said(bag: Path) -> str:
     return f'the twin says: {behind:.2f} s behind at worst; {counts}; {"; ".join(sorted(words))}'
 
 
-def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> int:
-    """Print what the bag says; 1 when a sample was lost."""
+def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> tuple[int, float]:
+    """Print what the bag says; return predictions that are missing and their latency, us."""
     spans = {topic: [] for topic in SIZES}
     late = {topic: [] for topic in SIZES}
     with AnyReader([bag], default_typestore=own_types()) as reader:
@@ -191,21 +237,22 @@ def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> in
             last = stamp.sec * 10**9 + stamp.nanosec + round((size - 1) * 1e9 / asked.rate)
             spans[topic].append((message.sequence, size))
             late[topic].append((taken - last) * 1e-3)
-    print(f'{asked.driver or "canopen"}, {asked.rate:g} Hz, {asked.block} a message, '
+    print(f'{asked.driver}, {asked.rate:g} Hz, {asked.block} a message, '
           f'{asked.seconds:g} s, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}')
-    lost, numbers = {}, {}
+    lost, numbers, medians = {}, {}, {}
     for topic, found in spans.items():
         numbers[topic] = np.concatenate([np.arange(s, s + n) for s, n in found])
         lost[topic] = int(np.ptp(numbers[topic])) + 1 - len(numbers[topic])
-        early = np.array(late[topic][len(late[topic]) // 20:])
+        taken_late = np.array(late[topic][len(late[topic]) // 20:])
         by_design = WINDOW / 2 * 1e6 if topic == 'twin/residual' else 0.0
-        middle, p99, p999, worst = np.percentile(early, [50, 99, 99.9, 100]) - by_design
+        middle, p99, p999, worst = np.percentile(taken_late, [50, 99, 99.9, 100]) - by_design
+        medians[topic] = middle
         also = f', beside {by_design:.0f} by design' if by_design else ''
         print(f'{topic:<16} {len(numbers[topic])} samples, lost {lost[topic]}; latency, us: '
               f'median {middle:.0f}, p99 {p99:.0f}, p99.9 {p999:.0f}, max {worst:.0f}{also}')
         if topic == 'twin/prediction':
-            row(f'live chain, {asked.rate:g} Hz, {asked.block} a message, {asked.seconds:g} s: '
-                'sample to prediction in the bag',
+            row(f'live chain, {asked.driver}, {asked.rate:g} Hz, {asked.block} a message, '
+                f'{asked.seconds:g} s: sample to prediction in the bag',
                 f'{lost[topic]} of {len(numbers[topic])} lost; median {middle:.0f} us, 99 % '
                 f'{p99:.0f} us', REFERENCE)
     heard = set(numbers['encoder']) & set(numbers['torque']) & set(numbers['current'])
@@ -216,7 +263,7 @@ def report(asked: argparse.Namespace, bag: Path, shares: dict[str, float]) -> in
     print('CPU, % of a core: ' + ', '.join(f'{name} {100 * share:.0f}'
                                            for name, share in shares.items()))
     print(f'reference: {REFERENCE}')
-    return int(any(lost.values()))
+    return max(lost.values()), medians['twin/prediction']
 
 
 if __name__ == '__main__':

@@ -2,6 +2,10 @@
 
 import json
 from pathlib import Path
+import signal
+import subprocess
+import sys
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -182,6 +186,44 @@ def test_it_writes_over_what_is_there_only_when_told(program, command, tmp_path,
         assert capfd.readouterr().out == ''
         assert main(words) == 2 and '--force' in capfd.readouterr().err
         assert main([*words, '--force']) == 0
+
+
+def test_a_page_that_is_served_is_told_by_json_at_once(tmp_path):
+    found = tmp_path / 'found.json'
+    for told in ('-', str(found)):
+        view = subprocess.Popen(
+            [sys.executable, '-m', 'servo_twin.cli', 'view', str(TABLE), '--servo', str(SERVO),
+             '--port', '0', '--json', told], stdout=subprocess.PIPE, text=True)
+        try:
+            if told == '-':
+                lines = list(iter(view.stdout.readline, '}\n'))
+                text = ''.join([*lines, '}'])
+            else:
+                assert view.stdout.readline().startswith('view: http')
+                text = found.read_text()
+            served = json.loads(text)
+            assert served['made_by'].startswith('servo-twin view ')
+            assert (served['exit_status'], served['control']) == (None, False)
+            urlopen(served['address'], timeout=10.0).close()
+        finally:
+            view.send_signal(signal.SIGINT)
+            said, _ = view.communicate(timeout=15.0)
+        assert said == '' and view.returncode == 0
+    assert json.loads(found.read_text()) == {**served, 'exit_status': 0}
+
+
+@pytest.mark.parametrize('words', [
+    ['results', '--parts', '-o', 'OUT/page.md', '--work', 'OUT/work'],
+    ['blind-check', '--reduced', '--first', '1', '-o', 'OUT/cases', '--page',
+     'OUT/comparison.md']], ids=lambda words: words[0])
+def test_a_page_of_results_that_is_there_stays_unless_told(words, tmp_path, capsys):
+    page = tmp_path / 'comparison.md'
+    page.write_text('mine')
+    words = [word.replace('OUT', str(tmp_path)) for word in words]
+    assert identify(words) == 2 and '--force' in capsys.readouterr().err
+    assert page.read_text() == 'mine' and list(tmp_path.iterdir()) == [page]
+    if words[0] == 'results':
+        assert identify([*words, '--force']) == 0 and page.read_text() != 'mine'
 
 
 @pytest.mark.parametrize('kind', KINDS)

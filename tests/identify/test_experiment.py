@@ -6,6 +6,7 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from threading import Thread
 
 from hypothesis import given, strategies
 import numpy as np
@@ -19,10 +20,13 @@ from sensor_msgs.msg import JointState
 from servo_identify.cli import main
 from servo_identify.experiment import setpoint_profiles
 from servo_identify.experiment.live_bench import emulated_bench
+from servo_identify.experiment.performer_node import Performer, Stopped
 from servo_identify.experiment.procedures import Choices, PROCEDURES
-from servo_identify.experiment.run_limits import Guard, LimitError, Limits, REACTION
+from servo_identify.experiment.run_limits import Guard, LimitError, Limits, limits_of, REACTION
 from servo_twin.bag import read_recording
 from servo_twin.bringup.processes import Processes, wait_until
+from servo_twin.description.servo_file import load
+from servo_twin_msgs.msg import Command, Encoder
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 PERIOD = 1e-3
@@ -75,6 +79,21 @@ def test_it_refuses_choices_and_limits_that_make_no_sense():
         PROCEDURES['friction'].runs(Choices(speeds=(-1.0,)))
     with pytest.raises(LimitError, match='limit of torque = 0'):
         Limits(torque=0.0)
+
+
+def test_a_load_that_moves_straight_has_limits_in_m_and_n_and_none_is_usual():
+    axis = load(CONFIG / 'servos' / 'emps.yaml')
+    with pytest.raises(LimitError, match='--max-speed in m/s and --max-torque in N and --max-tr'):
+        limits_of(axis, {'current': 2.0, 'speed': None})
+    limits = limits_of(axis, {'speed': 0.4, 'torque': 50.0, 'travel': 0.2, 'current': None})
+    assert limits.current == Limits().current
+    with pytest.raises(LimitError, match='speed of 0.5 m/s, the limit is 0.4 m/s'):
+        for run in PROCEDURES['position_ramp'].runs(Choices(PERIOD, speeds=(0.5,))):
+            limits.check(run)
+    guard = Guard(limits, 0.0, PERIOD)
+    assert guard.see(torque=60.0) == 'torque: 60 N measured; the limit is 50 N'
+    assert 'm measured' in guard.see(position=0.3)
+    assert limits_of(load(CONFIG / 'servos' / 'rv_bench.yaml'), {'speed': 2.0}) == Limits(2.0)
 
 
 @given(strategies.floats(0.5, 8.0))
@@ -154,6 +173,52 @@ class LoadAngle:
         rclpy.shutdown(context=self.context)
 
 
+def spoke_at(guard, position):
+    """Return at which sample a guard speaks; NaN is a lost one."""
+    for k, angle in enumerate(position):
+        if np.isnan(angle):
+            guard.forget()
+        elif guard.see(position=angle):
+            return k
+    raise AssertionError('the guard never speaks')
+
+
+class BlindRig:
+    """A rig whose load encoder tells nothing any more once it was told to move."""
+
+    def __init__(self, namespace):
+        self.context, self.heard = Context(), []
+        rclpy.init(context=self.context)
+        self.node = Node('blind', namespace=namespace, context=self.context)
+        self.node.create_subscription(Command, 'command', self.heard.append, 10)
+        self._topic = self.node.create_publisher(Encoder, 'encoder', 10)
+        self.node.create_timer(0.01, self._say)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._thread = Thread(target=self.executor.spin, daemon=True)
+        self._thread.start()
+
+    def _say(self):
+        angle = nan if self.heard else 0.0
+        self._topic.publish(Encoder(period=PERIOD, load_position=[angle] * 10))
+
+    def close(self):
+        self.executor.shutdown()
+        self._thread.join(5.0)
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.mark.ros
+def test_it_stops_when_the_load_is_seen_no_more():
+    run = PROCEDURES['friction'].runs(Choices(PERIOD))[0]
+    with closing(BlindRig('blind')) as rig, Performer('blind', Limits()) as performer:
+        performer.begin(30.0)
+        with pytest.raises(Stopped, match='no samples with a load angle for 0.3 s'):
+            performer.perform(run, lambda share: None)
+        wait_until(lambda: rig.heard and rig.heard[-1].mode == Command.OFF, 'it is off', 5.0)
+
+
 @pytest.mark.ros
 def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path):
     with closing(LoadAngle('rig')) as load, Processes(tmp_path / 'logs') as processes, \
@@ -174,8 +239,11 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
         assert 'ended early: interrupted; the motor is at rest' in said
         recording = read_recording(bag)
         position = recording['load_position']
-        assert (recording.family, recording.warnings) == ('friction', ())
-        assert 0.1 < np.ptp(position) < 3.0
+        assert recording.family == 'friction'
+        # a driver on a busy machine leaves samples out and says so; all others are there
+        assert all('samples lost in' in said for said in recording.warnings)
+        assert np.isfinite(position).all() == (not recording.warnings)
+        assert 0.1 < np.nanmax(position) - np.nanmin(position) < 3.0
         assert np.ptp(position[-50:]) < 1e-4
 
         for attempt in ATTEMPTS:
@@ -189,7 +257,7 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
         # what the guard promises hangs on no machine: a reaction after it speaks all is well yet
         position = read_recording(bag)['load_position']
         guard = Guard(Limits(speed=1.5), position[0], 1e-3)
-        spoke = next(k for k, angle in enumerate(position) if guard.see(position=angle))
+        spoke = spoke_at(guard, position)
         speed = abs(position[20:] - position[:-20]) / 0.02
-        assert 0.75 < speed[:spoke + round(REACTION / 1e-3) - 20 + 1].max() < 1.5
+        assert 0.75 < np.nanmax(speed[:spoke + round(REACTION / 1e-3) - 20 + 1]) < 1.5
         assert np.ptp(position[-50:]) < 1e-4

@@ -2,6 +2,8 @@
 
 import os
 from pathlib import Path
+import subprocess
+import sys
 from time import monotonic, sleep
 
 from bench_recording import bench_recording, SERVO
@@ -66,22 +68,56 @@ def test_it_hears_what_a_job_reports_and_why_it_failed(tmp_path):
     assert '/nowhere.yaml' in job.last_words()
 
 
-def test_it_kills_a_job_with_all_that_it_started(tmp_path, monkeypatch):
-    (tmp_path / 'sleeper.py').write_text(
-        'import subprocess, sys\n'
-        'child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])\n'
-        'print(child.pid, flush=True)\nchild.wait()\n')
+SLEEPER = """
+import subprocess, sys
+child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+print(child.pid, flush=True)
+child.wait()
+"""
+STARTER = """
+from time import sleep
+from servo_identify.jobs.live.job_process import Job
+job = Job('sleeper')
+while not job.last_words().isdigit():
+    sleep(0.02)
+print(job.last_words(), flush=True)
+sleep(600)
+"""
+
+
+def has_ended(pid):
+    """Wait until a process has ended (Linux)."""
+    stat, until = Path(f'/proc/{pid}/stat'), monotonic() + 30.0
+    while stat.exists() and ' Z ' not in stat.read_text() and monotonic() < until:
+        sleep(0.02)
+    return not stat.exists() or ' Z ' in stat.read_text()
+
+
+@pytest.fixture
+def sleeper(tmp_path, monkeypatch):
+    (tmp_path / 'sleeper.py').write_text(SLEEPER)
     monkeypatch.setenv('PYTHONPATH', f'{tmp_path}:{os.environ.get("PYTHONPATH", "")}')
-    job = Job('sleeper')
-    until = monotonic() + 30.0
+
+
+@pytest.mark.usefixtures('sleeper')
+def test_a_job_and_all_that_it_started_die_with_who_started_it():
+    node = subprocess.Popen([sys.executable, '-c', STARTER], stdout=subprocess.PIPE, text=True)
+    child = node.stdout.readline().strip()
+    assert Path('/proc', child).exists()
+    node.kill()
+    node.wait()
+    assert has_ended(child)
+
+
+@pytest.mark.usefixtures('sleeper')
+def test_it_kills_a_job_with_all_that_it_started():
+    job, until = Job('sleeper'), monotonic() + 30.0
     while not job.last_words().isdigit() and monotonic() < until:
         sleep(0.02)
-    child = Path('/proc') / job.last_words()
-    assert child.exists()
+    child = job.last_words()
+    assert Path('/proc', child).exists()
     job.kill()
-    while child.exists() and 'Z' not in (child / 'stat').read_text() and monotonic() < until:
-        sleep(0.02)
-    assert not child.exists() or ' Z ' in (child / 'stat').read_text()
+    assert has_ended(child)
     assert finished(job) != 0
 
 

@@ -13,7 +13,8 @@ from servo_identify.commands.experiment import add_arguments, planned
 from servo_identify.data.reading import read_recordings
 from servo_identify.diagnose.answer.candidate_runs import DURATION
 from servo_identify.experiment.next_command import emulated_note, next_command
-from servo_identify.experiment.run_limits import Limits
+from servo_identify.experiment.run_limits import limits_of
+from servo_identify.experiment.usual_limits import USUAL
 from servo_twin.description.servo_file import load
 from servo_twin.description.shipped import shipped
 
@@ -69,7 +70,7 @@ def test_it_is_within_its_own_limits_beside_a_rig_that_runs(family, emulated):
     parser = argparse.ArgumentParser()
     add_arguments(parser)
     told = parser.parse_args(words[2:])
-    limits = Limits(told.max_speed, told.max_torque, told.max_travel, told.max_current)
+    limits = limits_of(BENCH, {name: getattr(told, f'max_{name}') for name in USUAL})
     assert limits.speed > 3.0  # what is usual
     run, = planned(told, BENCH, limits)
     assert DURATION - 0.1 < run.duration < DURATION + 1.5

@@ -53,6 +53,14 @@ def test_it_keeps_the_numbers_of_a_table(tmp_path, suffix):
     assert again.servo_file == SERVO.read_text()
 
 
+@pytest.mark.parametrize('header', ['voltage [A]', 'voltage [mA]', 'added_command [A]'])
+def test_a_command_in_amperes_is_refused_for_a_drive_that_takes_volts(tmp_path, header):
+    path = write_csv(tmp_path / 'a.csv', {'t': TIME, 'motor_position': TIME, header: TIME})
+    with pytest.raises(ValueError, match=r"column '.*A\]' is in 'm?A', and .* takes V"):
+        import_table(path, CONFIG / 'servos' / 'geared_dc.yaml')
+    import_table(path, CONFIG / 'servos' / 'two_mass.yaml')  # its gain is in A/V
+
+
 def test_it_leaves_what_is_missing_nan(tmp_path):
     recording = import_table(write_csv(tmp_path / 'a.csv', table()), SERVO)
     assert [name for name in COLUMNS if recording.has(name)] == ['voltage', 'motor_position']

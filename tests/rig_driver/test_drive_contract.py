@@ -1,16 +1,17 @@
 """One contract for all protocols: each drive is led, sampled, limited and stopped alike."""
 
 import logging
+from threading import Event
 from time import monotonic, sleep
 
-from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE
+from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters
 from driver_bench import wait_for
 import numpy as np
 import pytest
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings
 from servo_rig_driver.can_bus.can_hub import CanHub
-from servo_rig_driver.devices.drive_master import DriveState
+from servo_rig_driver.devices.drive_master import DriveState, Order
 from servo_rig_driver.devices.on_request import OnRequest
 from servo_rig_driver.driver.rig_link import ForeignDriver
 from servo_rig_driver.driver.setpoints import Mode
@@ -118,6 +119,12 @@ def still(link, seconds=0.2):
     assert np.isnan(link.column('reference_velocity')).all()
 
 
+def one_set_point(link):
+    """Queue a set-point; a busy driver may let it pass before it asks for a sample."""
+    now = link.link.now()
+    link.player.add(now, Mode.VELOCITY, 0.0, [link.of['limit.velocity']], [], now)
+
+
 def test_a_set_point_that_grew_old_while_the_driver_was_held_up_is_taken_out(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         ask, held_up = link.device.ask, []
@@ -129,9 +136,7 @@ def test_a_set_point_that_grew_old_while_the_driver_was_held_up_is_taken_out(nam
                 sleep(1.3 * link.player.timeout)
             return frames
         link.device.ask = slow
-        now = link.link.now()
-        link.player.add(now, Mode.VELOCITY, 0.0, [link.of['limit.velocity']], [], now)
-        wait_for(lambda: held_up, 'it is asked for')
+        wait_for(lambda: held_up or one_set_point(link), 'it is asked for')
         still(link)
         assert link.state is DriveState.OPERATION_ENABLED
         link.device.ask = ask
@@ -139,21 +144,37 @@ def test_a_set_point_that_grew_old_while_the_driver_was_held_up_is_taken_out(nam
 
 
 def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_path, monkeypatch):
-    holding, take = [], CanHub._take
+    holding, take = Event(), CanHub._take
 
     def slow(self, client):
-        if holding:
-            sleep(holding.pop())
+        while holding.is_set():
+            sleep(0.005)
         take(self, client)
     monkeypatch.setattr(CanHub, '_take', slow)
     with driven(name, tmp_path, answer_timeout=60.0) as (made, link):  # none is given up
-        now = link.link.now()
-        holding.append(1.5 * link.player.timeout)
-        link.player.add(now, Mode.VELOCITY, 0.0, [link.of['limit.velocity']], [], now)
+
+        def grew_old():
+            holding.set()
+            one_set_point(link)
+            sleep(1.5 * link.player.timeout)
+            holding.clear()
+            return link.health.counted('command.late_on_bus')
+        wait_for(grew_old, 'the bus held one up')
         link.says('the bus held a set-point up until it was older than command_timeout')
         still(link)
         assert link.health.counted('samples.unanswered') > 0
         turning(link)
+
+
+@pytest.mark.parametrize('told', ['canopen', 'odrive'])
+def test_what_went_with_a_set_point_that_was_left_out_is_told_again(told, tmp_path):
+    link = Link(str(tmp_path / 'none.can'), parameters(told))
+    asked = [[identifier for identifier, _ in link.device.ask(k, Order.ENABLE, None, 10 * k)]
+             for k in range(2)]
+    link.sampler.withdraw(1, 20)
+    again = [identifier for identifier, _ in link.device.ask(2, Order.ENABLE, None, 30)]
+    mode = {'canopen': 0x201, 'odrive': 0x2B}[told]  # controlword and mode; Set_Controller_Mode
+    assert [mode in one for one in (*asked, again)] == [True, False, True]
 
 
 def test_references_beyond_the_limits_are_held_there(name, tmp_path):
@@ -268,7 +289,7 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path):
         other._serving.join(5.0)
         second = EmulatedRig(other.rig.rig_file, other.rig.bus, driver=other.of)
         second.bus = BusSettings('unix_bus', made.channel, fd=other.rig.bus.fd)
-        second._first = False
+        second.listens = 0.0
         serving = type(made._serving)(target=second.serve, daemon=True)
         serving.start()
         link = Link(made.channel, made.of)

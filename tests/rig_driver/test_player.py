@@ -1,9 +1,16 @@
 """The player of excitations: what it refuses, and how it begins and ends."""
 
+import signal
+import subprocess
+import sys
+from time import sleep
+
+from driver_bench import Listener, wait_for
 import numpy as np
 import pytest
 
-from servo_rig_driver.record.player_node import eased, main
+from servo_rig_driver.record.player_node import eased, main, STOOD_STILL
+from servo_twin_msgs.msg import Command, Encoder
 
 
 def test_a_reference_begins_and_ends_at_rest():
@@ -27,3 +34,26 @@ def test_it_refuses_what_cannot_be_played(capsys, words, said):
 def test_it_says_that_no_rig_was_there(capsys):
     assert main(['sine', '--wait', '0.2']) == 1
     assert 'no rig took a set-point within 0.2 s: no samples came' in capsys.readouterr().err
+
+
+@pytest.mark.ros
+def test_it_does_not_go_on_in_the_middle_of_a_motion_after_it_stood_still():
+    ears, heard = Listener('played'), []
+    samples = ears.node.create_publisher(Encoder, 'encoder', 10)
+    ears.node.create_subscription(Command, 'command', heard.append, 10)
+    player = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.record.player_node', 'sine', '--ros-args', '-r',
+         '__ns:=/played'], stderr=subprocess.PIPE, text=True)
+    try:
+        wait_for(lambda: heard or samples.publish(Encoder()), 'it plays')
+        player.send_signal(signal.SIGSTOP)
+        sleep(STOOD_STILL + 0.5)  # longer than a set-point lasts
+        count = len(heard)
+        player.send_signal(signal.SIGCONT)
+        _, said = player.communicate(timeout=15)
+        assert player.returncode == 1
+        assert 'the rest is not played' in said
+        assert len(heard) == count
+    finally:
+        player.kill()
+        ears.close()

@@ -217,6 +217,34 @@ def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(tmp_path):
             assert first.wait(10.0) == 0
 
 
+def test_a_second_rig_leaves_when_it_hears_a_first_one_that_beats_slowly(tmp_path):
+    channel = str(tmp_path / 'rig.can')
+    with CanHub(channel):
+        wire = Wire(open_bus(BusSettings('unix_bus', channel), 20.0))
+        first, heard = subprocess.Popen([*EMULATOR, channel], stderr=subprocess.DEVNULL), []
+
+        def hears(*wanted):
+            heard.extend(wire.recv(0.05))
+            return set(wanted) <= {identifier for identifier, _ in heard}
+        try:
+            wait_for(lambda: hears(0x701), 'the first rig is heard')
+            every = (1000).to_bytes(2, 'little')  # ms, object 1017h
+            wire.send([(0x600 + node, b'\x2b\x17\x10\x00' + every + bytes(2))
+                       for node in (1, 2, 3)])
+            wait_for(lambda: hears(0x581, 0x582, 0x583), 'it beats once a second')
+            heard.clear()
+            wait_for(lambda: hears(0x701), 'it has just beaten')
+            second = subprocess.run([*EMULATOR, channel], capture_output=True, text=True,
+                                    timeout=60)
+            assert second.returncode == 1
+            assert 'another drive speaks under 0x701' in second.stderr
+            assert 'end the other rig' in second.stderr
+        finally:
+            wire.bus.shutdown()
+            first.terminate()
+            assert first.wait(10.0) == 0
+
+
 def test_two_nodes_of_one_id_are_named_and_nothing_is_switched_on_or_tried_again(tmp_path):
     channel = str(tmp_path / 'rig.can')
     with CanHub(channel), ScriptedRig(channel) as first, ScriptedRig(channel) as second:

@@ -230,7 +230,7 @@ class Bench:
         self.of = parameters(name)
         self.rig = EmulatedRig(rig_file(name), BusSettings('unix_bus', channel), seed=1,
                                driver=self.of, period=self.of['sync_period'])
-        self.rig._first = False  # there is no other rig: it need not listen for one
+        self.rig.listens = 0.0  # there is no other rig
         self._serving = Thread(target=self.rig.serve, daemon=True)
         self._serving.start()
         self.tap = Wiretap(name, channel)

@@ -5,6 +5,7 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from threading import Thread
 from time import monotonic, sleep
 
 from bench_recording import bench_recording, SERVO
@@ -12,7 +13,8 @@ import numpy as np
 import pytest
 
 from servo_twin.bag import read_predictions, read_recording, write_recording
-from servo_twin.bringup.processes import ProcessError, Processes, wait_until
+from servo_twin.bringup.processes import BEGINS, ENDS, ProcessError, Processes, wait_until
+from servo_twin.bringup.rig_and_twin import let_answer
 from servo_twin.cli import main
 
 pytestmark = pytest.mark.ros
@@ -174,6 +176,37 @@ def test_a_process_that_ends_early_is_told_with_its_last_words(tmp_path):
         processes.start('short', [sys.executable, '-c', 'print("no rig here"); exit(3)'])
         with pytest.raises(ProcessError, match='short ended with status 3:\n  no rig here'):
             wait_until(lambda: False, 'it runs', 10.0, processes)
+
+
+VIEW = """
+import sys, time
+from pathlib import Path
+print(sys.argv[1], flush=True)
+while not Path(sys.argv[2]).exists():
+    time.sleep(0.01)
+print(*sys.argv[3:], flush=True)
+time.sleep(600 * len(sys.argv[3:]))
+"""
+
+
+@pytest.mark.parametrize('answer', [f'{ENDS}: it lacks gravity', ''], ids=['ends', 'dies'])
+def test_it_waits_at_its_end_for_a_diagnosis_that_runs(answer, tmp_path, capsys):
+    asked = tmp_path / 'now'
+    with Processes(tmp_path) as processes:
+        processes.start('view', [sys.executable, '-c', VIEW, BEGINS, str(asked), *[answer][:bool(
+            answer)]], may_end=True)
+        wait_until(lambda: BEGINS in processes.said('view'), 'it begins', 10.0, processes)
+        waiting = Thread(target=let_answer, args=[processes])
+        waiting.start()
+        waiting.join(1.0)
+        assert waiting.is_alive()
+        asked.touch()
+        waiting.join(10.0)
+        assert not waiting.is_alive()
+        let_answer(processes)  # none runs any more: at once
+    said = capsys.readouterr().out
+    assert said.startswith('waiting for the diagnosis that the page asked for')
+    assert said.splitlines()[1].strip() == (answer or BEGINS)
 
 
 def test_waiting_names_what_did_not_happen():

@@ -23,9 +23,10 @@ SEEN_WITHIN = 1.5  # s until `run` has seen that a process is gone, and has ende
 DOWN_WITHIN = 2.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
 STARTS = 60.0
 GONE_WITHIN = 20.0
-PROCESSES = ('can_hub', 'emulated_rig', 'driver', 'twin', 'recorder')
+PROCESSES = ('can_hub', 'emulated_rig', 'driver', 'twin', 'recorder', 'player', 'view')
 MODULES = {'can_hub': 'can_bus.can_hub', 'emulated_rig': 'rig_process', 'driver': 'driver_node',
-           'twin': 'twin_node', 'recorder': 'recorder_node', 'player': 'player_node'}
+           'twin': 'twin_node', 'recorder': 'recorder_node', 'player': 'player_node',
+           'view': 'servo_twin.cli view'}
 FAILED = 'the drive failed with error 8700h'  # its watchdog: no SYNC
 
 
@@ -40,7 +41,8 @@ class Run:
         self.terminal, inside = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_twin.cli', 'run', '--duration', '60', '--namespace',
-             'ended', '--driver', str(driver), '--rig', 'rv_bench', '-o', str(self.folder)],
+             'ended', '--driver', str(driver), '--rig', 'rv_bench', '-o', str(self.folder),
+             '--view', '--control', '--port', '0'],
             stdin=inside, stdout=inside, stderr=inside, start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
         os.close(inside)
@@ -127,3 +129,14 @@ def test_the_drive_has_no_torque_and_nothing_lives_on_whatever_is_cut_off(tmp_pa
         run.process.wait(GONE_WITHIN)
         wait_for(lambda: not run.left(), f'all have ended, but {run.left()}', GONE_WITHIN)
         assert 'Traceback' not in ''.join(run.said(name) for name in MODULES)
+
+
+def test_ctrl_z_takes_the_drive_down_at_once_though_the_player_hangs(tmp_path):
+    with running(tmp_path) as run:
+        os.kill(run.pids['player'], signal.SIGSTOP)
+        since = monotonic()
+        os.write(run.terminal, b'\x1a')
+        run.watcher.saw_it_go_down(since, DOWN_WITHIN, turns=False)
+        os.kill(run.pids['player'], signal.SIGCONT)
+        # the run itself goes on to tell what it has recorded
+        wait_for(lambda: run.left() == ['run'], 'the others have ended', GONE_WITHIN)

@@ -1,6 +1,7 @@
 """The live view in a real browser: it ..."""
 
 from http.client import HTTPConnection
+import json
 from pathlib import Path
 import re
 import signal
@@ -94,6 +95,17 @@ def test_it_plays_a_bag_with_rig_twin_and_residuals_and_loads_nothing_from_elsew
     assert {url.replace('ws:', 'http:').startswith(view.url) or url.startswith('data:')
             for url in browser.requests} == {True}
     assert browser.run('one("badge").textContent') in ('playing a recording', 'paused')
+
+
+def test_units_that_become_known_later_stand_over_the_plots_and_the_spectrum(view, browser):
+    browser.open(view.url)
+    browser.until('spectrum.plot !== null && plots.length === 10')
+    heads = '[...document.querySelectorAll("#signals h2")].map(head => head.textContent)'
+    assert browser.run(heads) == ['load position, rad', 'torque, N m']
+    spoken = {'load_position': 'm', 'torque': 'N', 'balance.load': 'floors'}
+    browser.run(f'parts.units({{...state.units, ...{json.dumps(spoken)}}})')
+    assert browser.run(heads) == ['load position, m', 'torque, N']
+    browser.until('one("spectrum").textContent.includes("floors / ")')
 
 
 def test_what_it_draws_is_what_was_recorded(view, browser, bag):

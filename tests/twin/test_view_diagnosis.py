@@ -45,6 +45,9 @@ class StillRig:
         """Return no fact."""
         return {}
 
+    def servo(self):
+        """Return no servo."""
+
     def events(self):
         """Return no event."""
         return []

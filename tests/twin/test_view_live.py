@@ -9,12 +9,14 @@ import time
 from headless_chromium import Browser, found
 import pytest
 from rcl_interfaces.srv import GetParameters
+import rclpy
 from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 from test_view import ViewProcess
 
 from servo_twin.bringup.processes import wait_until
 from servo_twin.nodes.message_conversion import to_time
 from servo_twin.nodes.twin_node import EVENTS
+from servo_twin.view.live_rig import LiveRig
 from servo_twin_msgs.msg import Event as EventMessage
 
 pytestmark = [
@@ -123,6 +125,19 @@ def test_it_follows_a_rig_moves_values_and_switches_faults(
         feeder.end()
         browser.close()
         assert view.end() == 0
+
+
+def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):  # noqa: F811
+    graph('rig').ready()
+    rig = LiveRig('rig')
+    try:
+        wait_until(lambda: rig.servo() is not None, 'the twin has told its values', 30.0)
+        assert rig.servo().name == rig.facts()['status']['servo'] != ''
+        assert rig.servo() is rig.servo()
+    finally:
+        with monkeypatch.context() as patched:
+            patched.setattr(rclpy, 'try_shutdown', lambda: None)  # the graph still needs it
+            rig.close()
 
 
 def test_a_diagnosis_says_what_it_takes_and_can_be_ended(graph, tmp_path):  # noqa: F811

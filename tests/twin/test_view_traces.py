@@ -6,9 +6,11 @@ from math import isnan
 import numpy as np
 import pytest
 
+from servo_twin.description.servo_file import load
+from servo_twin.description.shipped import servo_at
 from servo_twin.view.looker import Looker
 from servo_twin.view.spectrum import spectrum
-from servo_twin.view.traces import NAMES, Traces
+from servo_twin.view.traces import NAMES, Traces, units
 
 PERIOD = 1e-3
 
@@ -125,3 +127,12 @@ def test_every_name_has_a_place_of_its_own():
     traces = Traces(1.0)
     put(traces, 0, [1.0], name='twin.torque')
     assert isnan(traces.read(['torque'], 0, 1)[0, 0])
+
+
+def test_its_units_are_those_of_an_axis_that_moves_straight():
+    known = units(load(servo_at('emps')))
+    assert [known[name] for name in (
+        'load_position', 'gap.motor_position', 'twin.torque', 'current', 'balance.load')] == [
+        'm', 'm', 'N', 'A', '× noise']
+    assert set(NAMES) <= set(known)
+    assert units(None)['torque'] == units(load(servo_at('rv_bench')))['torque'] == 'N m'

@@ -1,8 +1,9 @@
 """
-How a process ends: by SIGINT, SIGTERM or SIGHUP (a closed terminal), or after its parent.
+How a process ends: by SIGINT, SIGTERM, SIGHUP (a closed terminal) or SIGTSTP, or after its parent.
 
 One signal is enough; a launch and a terminal send two or three, and the further ones must not cut
-off what the first one began, such as taking a drive down.
+off what the first one began, such as taking a drive down. Ctrl-Z (SIGTSTP) ends it as well: who
+stands still looks after no motor, and who goes on later begins in the middle of a motion.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ import signal
 from threading import Thread
 from time import sleep
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 LOOKS = 0.1  # s between two looks at the parent
-PARENT = os.getppid()
-"""The process that started this one, as of the first import: it may end while others follow."""
+PARENT = int(os.environ.pop('SERVO_PARENT', os.getppid()))
+"""
+The process that started this one, which may end at any time: as it said itself where it is ours,
+else as of the first import.
+"""
 
 
 class Ending:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import redirect_stdout
+from functools import partial
 from importlib import import_module
 from importlib.metadata import entry_points, version
 import sys
@@ -74,6 +75,8 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
         return said
 
     stdout, status, end = sys.stdout, 2, {}
+    arguments.write_json = partial(write_json, arguments, stdout, {
+        'made_by': f'{program} {name} {_version(program)}'})
     try:
         if arguments.json not in (None, '-'):
             judged_file(arguments.json, arguments.force)
@@ -88,8 +91,7 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
     except KeyboardInterrupt:
         status = 130
     try:
-        write_json(arguments, stdout, {'made_by': f'{program} {name} {_version(program)}'},
-                   {'exit_status': status, **end})
+        arguments.write_json({'exit_status': status, **end})
     except OSError as problem:
         say(problem)
         return 2

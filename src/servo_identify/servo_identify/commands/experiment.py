@@ -7,7 +7,8 @@ Drive a rig through a procedure and record a bag of each part of it.
   servo-identify experiment friction -o bags --servo rv_bench --headless   emulated, no bus
 
 The plan is refused when it would exceed a limit; while it runs, every sample is judged, and the
-motor is brought to rest before the limit. Ctrl-C does the same and leaves a usable bag.
+motor is brought to rest before the limit. Ctrl-C, Ctrl-Z and a closed terminal do the same and
+leave a usable bag.
 """
 
 from __future__ import annotations
@@ -24,8 +25,10 @@ from typing import TYPE_CHECKING
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
 from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 from servo_twin.description.nearest_name import or_what
+from servo_twin.nodes.ending import SIGNALS
+from servo_twin.physics.straight_units import straightened
 
-from ..experiment.usual_limits import USUAL
+from ..experiment.usual_limits import UNITS, USUAL
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,9 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument('--duration', type=float, metavar='S', help='of what repeats itself')
     what.add_argument('--replicates', type=int, default=1, help='of each recording')
     limits = parser.add_argument_group('limits')
-    for name, unit in (('speed', 'rad/s'), ('torque', 'N m'), ('travel', 'rad'), ('current', 'A')):
-        limits.add_argument(f'--max-{name}', type=float, default=USUAL[name],
-                            metavar=unit.replace(' ', '_'), help='default %(default)g ' + unit)
+    for name, unit in UNITS.items():
+        limits.add_argument(f'--max-{name}', type=float, metavar=unit.replace(' ', '_'),
+                            help=f'default {USUAL[name]:g} {unit}'
+                            + f'; of a linear axis in {straightened(unit)}, and must be given'
+                            * (name != 'current'))
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -76,15 +81,14 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description import servo_file
 
     from ..experiment.procedures import PROCEDURES
-    from ..experiment.run_limits import Limits
+    from ..experiment.run_limits import limits_of
 
     if arguments.list:
         tell(arguments, procedures={p.name: p.summary for p in PROCEDURES.values()})
         print('\n'.join(f'{p.name:<20}{p.summary}' for p in PROCEDURES.values()))
         return 0
     servo, path = servo_file.load(arguments.servo), arguments.servo
-    limits = Limits(arguments.max_speed, arguments.max_torque, arguments.max_travel,
-                    arguments.max_current)
+    limits = limits_of(servo, {name: getattr(arguments, f'max_{name}') for name in UNITS})
     runs = planned(arguments, servo, limits)
     if arguments.output is None:
         raise ValueError('say by -o where the bags shall go')
@@ -177,7 +181,7 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
                 processes, namespace, arguments.rig or shipped('rigs/rv_bench.yaml'),
                 shipped('driver.yaml'), arguments.rate, arguments.set))
         performer = stack.enter_context(Performer(namespace, limits))
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in SIGNALS:
             signal.signal(number, lambda *_: performer.interrupt())
         bar, written = stack.enter_context(_bar(Console(stderr=True))), []
         try:

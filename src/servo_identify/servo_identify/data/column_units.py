@@ -81,6 +81,10 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
     if not unit:
         return 1.0
     if is_current(name, unit):
+        if servo is not None and not takes_current(servo):
+            raise ValueError(f'{where} is in {unit!r}, and the drive of {servo.name} takes V. '
+                             "What was measured in A is 'current'; a drive that takes a current "
+                             'is of type current, with a gain in A/V')
         return factor_to(unit, 'A')
     try:
         return factor_to(unit, wanted)
@@ -98,6 +102,12 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
                 '; a linear axis says so in its servo file: travel: linear')
     raise ValueError(f'{where} is in {unit!r}, {name} is in {wanted}: {said}; known units are '
                      f'{wanted}, {_EXAMPLES[wanted]} and the like{hint}')
+
+
+def takes_current(servo: Servo) -> bool:
+    """Whether a command of 1 may be 1 A: the drive makes a current of it, by a gain in A/V."""
+    gain = getattr(servo.drive, 'gain', None)
+    return gain is not None and gain.unit == 'A/V'
 
 
 def is_current(name: str, unit: str) -> bool:

@@ -34,7 +34,7 @@ def emulated_bench(processes: Processes, namespace: str, rig: Path, driver: Path
         values = {'bus.interface': 'unix_bus', 'bus.channel': str(bus), 'sync_period': 1.0 / rate,
                   'autostart': 'true'}
         processes.start('driver', [*python('servo_rig_driver.driver.driver_node'),
-                                   *ros(namespace, values, driver)])
+                                   *ros(namespace, values, driver)], first=True)
         yield
 
 

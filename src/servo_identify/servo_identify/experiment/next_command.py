@@ -28,7 +28,8 @@ def next_command(chosen: Mapping[str, Any], servo: Servo, path: Path,
     Return the command line that records a chosen ``family`` with its ``settings``; '' for none.
 
     ``path`` is the servo file. Limits are those that the recordings reached, where the usual ones
-    are smaller. A recording of an emulated rig has its options in the note, which are kept.
+    are smaller, or nothing is usual because the load moves straight. A recording of an emulated
+    rig has its options in the note, which are kept.
     """
     family, settings = chosen.get('family', ''), chosen.get('settings', {})
     if family not in PROCEDURES:
@@ -41,7 +42,7 @@ def next_command(chosen: Mapping[str, Any], servo: Servo, path: Path,
     if abs(rate - 1000.0) > 0.5:
         words += ['--rate', f'{rate:.6g}']
     for name, most in _limits(settings, servo, recordings).items():
-        if most > USUAL[name]:
+        if most > USUAL[name] or servo.linear and name != 'current' and most > 0.0:
             words += [f'--max-{name}', f'{most:.3g}']
     return shlex.join(words) + _emulated(recordings[0].note)
 

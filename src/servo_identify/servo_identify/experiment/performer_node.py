@@ -27,7 +27,8 @@ from .setpoint_profiles import ACCELERATION, eased
 BLOCK = 0.1  # s of set-points in one message
 AHEAD = 0.2  # s that a block leaves before its first instant
 SETTLE = 0.1  # s that is recorded behind the last set-point
-SILENCE = 0.3  # s without a sample after which the rig is taken for lost
+STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
+SILENCE = 0.3  # s without a load angle after which the rig is taken for lost
 HOMING = 0.3  # rad/s
 CLOSE = 0.02  # rad from where the experiment began that need no way home
 _UNLOOPED = ('torque', 'current', 'no samples', 'the driver')
@@ -52,19 +53,16 @@ class Performer(Node):
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         super().__init__('experiment', namespace=namespace)
         self.limits = limits
-        self.period = 0.0
+        self.period = self._heard = 0.0
         self.guard: Guard | None = None
-        self.trouble = ''
-        self._interrupted = ''
-        self._heard = 0.0
+        self.trouble = self._interrupted = ''
         self._moving = self._watching = False
         reliable = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
         self._command = self.create_publisher(Command, 'command', reliable)
         self.create_subscription(Encoder, 'encoder', self._encoder, reliable)
         self.create_subscription(Torque, 'torque', self._torque, reliable)
         self.create_subscription(Current, 'current', self._current, reliable)
-        self._failure = ''
-        self._due = 0
+        self._failure, self._due = '', 0
         self._recording: dict[str, set[str]] = {}
         self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, 100)
         self._executor = EventsExecutor()
@@ -147,14 +145,17 @@ class Performer(Node):
         size, sent = max(1, round(BLOCK / self.period)), 0
         start = self._now() + round(AHEAD * SECOND)
         end = start + round(len(reference) * self.period * SECOND)
-        self.trouble, self._watching, self._moving = '', True, True
-        self._heard = monotonic()
+        self.trouble, self._watching, self._moving, self._heard = '', True, True, monotonic()
         try:
             while self._now() < end + SETTLE * SECOND:
-                while sent < len(reference) and start + round(
-                        sent * self.period * SECOND) - self._now() < AHEAD * SECOND:
-                    part = slice(sent, sent + size)
+                while sent < len(reference):
                     instant = start + round(sent * self.period * SECOND)
+                    late = (self._now() - instant) / SECOND
+                    if late < -AHEAD:
+                        break
+                    if late > STOOD_STILL:  # the motor would begin in the middle of its motion
+                        raise Stopped(f'this process stood still for {late:.1f} s')
+                    part = slice(sent, sent + size)
                     self._publish(_MODES[mode], instant, reference[part], torque[part])
                     sent += size
                 self._wait(lambda: bool(self.trouble or self._interrupted), BLOCK / 2.0)
@@ -169,7 +170,7 @@ class Performer(Node):
         """Raise Stopped for what is wrong."""
         if not self.trouble and self._moving and self._watching and (
                 monotonic() - self._heard > SILENCE):
-            self.trouble = f'no samples for {SILENCE:g} s'
+            self.trouble = f'no samples with a load angle for {SILENCE:g} s'
         if self.trouble or self._interrupted:
             raise Stopped(self.trouble or self._interrupted)
 
@@ -187,8 +188,8 @@ class Performer(Node):
         self._command.publish(message)
 
     def _encoder(self, message: Encoder) -> None:
-        self._heard = monotonic()
         positions = message.load_position
+        self._heard = monotonic() if any(map(isfinite, positions)) else self._heard
         if self.guard is None:
             if not isfinite(positions[-1]):
                 return

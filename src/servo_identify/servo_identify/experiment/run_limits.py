@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
 
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.straight_units import straightened
+
 from .procedures import Run
-from .usual_limits import USUAL
+from .usual_limits import UNITS, USUAL
 
 REACTION = 0.03
 """Seconds from a sample to the stop taking effect; motion is judged this far ahead."""
@@ -30,19 +34,25 @@ class Limits:
     """
     Largest sizes of speed (rad/s), transmitted torque (N m) and travel (rad), all at the load.
 
-    ``travel`` counts from where the experiment began, to either side; ``current`` in A.
+    ``travel`` counts from where the experiment began, to either side; ``current`` in A. A load
+    that moves straight (``linear``) has m/s, N and m.
     """
 
     speed: float = USUAL['speed']
     torque: float = USUAL['torque']
     travel: float = USUAL['travel']
     current: float = USUAL['current']
+    linear: bool = False
 
     def __post_init__(self) -> None:
         for name in ('speed', 'torque', 'travel', 'current'):
             if not getattr(self, name) > 0.0:
                 raise LimitError(f'limit of {name} = {getattr(self, name):g}; '
                                  f'it must be positive')
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a limit."""
+        return straightened(UNITS[name]) if self.linear else UNITS[name]
 
     def check(self, run: Run, gain: float | None = None) -> None:
         """
@@ -52,21 +62,38 @@ class Limits:
         """
         reference, sizes = run.reference, {}
         if run.mode == 'velocity':
-            sizes['speed', 'rad/s'] = reference
-            sizes['travel', 'rad'] = np.cumsum(reference) * run.period
+            sizes['speed'] = reference
+            sizes['travel'] = np.cumsum(reference) * run.period
         elif run.mode == 'position':
-            sizes['speed', 'rad/s'] = np.diff(reference) / run.period
-            sizes['travel', 'rad'] = reference
+            sizes['speed'] = np.diff(reference) / run.period
+            sizes['travel'] = reference
         elif run.mode == 'current':
-            sizes['current', 'A'] = reference
+            sizes['current'] = reference
         elif gain is not None:
-            sizes['current', 'A'] = gain * reference
-        sizes['torque', 'N m'] = run.external_torque
-        for (name, unit), values in sizes.items():
+            sizes['current'] = gain * reference
+        sizes['torque'] = run.external_torque
+        for name, values in sizes.items():
+            unit = self.unit(name)
             most, limit = float(np.abs(values).max(initial=0.0)), getattr(self, name)
             if most > limit:
                 raise LimitError(f'{run.name} asks for a {name} of {most:.4g} {unit}, the limit '
                                  f'is {limit:g} {unit}; choose less, or another limit')
+
+
+def limits_of(servo: Servo, given: Mapping[str, float | None]) -> Limits:
+    """
+    Return the limits for a machine: those that are given by name, else the usual ones.
+
+    Raises LimitError for an axis that moves straight, of which nothing is usual, where one of
+    speed, torque and travel is not given.
+    """
+    told = {name: value for name, value in given.items() if value is not None}
+    missing = [name for name in UNITS if name != 'current' and name not in told]
+    if servo.linear and missing:
+        raise LimitError(f'{servo.name} moves straight, and no limit is usual for it; give '
+                         + ' and '.join(f'--max-{name} in {straightened(UNITS[name])}'
+                                        for name in missing))
+    return Limits(**told, linear=servo.linear)
 
 
 class Guard:
@@ -106,14 +133,14 @@ class Guard:
             ahead = self._ahead(speed)
             travel = position - self.origin
             stop = travel + speed * REACTION + speed * abs(speed) / (2.0 * BRAKING)
-            said = self._judge('speed', abs(speed), abs(ahead), 'rad/s') or self._judge(
-                'travel', abs(travel), max(abs(travel), abs(stop)), 'rad')
+            said = self._judge('speed', abs(speed), abs(ahead)) or self._judge(
+                'travel', abs(travel), max(abs(travel), abs(stop)))
             if said:
                 return said
-        if isfinite(torque) and (said := self._judge('torque', abs(torque), abs(torque), 'N m')):
+        if isfinite(torque) and (said := self._judge('torque', abs(torque), abs(torque))):
             return said
         if isfinite(current):
-            return self._judge('current', abs(current), abs(current), 'A')
+            return self._judge('current', abs(current), abs(current))
         return ''
 
     def forget(self) -> None:
@@ -135,9 +162,9 @@ class Guard:
             return speed
         return speed + (speed - before) / (size * self._period) * (REACTION + WINDOW / 2.0)
 
-    def _judge(self, name: str, now: float, ahead: float, unit: str) -> str:
+    def _judge(self, name: str, now: float, ahead: float) -> str:
         self.most[name] = max(self.most[name], now)
-        limit = getattr(self.limits, name)
+        limit, unit = getattr(self.limits, name), self.limits.unit(name)
         if ahead <= limit:
             return ''
         return (f'{name}: {now:.4g} {unit} measured' + (f', {ahead:.4g} {unit} ahead' if

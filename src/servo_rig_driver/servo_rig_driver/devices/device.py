@@ -92,7 +92,7 @@ class Device(ABC):
 
     @abstractmethod
     def unsent(self) -> None:
-        """Note that the frames of the last ask() were not sent; another ask() follows."""
+        """Note that the frames of an ask() did not reach the drive; another ask() follows."""
 
     @abstractmethod
     def rest(self, number: int, now: int) -> Frames:

@@ -206,6 +206,13 @@ class Driver(LifecycleNode):
             self.health.event('command.not_taken', 'command dropped: the rig does not run, the '
                               f'driver is {self._link.state}', now)
             return
+        stepped = self._link.stepped() * 1e-9
+        if abs(stepped) > self._player.timeout:  # stamps would mean other instants than they say
+            self._player.clear()
+            self.health.event('command.clock', f'command dropped, motor at zero: the clock was '
+                              f'set by {stepped:+.1f} s, or the machine slept; clean the driver '
+                              'up and configure it again', now)
+            return
         try:
             if message.mode in Mode.__members__.values() and message.mode not in self._modes:
                 raise Refused(f'the drive does not take mode {Mode(message.mode).name}; it takes '

@@ -129,6 +129,10 @@ class RigLink:
         """Return the time on the samples' clock, ns."""
         return self._clock.now()
 
+    def stepped(self) -> int:
+        """Return how far the ROS clock has been set forward since the link was made, ns."""
+        return self._clock.stepped()
+
     # The thread.
 
     def _run(self) -> None:

@@ -97,6 +97,7 @@ class Sampler:
     def withdraw(self, number: int, now: int) -> None:
         """Note that the bus was too slow for the set-point of a tick, and left the tick out."""
         self._joiner.withdraw(number)
+        self.device.unsent()  # a change of mode, or of the controlword, went with it
         self.health.count('command.late_on_bus')
         self.health.event('command.late_on_bus', 'the bus held a set-point up until it was older '
                           f'than command_timeout = {self.player.timeout:g} s; it was left out',

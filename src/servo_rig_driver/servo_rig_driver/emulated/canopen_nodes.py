@@ -21,6 +21,7 @@ BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 PACE = 1000  # SYNCs after which their rate is judged
 SYNC_LOST = 0.1  # s after which an enabled drive without SYNC fails, unless it is told another
 AT_REST = 0.05  # rad/s at the motor, where a quick stop ends
+EMERGENCY_ID, SDO_ANSWER_ID = 0x80, 0x580
 LENGTH_ERROR, NO_RPDO, NO_SYNC = 0x8210, 0x8250, 0x8700
 
 _NMT = {1: OPERATIONAL, 2: STOPPED, 0x80: PRE_OPERATIONAL, 0x81: BOOT_UP, 0x82: BOOT_UP}
@@ -46,6 +47,7 @@ class RigNodes:
     """
 
     fd = False
+    slowest_beat = 8.0  # s; drivers ask for a quarter of 30 s at the most
 
     def __init__(self, bench: Bench, frames: FrameTable, send: Send,
                  watchdog: float = SYNC_LOST) -> None:
@@ -72,7 +74,10 @@ class RigNodes:
         self._paced_since = 0.0
         self._warned = False
         self._values: dict[str, dict[str, float]] = {name: {} for name in frames.ids}
-        self.beats = {HEARTBEAT_ID + number: name for name, number in frames.ids.items()}
+        self.beats = {
+            **{kind + number: name for name, number in frames.ids.items()
+               for kind in (HEARTBEAT_ID, EMERGENCY_ID, SDO_ANSWER_ID)},
+            **{frame.cob_id: name for name, sent in self._tpdos.items() for frame in sent}}
 
     @property
     def gives_torque(self) -> bool:
@@ -241,7 +246,7 @@ class RigNodes:
         log.warning('the drive failed with error %04Xh', error)
 
     def _emergency(self, error: int) -> None:
-        self._send([(0x80 + self.frames.ids['drive'],
+        self._send([(EMERGENCY_ID + self.frames.ids['drive'],
                      _EMERGENCY.pack(error, int(self.drive.error != 0)))])
 
     def _manage(self, data: bytes) -> None:

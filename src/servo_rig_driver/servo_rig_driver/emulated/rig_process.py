@@ -35,6 +35,7 @@ from .canopen_nodes import RigNodes, SYNC_LOST
 from .drives.by_protocol import driver_parameters, emulated_drive
 from .emulated_bench import Bench, COMMANDS
 from .fault_port import FaultPort
+from .other_rigs import OtherRigs
 from .rig_file import load_rig, RigFileError
 
 POLL = 0.02  # s, longest wait for a frame: heartbeats and signals are seen by then
@@ -52,6 +53,7 @@ class EmulatedRig:
 
     ``driver`` are parameters of the driver by name, which say what the drive speaks: CANopen
     where they say nothing. ``period``, s, is that of the samples, which CANopen nodes are told.
+    ``listens`` is for how long, s, it looks for another rig before it speaks.
     Raises RigFileError, DictionaryError or DeviceError when a file cannot be used.
     """
 
@@ -72,7 +74,9 @@ class EmulatedRig:
         self.bus = replace(bus, fd=self.nodes.fd)
         self._stopped = False
         self._ends_at: float | None = None
-        self._first = True
+        self.listens = LISTENS
+        self._others = OtherRigs(self.nodes.beats, self.nodes.slowest_beat,
+                                f'{bus.interface} {bus.channel}')
         self._reread = False
         self._asked: SimpleQueue[tuple[Callable[[], Any], Future]] = SimpleQueue()
         self._warm_up()
@@ -114,8 +118,8 @@ class EmulatedRig:
         """
         Answer the bus until it is to end, opening it again whenever it went away.
 
-        Returns False where another rig has the same node ids on the bus at the start: two would
-        both answer, and neither could be driven.
+        Returns False where another rig with the same node ids is on the bus already, once that one
+        is heard: two would both answer, and neither could be driven.
         """
         told = False
         while not self._over:
@@ -129,14 +133,15 @@ class EmulatedRig:
                 time.sleep(RETRY)
                 continue
             told = False
-            if self._first and self._others():
-                self._wire.bus.shutdown()
-                return False
-            self._first = False
-            log.info('%s on %s %s', self.bench.rig.name, self.bus.interface, self.bus.channel)
             try:
+                if not self._alone():
+                    return False
+                self.listens = 0.0
+                log.info('%s on %s %s', self.bench.rig.name, self.bus.interface, self.bus.channel)
+                self._others.speak(time.monotonic())
                 self.nodes.boot()
-                self._answer()
+                if not self._answer():
+                    return False
             except can.CanError as error:
                 log.warning('%s; opening the bus again', error)
             finally:
@@ -144,29 +149,29 @@ class EmulatedRig:
                 wire.bus.shutdown()
         return True
 
-    def _others(self) -> bool:
-        """Whether a node with an id of this rig is heard, which is said."""
-        until = time.monotonic() + LISTENS
-        mine = self.nodes.beats
+    def _alone(self) -> bool:
+        """Whether no other rig is heard for a moment."""
+        until = time.monotonic() + self.listens
         while time.monotonic() < until:
-            for identifier, _ in self._wire.recv(POLL):
-                if identifier in mine:
-                    log.error('another %s speaks under 0x%03X on %s %s: end the other rig, or '
-                              'give this one another --channel or id',
-                              mine[identifier].replace('_', ' '), identifier,
-                              self.bus.interface, self.bus.channel)
-                    return True
-        return False
+            if any(self._others.was_there_before(identifier, data, time.monotonic())
+                   for identifier, data in self._wire.recv(POLL)):
+                return False
+        return True
 
-    def _answer(self) -> None:
+    def _answer(self) -> bool:
+        """Answer the bus until it is to end; False where another rig was there before."""
         while not self._over:
             if self._reread:
                 self._turn()
             while not self._asked.empty():
                 self._obey(*self._asked.get())
             for identifier, data in self._wire.recv(POLL):
-                self.nodes.take(identifier, data, time.monotonic())
+                now = time.monotonic()
+                if self._others.was_there_before(identifier, data, now):
+                    return False
+                self.nodes.take(identifier, data, now)
             self.nodes.tick(time.monotonic())
+        return True
 
     @staticmethod
     def _obey(do: Callable[[], Any], result: Future) -> None:

@@ -5,7 +5,9 @@ The player: drives a rig by the set-points of one excitation family, then stops.
         --ros-args -r __ns:=/rig
 
 It waits until the rig's samples come, sends its set-points in blocks a little ahead of their
-instants, and leaves. Whoever ends it early leaves the rig with what is left of one block.
+instants, and leaves. Whoever ends it early leaves the rig with what is left of one block. One that
+stood still, as when it was stopped or the machine slept, ends: the motor came to zero meanwhile,
+and would begin again in the middle of a motion.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from ..ending import Ending
 
 BLOCK = 0.2  # s of set-points in one message
 AHEAD = 0.3  # s that a block leaves before its first instant
+STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
 
 
 class Player(Node):
@@ -40,6 +43,7 @@ class Player(Node):
         super().__init__('player')
         self.heard = False
         self.sent = 0
+        self.late = 0.0
         self._ended = False
         self._mode, self._period = mode, period
         self._reference, self._torque = reference, external_torque
@@ -71,7 +75,11 @@ class Player(Node):
         size = max(1, round(BLOCK / self._period))
         while self.sent < len(self._reference):
             instant = self._instant(self.sent)
-            if instant - self._now() > AHEAD * SECOND:
+            late = (self._now() - instant) / SECOND
+            if late < -AHEAD:
+                return
+            if late > STOOD_STILL:
+                self.late = late
                 return
             part = slice(self.sent, self.sent + size)
             message = Command(mode=int(self._mode), period=self._period)
@@ -128,6 +136,10 @@ def main(arguments: list[str] | None = None) -> int:
             rclpy.spin_once(node, timeout_sec=0.2)
             if ending.asked:
                 return 130
+            if node.late:
+                print(f'player: stood still for {node.late:.1f} s; the rest is not played',
+                      file=sys.stderr)
+                return 1
             if not node.sent and (node.get_clock().now() - begin).nanoseconds > (
                     options.wait * SECOND):
                 print(f'player: no rig took a set-point within {options.wait:g} s: '

@@ -13,7 +13,7 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import say, tell
+from servo_twin.commands.terminal import judged_file, say, tell
 
 from ..blind_check.case_kinds import KINDS
 
@@ -69,7 +69,11 @@ def main(arguments: argparse.Namespace) -> int:
         tell(arguments, cases=[case.name for case in chosen])
         print('\n'.join(case.name for case in chosen))
         return 0
-    folder = arguments.output / plan
+    folder, page = arguments.output / plan, arguments.page
+    if arguments.scored and page is None:
+        page = fault_tables.config_folder().parent / 'docs' / 'blind_check.md'
+    if page is not None:
+        judged_file(page, arguments.force)
     if arguments.again:
         for case in chosen:
             forget(case, folder)
@@ -85,8 +89,7 @@ def main(arguments: argparse.Namespace) -> int:
         print(f'{name} has no answer: {problem}; the same command asks it again', file=sys.stderr)
     if not arguments.quiet:
         _show_figures(outcomes)
-    if arguments.scored or arguments.page:
-        page = arguments.page or fault_tables.config_folder().parent / 'docs' / 'blind_check.md'
+    if page is not None:
         command = ' '.join(['servo-identify blind-check', *_said(arguments)])
         write_page(page, outcomes, folder, plan, command, len(cases.of_plan(plan)))
         tell(arguments, written=[page])

@@ -10,13 +10,13 @@ time. DATA holds the folders emps, xl330 and two_mass as their authors published
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 import json
 from pathlib import Path
 import time
 
-from servo_twin.commands.terminal import say, tell
+from servo_twin.commands.terminal import judged_file, say, tell
 
 from ..papers.paper_systems import BENCH, machines, WRITTEN
 
@@ -59,6 +59,9 @@ def main(arguments: argparse.Namespace) -> int:
                                  'recordings')
     if not arguments.output.parent.is_dir():
         raise ValueError(f'{arguments.output}: there is no folder {arguments.output.parent}')
+    for path in _pages(arguments.output, [part for part in PARTS if part in wanted
+                                          or _kept(arguments.work, part).exists()]):
+        judged_file(path, arguments.force)
     pictured = arguments.output.parent / 'pictures'
     for folder in (arguments.work, pictured):
         folder.mkdir(parents=True, exist_ok=True)
@@ -82,18 +85,26 @@ def _write(output: Path, known: Mapping[str, dict]) -> list[Path]:
     from ..papers.paper_comparison import comparison, keep, kept
     from ..papers.results_page import page
 
-    texts = {output: page(known)} if set(known) & set(RESULTS) else {}
-    rows = output.parent / 'comparison'
+    rows, texts = output.parent / 'comparison', {}
     for part in COMPARED:
         if part in known:
             module = import_module(f'..papers.{part}', __package__)
             keep(rows, part, module.comparison_rows(known[part]))
             if part not in (*RESULTS, *WRITTEN):
-                texts[output.with_name(f'{part}.md')] = module.page(known[part])
-    texts[output.with_name('comparison.md')] = comparison(kept(rows), pages_of(output.name))
-    for path, text in texts.items():
-        path.write_text(text)
-    return list(texts)
+                texts[part] = module.page(known[part])
+    pages = _pages(output, list(known))
+    for path, part in pages.items():
+        path.write_text(
+            page(known) if part == 'results' else texts[part] if part in texts
+            else comparison(kept(rows), pages_of(output.name)))
+    return list(pages)
+
+
+def _pages(output: Path, parts: Sequence[str]) -> dict[Path, str]:
+    """Return the pages that are written where these parts are known, and what each is of."""
+    own = [part for part in COMPARED if part in parts and part not in (*RESULTS, *WRITTEN)]
+    pages = {output: 'results'} if set(parts) & set(RESULTS) else {}
+    return pages | {output.with_name(f'{part}.md'): part for part in (*own, 'comparison')}
 
 
 def pages_of(results: str) -> dict[str, str]:

@@ -9,11 +9,12 @@ import signal
 import subprocess
 from time import monotonic, sleep
 
+from ..nodes.ending import SIGNALS
+
 BEGINS, ENDS = 'diagnosis begins', 'diagnosis ends'
 """What a live view prints when a diagnosis begins, and when it ends with an answer or without."""
 _PATIENCE = 5.0  # s that a process gets after each signal
 _LAST_LINES = 12
-_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class ProcessError(RuntimeError):
@@ -26,6 +27,7 @@ class _Child:
     process: subprocess.Popen
     log: Path
     may_end: bool
+    first: bool
 
 
 class Processes:
@@ -33,8 +35,9 @@ class Processes:
     A context of child processes; their output goes to ``folder``/NAME.log.
 
     Each is a session of its own, so that Ctrl-C in the terminal reaches only the parent, which
-    then ends the children in the reverse order of their start. Where it is killed, each child sees
-    that its parent has gone and ends by itself.
+    then ends the children in the reverse order of their start, and before all others those that
+    were started as ``first``. Where it is killed, each child sees that its parent has gone and
+    ends by itself.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -42,14 +45,21 @@ class Processes:
         self._children: dict[str, _Child] = {}
         folder.mkdir(parents=True, exist_ok=True)
 
-    def start(self, name: str, command: list[str], may_end: bool = False) -> None:
-        """Start a process; ``may_end`` says that its end is no failure while its status is 0."""
+    def start(self, name: str, command: list[str], may_end: bool = False,
+              first: bool = False) -> None:
+        """
+        Start a process.
+
+        ``may_end``: its end is no failure while its status is 0. ``first``: it holds a motor, and
+        is ended before others, which may hang.
+        """
         log = self.folder / f'{name}.log'
         with log.open('wb') as output:
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output,
                                        stderr=subprocess.STDOUT, start_new_session=True,
-                                       env=os.environ | {'PYTHONUNBUFFERED': '1'})
-        self._children[name] = _Child(name, process, log, may_end)
+                                       env=os.environ | {'PYTHONUNBUFFERED': '1',
+                                                        'SERVO_PARENT': str(os.getpid())})
+        self._children[name] = _Child(name, process, log, may_end, first)
 
     def check(self) -> None:
         """Raise ProcessError, with its last lines, for a process that should run and does not."""
@@ -88,6 +98,10 @@ class Processes:
             taken[name] = (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
         return taken
 
+    def ask(self, name: str) -> None:
+        """Ask one process to end, and do not wait for it."""
+        self._children[name].process.send_signal(signal.SIGINT)
+
     def stop(self, name: str) -> None:
         """End one process: it is asked twice, then killed."""
         child = self._children[name]
@@ -105,10 +119,11 @@ class Processes:
 
     def __exit__(self, *_: object) -> None:
         # a second Ctrl-C, or the terminal that closes, changes nothing any more
-        before = {number: signal.signal(number, signal.SIG_IGN) for number in _ENDS}
+        before = {number: signal.signal(number, signal.SIG_IGN) for number in SIGNALS}
         try:
-            for name in reversed(self._children):
-                self.stop(name)
+            children = reversed(self._children.values())
+            for child in sorted(children, key=lambda child: not child.first):
+                self.stop(child.name)
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)

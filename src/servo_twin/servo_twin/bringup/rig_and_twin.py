@@ -80,11 +80,12 @@ def record(bench: Bench) -> Outcome:
         except KeyboardInterrupt:
             early = True
             print('ending early')
+            processes.ask('player')  # one that hangs must not keep the drive
         seconds, after = monotonic() - begin, processes.cpu_seconds()
-        processes.stop('player')
         _take_down(session, processes)
+        processes.stop('player')
         if bench.page is not None and not early:
-            _let_answer(processes)
+            let_answer(processes)
         cpu = {name: (taken - before[name]) / seconds for name, taken in after.items()}
         return Outcome(numbers(seconds, session.facts), cpu)
 
@@ -113,7 +114,7 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
     processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
         'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
     processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
-                                    bench.driver))
+                                    bench.driver), first=True)
     wait_until(lambda: session.facts.get('twin', {}).get('lifecycle') == 'active',
                'the twin is active', START, processes)
     if not session.change('driver', CONFIGURE, START):
@@ -179,13 +180,13 @@ def _take_down(session: Session, processes: Processes) -> None:
     processes.stop('recorder')
 
 
-def _let_answer(processes: Processes) -> None:
+def let_answer(processes: Processes) -> None:
     """Wait until a diagnosis that the page asked for has ended."""
     if not _diagnosing(processes):
         return
     print('waiting for the diagnosis that the page asked for; Ctrl-C ends it', flush=True)
     try:
-        while _diagnosing(processes) and processes.running('view'):
+        while _diagnosing(processes):
             sleep(0.2)
     except KeyboardInterrupt:
         return
@@ -194,7 +195,7 @@ def _let_answer(processes: Processes) -> None:
 
 def _diagnosing(processes: Processes) -> bool:
     said = processes.said('view')
-    return said.count(BEGINS) > said.count(ENDS)
+    return processes.running('view') and said.count(BEGINS) > said.count(ENDS)
 
 
 def _why(session: Session) -> str:

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 from ..bringup.processes import ProcessError
 from ..lockstep.live_modes import LIVE_MODES
+from ..nodes.ending import SIGNALS
 from .any_bag import bag_of
 from .page_flags import add_port
 from .terminal import add_usual, new_bag, remove_bag, say, tell
@@ -86,7 +87,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..description.shipped import servo_at
 
     folder = arguments.output or Path(datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S'))
-    for number in (signal.SIGTERM, signal.SIGHUP):  # these end it as Ctrl-C does
+    for number in SIGNALS:  # all of them end it as Ctrl-C does
         signal.signal(number, signal.default_int_handler)
     try:
         if arguments.bag is not None:

@@ -57,11 +57,21 @@ def tell(arguments: argparse.Namespace, **found: Any) -> None:
     arguments.found = {**getattr(arguments, 'found', {}), **found}
 
 
+def tell_now(arguments: argparse.Namespace) -> None:
+    """Write what was told at once, for a command that serves until it is ended."""
+    arguments.write_json({'exit_status': None})
+
+
 def write_json(arguments: argparse.Namespace, stdout: TextIO, head: Mapping[str, Any],
                end: Mapping[str, Any]) -> None:
-    """Write ``head``, what was told and ``end`` as one object, where --json asks for it."""
-    if arguments.json is None:
+    """
+    Write ``head``, what was told and ``end`` as one object, where --json asks for it.
+
+    A file is written again when the command ends; stdout gets one object.
+    """
+    if arguments.json is None or arguments.json == '-' and getattr(arguments, 'printed', False):
         return
+    arguments.printed = True
     found = {**head, 'written': [], **getattr(arguments, 'found', {}), **end}
     text = json.dumps(plain(found), indent=1, allow_nan=False) + '\n'
     if arguments.json == '-':

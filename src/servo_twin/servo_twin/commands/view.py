@@ -6,7 +6,8 @@ Show a running rig and its twin, or a bag, in the browser.
   servo-twin view --control --faults SOCK  ... and inject faults into an emulated rig
   servo-twin view BAG                      plays a recording, without ROS
 
-The page is at http://127.0.0.1:PORT, for browsers of this machine alone. Ctrl-C ends it.
+The page is at http://127.0.0.1:PORT, for browsers of this machine alone. Ctrl-C ends it. --json
+tells the address as soon as the page is there; its exit_status is null until the end.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import tempfile
 from ..bringup.processes import BEGINS, ENDS
 from ..nodes.ending import Ending
 from .page_flags import add_port
-from .terminal import say, tell
+from .terminal import say, tell, tell_now
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,6 +94,7 @@ async def _serve(arguments: argparse.Namespace, source, ending: Ending, scratch:
     may = 'may set values' if arguments.control else 'read only'
     address = f'http://{ADDRESS}:{port}'
     tell(arguments, address=address, control=arguments.control)
+    tell_now(arguments)
     say(arguments, f'view: {address} ({may})')
     try:
         await over.wait()

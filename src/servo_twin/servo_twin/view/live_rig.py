@@ -74,6 +74,7 @@ class LiveRig(Source):
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
         self._node.create_timer(_LOOKS, self._values.look)
+        self._known: tuple[tuple, Servo | None] = ((), None)
         self._closing = False
         self._thread = Thread(target=self._spin, name='ros', daemon=True)
         self._thread.start()
@@ -125,6 +126,17 @@ class LiveRig(Source):
         return {'status': {'title': self.namespace, 'servo': twin.get('servo', ''), 'said': said,
                            'level': 2 if silent else 0, 'nodes': nodes, 'warnings': []},
                 'values': self._values.listed()}
+
+    def servo(self) -> Servo | None:
+        """Return the servo of the twin, as it was when it was configured or loaded."""
+        key = (self._values.servo_file, self._health.facts.get('twin', {}).get('servo'),
+               sum(one.kind == SERVO_FILE for one in list(self._events)))
+        if key != self._known[0] and self._values.servo_file:
+            try:
+                self._known = key, self._running()
+            except (ValueError, OSError):  # no twin runs, or it has another file by now
+                return None
+        return self._known[1]
 
     def events(self) -> list[Happened]:
         """Return what happened since the view was started, and what nodes keep from before."""

@@ -114,6 +114,10 @@ class PlayedBag(Source):
             told['values'] = values_of(self._servo)
         return told
 
+    def servo(self) -> Servo | None:
+        """Return the servo of the twin."""
+        return self._servo
+
     def events(self) -> list[Happened]:
         """Return what happened up to the second that is shown."""
         until = (self._recording.start + self._at) * 1e9

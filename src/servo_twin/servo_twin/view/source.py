@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
+from ..physics.servo import Servo
 from ..recording.events import Happened
 from ..recording.recording import Recording
 from .traces import Traces
@@ -40,6 +41,10 @@ class Source(ABC):
     @abstractmethod
     def facts(self) -> dict[str, Any]:
         """Return what the page tells beside the samples, by the name of its part, for JSON."""
+
+    @abstractmethod
+    def servo(self) -> Servo | None:
+        """Return the servo that is looked at, where it is known; its values may have moved on."""
 
     @abstractmethod
     def events(self) -> list[Happened]:

@@ -8,6 +8,7 @@ from threading import Lock
 
 import numpy as np
 
+from ..physics.servo import Servo
 from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COLUMNS, COMPARED, PREDICTED
 
@@ -17,11 +18,6 @@ SECONDS = 64.0
 NAMES = (*CHANNELS, *(f'twin.{name}' for name in PREDICTED),
          *(f'gap.{name}' for name in COMPARED), *(f'balance.{name}' for name in BALANCES))
 """What is kept of a sample: the rig's channels, the twin's, rig minus twin, the balances."""
-
-UNITS = {**COLUMNS, **{f'twin.{name}': COLUMNS[name] for name in PREDICTED},
-         **{f'gap.{name}': COLUMNS[name] for name in COMPARED},
-         **{f'balance.{name}': '× noise' for name in BALANCES}}
-"""Unit of each name; a balance is in noise floors."""
 
 _PLACES = {name: place for place, name in enumerate(NAMES)}
 _LATE = 0.5  # s behind the newest sample from which a part is not waited for
@@ -146,6 +142,14 @@ class Traces:
         square = np.where(good, rows, 0.0) ** 2
         return {name: float(np.sqrt(square[k].sum() / good[k].sum()))
                 for k, name in enumerate(BALANCES) if good[k].any()}
+
+
+def units(servo: Servo | None) -> dict[str, str]:
+    """Return the unit of each name as a servo has it; a balance is in noise floors."""
+    of = {name: servo.reads(unit, name) if servo else unit for name, unit in COLUMNS.items()}
+    return {**of, **{f'twin.{name}': of[name] for name in PREDICTED},
+            **{f'gap.{name}': of[name] for name in COMPARED},
+            **{f'balance.{name}': '× noise' for name in BALANCES}}
 
 
 def _pieces(low: int, high: int, room: int) -> list[tuple[int, int]]:

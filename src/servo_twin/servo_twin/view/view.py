@@ -13,7 +13,7 @@ from .diagnosis import Diagnosis
 from .faults import Faults
 from .looker import Looker
 from .source import Refused, Source
-from .traces import NAMES, UNITS
+from .traces import NAMES, units
 
 _TRACES = 33  # ms between two messages of samples
 _FACTS = 8  # of those messages to one of facts
@@ -54,7 +54,8 @@ class View:
         """Begin to serve a browser."""
         self._lookers[socket] = Looker()
         socket.say(json.dumps({'hello': {
-            'kind': self.source.kind, 'control': self.control, 'units': UNITS, 'names': NAMES}}))
+            'kind': self.source.kind, 'control': self.control, 'names': NAMES,
+            'units': units(self.source.servo())}}))
         if self._rest is not None:
             self._rest.cancel()
             self._rest = None
@@ -98,7 +99,7 @@ class View:
     def _facts(self) -> dict[str, Any]:
         traces = self.source.traces
         zero = traces.stamp
-        facts = {**self.source.facts(), 'levels': {
+        facts = {**self.source.facts(), 'units': units(self.source.servo()), 'levels': {
             name: float(f'{level:.3g}') for name, level in traces.levels().items()},
             'diagnosis': self.diagnosis.facts,
             'events': [{'at': round((one.stamp - zero) * 1e-9, 3), 'kind': one.kind,

@@ -12,6 +12,7 @@ import sys
 from threading import Lock, Thread
 from time import monotonic
 
+_WITH_US = 'servo_twin.bringup.ends_with_parent'
 _KEPT = 30  # lines of what a job says that are kept for its failure
 
 
@@ -20,7 +21,8 @@ class Job:
     Runs a Python module with words; ``seconds`` counts from its start.
 
     What it prints is either a report, a JSON mapping in one line, or text that is kept for
-    people. It runs at a lower priority, so that the graph goes first.
+    people. It runs at a lower priority, so that the graph goes first, and it is killed when the
+    process that started it ends.
     """
 
     def __init__(self, module: str, *words: str) -> None:
@@ -29,8 +31,8 @@ class Job:
         self._reports: deque[Mapping] = deque()
         self._said: deque[str] = deque(maxlen=_KEPT)
         self._process = subprocess.Popen(
-            ['nice', '-n', '10', sys.executable, '-m', module, *words],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            ['nice', '-n', '10', sys.executable, '-m', _WITH_US, module, *words],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             errors='replace', start_new_session=True, env=os.environ | {'PYTHONUNBUFFERED': '1'})
         self._reader = Thread(target=self._read, daemon=True)
         self._reader.start()

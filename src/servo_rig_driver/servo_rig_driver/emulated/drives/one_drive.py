@@ -36,8 +36,10 @@ class OneDrive(ABC):
 
     fd: ClassVar[bool] = False
     """Whether the bus has to be CAN FD."""
+    slowest_beat: ClassVar[float] = 0.0
+    """Up to how many s, beyond those that a rig listens first, its beats are apart."""
     beats: dict[int, str]
-    """The identifiers under which it speaks unasked, for a rig that looks for another one."""
+    """The identifiers under which it speaks unasked, and nobody else does."""
 
     def __init__(self, bench: Bench, settings: DriveSettings, rate: float, send: Send) -> None:
         self.bench = bench

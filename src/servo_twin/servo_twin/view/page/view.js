@@ -135,6 +135,12 @@ const parts = {
     one('warnings').hidden = !warnings.length;
     one('warnings').textContent = warnings.join('; ');
   },
+  units(units) {
+    if (JSON.stringify(units) === JSON.stringify(state.units)) return;
+    state.units = units;
+    remake();
+    spectrum.remove();
+  },
   levels: drawChain,
   events(events) {
     state.events = events;
