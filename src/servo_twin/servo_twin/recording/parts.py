@@ -1,0 +1,35 @@
+"""A recording of any length, part by part: what is too long for the memory is never held whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Protocol, TypeVar
+
+from .recording import Predictions, Recording
+
+SAMPLES = 60_000
+"""Samples in a part: 60 s at 1 kHz. A shorter recording is one part."""
+
+Part = TypeVar('Part', Recording, Predictions, covariant=True)
+
+
+class Long(Protocol[Part]):
+    """A recording, or what a twin answered to one, that gives any part of itself."""
+
+    @property
+    def sequence(self) -> int:
+        """Running number of the first sample."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def part(self, first: int, end: int) -> Part:
+        """Return the samples with running numbers from ``first`` to ``end``."""
+        ...
+
+
+def parts_of(long: Long[Part], samples: int = SAMPLES) -> Iterator[Part]:
+    """Yield the parts of a recording in order, the last one shorter."""
+    end = long.sequence + len(long)
+    for first in range(long.sequence, end, samples):
+        yield long.part(first, min(end, first + samples))
