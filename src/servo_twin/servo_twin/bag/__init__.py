@@ -15,14 +15,16 @@ from .bag_reading import (
     read_recording,
 )
 from .bag_topics import Samples
-from .bag_writing import BagError, BagWriter, write_predictions, write_recording
+from .bag_writing import BagError, BagWriter
 from .event_reading import read_changes, read_events
+from .recording_writing import RecordingWriter, write_predictions, write_recording
 
 __all__ = [
            'BagError',
            'BagWriter',
            'OpenPredictions',
            'OpenRecording',
+           'RecordingWriter',
            'Samples',
            'namespaces',
            'open_predictions',

@@ -69,6 +69,10 @@ class OpenRecording:
         """Seconds from the first sample to the end of the last one."""
         return len(self) * self.period
 
+    def has(self, column: str) -> bool:
+        """Whether the bag has the topic that carries a column."""
+        return any(column in names for names in self._fields.values())
+
     @property
     def digest(self) -> str:
         """SHA-256 of the files, as hexadecimal digits; takes a while."""

@@ -14,17 +14,35 @@ Part = TypeVar('Part', Recording, Predictions, covariant=True)
 
 
 class Long(Protocol[Part]):
-    """A recording, or what a twin answered to one, that gives any part of itself."""
+    """
+    A recording, or what a twin answered to one, that gives any part of itself.
 
-    @property
-    def sequence(self) -> int:
-        """Running number of the first sample."""
-        ...
+    ``name``, ``period``, ``start``, ``sequence`` and ``warnings`` are those of Recording.
+    """
+
+    name: str
+    period: float
+    start: float
+    sequence: int
+    warnings: tuple[str, ...]
 
     def __len__(self) -> int: ...
 
     def part(self, first: int, end: int) -> Part:
-        """Return the samples with running numbers from ``first`` to ``end``."""
+        """Return the samples with running numbers from ``first`` to ``end``, as far as there are."""
+        ...
+
+
+class LongRecording(Long[Recording], Protocol):
+    """A recording that gives any part of itself; names are those of Recording."""
+
+    servo: str
+    servo_file: str
+    family: str
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first sample to the end of the last one."""
         ...
 
 

@@ -116,3 +116,12 @@ class Predictions:
 
     def __len__(self) -> int:
         return len(self.prediction['voltage'])
+
+    def part(self, first: int, end: int) -> Predictions:
+        """Return the answers to samples number ``first`` to ``end``, as far as there are."""
+        cut = slice(min(max(0, first - self.sequence), len(self)),
+                    min(max(0, end - self.sequence), len(self)))
+        return replace(self, prediction={n: v[cut] for n, v in self.prediction.items()},
+                       residual={n: v[cut] for n, v in self.residual.items()},
+                       start=self.start + cut.start * self.period,
+                       sequence=self.sequence + cut.start)
