@@ -48,7 +48,7 @@ class Seen:
         return len(self) * self.period
 
     def part(self, first: int, end: int) -> Recording:
-        """Return the samples with running numbers from ``first`` to ``end``, as far as there are."""
+        """Return the samples numbered from ``first`` to ``end``, as far as there are."""
         seen = self._recording.part(max(first, self.sequence), min(end, self._end))
         live = self._live.part(seen.sequence, seen.sequence + len(seen))
         unanswered = np.isnan(live.prediction['voltage'])

@@ -1,4 +1,4 @@
-"""Curves of any length as a page can draw them: the lowest and the highest value of each bucket."""
+"""Curves of any length as a page can draw them: the extremes of each of many buckets."""
 
 from __future__ import annotations
 

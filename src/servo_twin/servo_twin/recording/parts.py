@@ -29,7 +29,7 @@ class Long(Protocol[Part]):
     def __len__(self) -> int: ...
 
     def part(self, first: int, end: int) -> Part:
-        """Return the samples with running numbers from ``first`` to ``end``, as far as there are."""
+        """Return the samples numbered from ``first`` to ``end``, as far as there are."""
         ...
 
 

@@ -69,7 +69,7 @@ class Recording:
         return len(self) * self.period
 
     def part(self, first: int, end: int) -> Recording:
-        """Return the samples with running numbers from ``first`` to ``end``, as far as there are."""
+        """Return the samples numbered from ``first`` to ``end``, as far as there are."""
         cut = slice(min(max(0, first - self.sequence), len(self)),
                     min(max(0, end - self.sequence), len(self)))
         return replace(self, columns={name: column[cut] for name, column in self.columns.items()},
