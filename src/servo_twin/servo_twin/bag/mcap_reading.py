@@ -34,6 +34,7 @@ from .mcap_writing import (
 )
 
 _KNOWN = range(1, 16)
+_PIECE = 100_000  # bytes decompressed at once: malloc keeps such pieces, and clears larger ones
 _LOOSE = 1 << 22  # bytes of messages outside of chunks that are read at once
 
 DAMAGE = (ArithmeticError, LookupError, MemoryError, StructError, TypeError, ValueError)
@@ -85,12 +86,12 @@ class Scan:
         stored = memoryview(self.data)[chunk.offset:chunk.offset + chunk.size]
         try:
             if chunk.compression == 'zstd':
-                plain = zstd.decompress(stored)
+                plain = _decompressed(stored, chunk.plain_size)
             elif chunk.compression == 'lz4':
                 from lz4.frame import decompress
-                plain = decompress(stored)
+                plain = np.frombuffer(decompress(stored), np.uint8)
             elif not chunk.compression:
-                plain = bytes(stored)
+                plain = np.frombuffer(bytes(stored), np.uint8)
             else:
                 raise ValueError(f'compression {chunk.compression!r}; known are zstd and lz4')
         except (zstd.ZstdError, RuntimeError, MemoryError) as error:
@@ -100,7 +101,7 @@ class Scan:
         if chunk.checksum and zlib.crc32(plain) != chunk.checksum:
             raise ValueError('its checksum does not match')
         self.give_back(chunk.offset, chunk.size)
-        return np.frombuffer(plain, np.uint8)
+        return plain
 
     def give_back(self, begin: int, size: int) -> None:
         """Let the system have the memory back in which bytes of the file stood."""
@@ -129,6 +130,24 @@ class Scan:
             if opcode == MESSAGE:
                 found.setdefault(unpack_from('<H', content, begin)[0], []).append(begin - 9)
         return {number: np.array(places) for number, places in found.items()}
+
+
+def _decompressed(stored: memoryview | bytes, size: int) -> np.ndarray:
+    """Return what zstd frames hold, uint8; raises ValueError where it is more than ``size``."""
+    plain, at = np.empty(size, np.uint8), 0
+    while len(stored):
+        frame = zstd.ZstdDecompressor()
+        while not frame.eof:
+            piece = frame.decompress(stored, max_length=_PIECE)
+            stored = b''
+            if not piece and frame.needs_input:
+                raise ValueError('its data end too early')
+            if at + len(piece) > size:
+                raise ValueError(f'more than the {size} bytes that its head says')
+            plain[at:at + len(piece)] = np.frombuffer(piece, np.uint8)
+            at += len(piece)
+        stored = frame.unused_data
+    return plain[:at]
 
 
 def scan(path: Path) -> Scan:
