@@ -68,7 +68,7 @@ class GraphReplay(Node):
                 return False
             self._clock.publish(Clock(clock=to_time(
                 start + round((first + end) * part.period * SECOND))))
-            for name, (kind, publisher) in self._topics.items():
+            for kind, publisher in self._topics.values():
                 message = kind()
                 message.header.stamp = to_time(instant)
                 message.sequence = part.sequence + at
@@ -98,9 +98,8 @@ def play(bag: Path, rate: float, namespace: str | None, stretch: int | None) -> 
     if not 0.0 < rate <= 1000.0:
         raise ValueError(f'--rate {rate:g} is outside (0, 1000]')
     where = namespace if namespace is not None else namespaces(bag)[0]
-    ending = started()
     with open_recording(bag, namespace, stretch) as recording:
-        node = GraphReplay(recording, rate, where, ending)
+        node = GraphReplay(recording, rate, where, started())
         try:
             sent = node.play()
             print(f'{recording.name}: {sent} of {len(recording)} samples published at {rate:g} '
