@@ -9,7 +9,7 @@ from servo_twin.recording.recording import Recording
 
 from .excitation import excitation
 from .finding import Finding, LEVELS
-from .long_bags import Long, LONGEST, looked_at
+from .long_bags import Long, looked_at
 from .scales import scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -47,7 +47,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     for one, seen in zip(recordings, surveys, strict=True):
         parts = looked_at(one)
         looked += [part for part in parts if len(part)]
-        if seen.samples > LONGEST:
+        if len(parts) > 1:
             found.append(Finding('green', f'{parts[0].warnings[-1]}. These tell scales and '
                                  'excitation, all parts the rest: nothing moves in '
                                  f'{seen.still} of them.'))
@@ -70,10 +70,10 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
     if not one.moves:
         return [Finding('red', f'{one.name}: nothing moves.',
                         'record with a command that moves the machine')]
-    found = [*_sampling(one, angles[0])]
-    found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an encoder?',
-                      f'give counts a turn in the header or the mapping: {name} [1/4096 rev]')
-              for name in one.whole_numbers]
+    found = _sampling(one, angles[0])
+    found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an '
+                      'encoder?', 'give counts a turn in the header or the mapping: '
+                      f'{name} [1/4096 rev]') for name in one.whole_numbers]
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from servo_twin.bag import OpenRecording
-from servo_twin.recording.parts import parts_of, SAMPLES
+from servo_twin.recording import parts
 from servo_twin.recording.recording import Recording
 
 LONGEST = 600_000  # samples that are held at once: ten minutes at 1 kHz
-CHOSEN = LONGEST // SAMPLES  # parts that are taken of a longer recording
+CHOSEN = LONGEST // parts.SAMPLES  # parts that are taken of a longer recording
 APART = 0.1  # s between the samples of which the travel is summed, so that noise adds little
 
 Long = OpenRecording | Recording
@@ -23,16 +23,16 @@ def looked_at(one: Long) -> list[Recording]:
     """
     Return what is looked at of a recording: all of it, or parts of one longer than LONGEST.
 
-    It is cut into parts of SAMPLES, and these into CHOSEN groups that follow each other. Of each
-    group the part of most travel is taken, the earliest of several. What was taken, and how much
-    was left, stands in the warnings of the first.
+    Its parts (parts.SAMPLES each) make CHOSEN groups that follow each other. Of each group the
+    part of most travel is taken, the earliest of several. What was taken, and how much was left,
+    stands in the warnings of the first.
     """
     if len(one) <= LONGEST:
         whole = one.part(one.sequence, one.sequence + len(one))
         return [replace(whole, warnings=one.warnings, digest=one.digest)]
     best: dict[int, tuple[float, int, Recording]] = {}
-    count = -(-len(one) // SAMPLES)
-    for number, part in enumerate(parts_of(one)):
+    count = -(-len(one) // parts.SAMPLES)
+    for number, part in enumerate(parts.parts_of(one)):
         group, travel = number * CHOSEN // count, travel_of(part)
         if group not in best or travel > best[group][0]:
             best[group] = (travel, number, part)
@@ -60,10 +60,6 @@ def _said(one: Long, taken: Iterable[Recording], count: int) -> str:
     spans = [span_of(one, part) for part in taken]
     left = one.duration - sum(part.duration for part in taken)
     return (f'{one.name} is longer than the {LONGEST} samples that are held at once: of its '
-            f'{count} parts of {SAMPLES * one.period:.6g} s {len(spans)} are taken, those of most '
-            f'travel in each {_tenth(len(spans))} of it ({", ".join(spans)}); {left:.6g} s of '
-            f'{one.duration:.6g} s are left')
-
-
-def _tenth(groups: int) -> str:
-    return 'tenth' if groups == 10 else f'of {groups} equal stretches'
+            f'{count} parts of {parts.SAMPLES * one.period:.6g} s {len(spans)} are taken, in each '
+            f'of {len(spans)} equal stretches that of most travel ({", ".join(spans)}); '
+            f'{left:.6g} s of {one.duration:.6g} s are left')

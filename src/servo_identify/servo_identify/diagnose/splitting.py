@@ -33,8 +33,8 @@ def split(recordings: list[Recording], accept: list[Recording],
     Part recordings into those that select, accept and report.
 
     What the caller names for accepting or reporting is taken as it is. Of replicates one goes to
-    each purpose; of single recordings two are held out; a single recording is cut in time. Parts of
-    one bag serve in turn.
+    each purpose; of single recordings two are held out; a single recording is cut in time. Parts
+    of one bag serve in turn.
     """
     if accept and report:
         return Split(tuple(recordings), tuple(accept), tuple(report))
@@ -68,7 +68,7 @@ def split(recordings: list[Recording], accept: list[Recording],
 
 
 def _in_turn(parts: list[Recording]) -> Split:
-    """Of every five parts of one bag the second accepts and the third reports, the others select."""
+    """Of every five parts of one bag the second accepts, the third reports, the others select."""
     accept, report = parts[1::5], parts[2::5]
     return Split(tuple(_others(parts, {'accept': accept, 'report': report})), tuple(accept),
                  tuple(report), (

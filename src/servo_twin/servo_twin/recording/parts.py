@@ -46,8 +46,8 @@ class LongRecording(Long[Recording], Protocol):
         ...
 
 
-def parts_of(long: Long[Part], samples: int = SAMPLES) -> Iterator[Part]:
+def parts_of(long: Long[Part]) -> Iterator[Part]:
     """Yield the parts of a recording in order, the last one shorter."""
     end = long.sequence + len(long)
-    for first in range(long.sequence, end, samples):
-        yield long.part(first, min(end, first + samples))
+    for first in range(long.sequence, end, SAMPLES):
+        yield long.part(first, min(end, first + SAMPLES))
