@@ -5,20 +5,19 @@ Finds where the machine breaks: rates, bags, rigs side by side, servo files.
 
 Each limit is the last step that held and what was said one step beyond. A step of `rate` and of
 `rigs` is a run of `servo-twin run`. It holds when no sample is lost and the twin never began
-again. A length of `bag` is a bag of the bench, recorded headless; each command that takes bags runs
-over it in a process of its own.
+again. A bag is one of the bench, recorded headless. Each command that takes bags runs over it in a
+process of its own.
 """
 
 from __future__ import annotations
 
 import argparse
 from concurrent.futures import ThreadPoolExecutor
-import os
 from pathlib import Path
 import re
 import subprocess
 import sys
-from tempfile import TemporaryDirectory, TemporaryFile
+from tempfile import TemporaryDirectory
 import time
 
 import numpy as np
@@ -29,6 +28,16 @@ from servo_twin.description.shipped import shipped
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS
 from servo_twin.recording.recording import COLUMNS, COMPARED, PREDICTED, Recording
+
+PEAK = """
+import atexit, re, runpy, sys, time
+atexit.register(lambda: print(
+    re.search('VmHWM: *([0-9]+)', open('/proc/self/status').read().replace(chr(9), ' '))[1],
+    time.process_time()))
+sys.argv = sys.argv[1:]
+runpy.run_module(sys.argv[0], run_name='__main__')
+"""
+"""Runs a module, and prints the KiB that it held at most and its s of processor."""
 
 LENGTHS = (5, 20, 60)
 """Minutes of the bags whose memory is measured; the slope is between the last two."""
@@ -107,7 +116,8 @@ def _bags(seconds: float) -> None:
                       flush=True)
     hours = (LENGTHS[-1] - LENGTHS[-2]) / 60.0
     heads = ' | '.join(f'{minutes} min' for minutes in LENGTHS)
-    print(f'| most memory held, MiB | {heads} | more for each hour |\n|---{"|---" * len(LENGTHS)}|---|')
+    print(f'| most memory held, MiB | {heads} | more for each hour |')
+    print('|---' * (len(LENGTHS) + 2) + '|')
     for name, peaks in rows.items():
         print(f'| `{name}` | {" | ".join(f"{peak:.0f}" for peak in peaks)} | '
               f'{(peaks[-1] - peaks[-2]) / hours:.0f} |', flush=True)
@@ -148,15 +158,12 @@ def _recorded(bag: Path, table: Path, minutes: int) -> None:
 
 def _peak_of(words: list[str | Path]) -> tuple[float, float, str]:
     """Run a command; return the MiB that it held at most, s of processor, and how it failed."""
-    with TemporaryFile('w+') as told:
-        process = subprocess.Popen([sys.executable, '-m', *map(str, words)], stdout=told,
-                                   stderr=subprocess.STDOUT)
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        told.seek(0)
-        last = (told.read().strip().splitlines() or [''])[-1]
-    return (used.ru_maxrss / 1024.0, used.ru_utime + used.ru_stime,
-            f'; it ended with {process.returncode}: {last}' if process.returncode else '')
+    done = subprocess.run([sys.executable, '-c', PEAK, *map(str, words)], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    *lines, told = done.stdout.strip().splitlines()
+    peak, took = map(float, told.split())
+    return (peak / 1024.0, took,
+            f'; it ended with {done.returncode}: {lines[-1]}' if done.returncode else '')
 
 
 def _servos(seconds: float) -> None:

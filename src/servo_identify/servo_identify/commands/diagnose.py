@@ -3,7 +3,7 @@ Say where a twin departs from its rig, which effect is missing, and how far the 
 
 Give it recordings (bags) of one machine and its servo file; it writes report.json, report.html
 and augmented.yaml. Without --accept and --report it parts the recordings itself. Of a recording
-of more than 600000 samples (ten minutes at 1 kHz) it takes ten parts, and says which.
+of more than 300000 samples (five minutes at 1 kHz) it takes ten parts, and says which.
 """
 
 from __future__ import annotations

@@ -46,8 +46,9 @@ class LongRecording(Long[Recording], Protocol):
         ...
 
 
-def parts_of(long: Long[Part]) -> Iterator[Part]:
-    """Yield the parts of a recording in order, the last one shorter."""
+def parts_of(long: Long[Part], samples: int = 0) -> Iterator[Part]:
+    """Yield the parts of a recording in order, of SAMPLES or so many; the last may be shorter."""
+    step = samples or SAMPLES
     end = long.sequence + len(long)
-    for first in range(long.sequence, end, SAMPLES):
-        yield long.part(first, min(end, first + SAMPLES))
+    for first in range(long.sequence, end, step):
+        yield long.part(first, min(end, first + step))
