@@ -35,6 +35,7 @@ from .mcap_writing import (
 
 _KNOWN = range(1, 16)
 _PIECE = 100_000  # bytes decompressed at once: malloc keeps such pieces, and clears larger ones
+_AROUND = 1 << 16  # bytes that the system reads along with those that are asked for
 _LOOSE = 1 << 22  # bytes of messages outside of chunks that are read at once
 
 DAMAGE = (ArithmeticError, LookupError, MemoryError, StructError, TypeError, ValueError)
@@ -105,9 +106,9 @@ class Scan:
 
     def give_back(self, begin: int, size: int) -> None:
         """Let the system have the memory back in which bytes of the file stood."""
-        first = begin // mmap.PAGESIZE * mmap.PAGESIZE
+        first = max(0, begin - _AROUND) // mmap.PAGESIZE * mmap.PAGESIZE
         if size > 0 and first < len(self.data):
-            self.data.madvise(mmap.MADV_DONTNEED, first, begin - first + size)
+            self.data.madvise(mmap.MADV_DONTNEED, first, begin + size + _AROUND - first)
 
     def index(self, chunk: Chunk) -> dict[int, tuple[int, int]] | None:
         """Return for each channel of a chunk (where its list of places is, entries), or None."""
@@ -123,8 +124,10 @@ class Scan:
         """Return the places of the messages of a chunk by channel, in the order of the file."""
         index = self.index(chunk)
         if index is not None:
-            return {number: np.frombuffer(self.data, '<u8', 2 * entries, offset)[1::2].astype(
+            places = {number: np.frombuffer(self.data, '<u8', 2 * entries, offset)[1::2].astype(
                 np.int64) for number, (offset, entries) in index.items() if entries}
+            self.give_back(chunk.index[0], chunk.index[1] - chunk.index[0])
+            return places
         found: dict[int, list[int]] = {}
         for opcode, begin, _ in _records(content.data, 0, len(content)):
             if opcode == MESSAGE:
