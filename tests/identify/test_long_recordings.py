@@ -6,18 +6,23 @@ import tracemalloc
 
 from bench_recording import bench_recording, SERVO
 import numpy as np
+import pyarrow
+from pyarrow import csv, parquet
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.commands import import_table
 from servo_identify.data import long_bags
 from servo_identify.data.check import check
+from servo_identify.data.import_memory import memory_of
 from servo_identify.data.long_bags import looked_at
 from servo_identify.data.reading import open_one, read_looked_at
 from servo_identify.data.survey import survey
 from servo_identify.diagnose.splitting import split
-from servo_twin.bag import RecordingWriter
+from servo_twin.bag import memory, RecordingWriter
 from servo_twin.description.servo_file import load
 from servo_twin.recording import parts
+from servo_twin.recording.recording import COMPARED
 
 PART = 2000
 
@@ -139,3 +144,34 @@ def test_the_whole_of_what_is_in_memory_is_parted_alike(motion):
     whole = replace(motion, columns={
         name: np.tile(column, 20) for name, column in motion.columns.items()})
     assert [len(one) for one in looked_at(whole)] == [PART] * 10
+
+
+@pytest.mark.parametrize('suffix', ['csv', 'parquet', 'mcap'])
+def test_an_import_says_the_memory_that_it_takes_before_it_starts(motion, monkeypatch, tmp_path,
+                                                                  capsys, suffix):
+    whole = replace(motion, columns={
+        name: np.tile(column, 15) for name, column in motion.columns.items()})
+    path, words = tmp_path / f'table.{suffix}', []
+    if suffix == 'mcap':
+        path = written(tmp_path / 'bag', motion, 15)
+        (tmp_path / 'map.yaml').write_text(
+            'time: {source: /encoder.stamp}\ncolumns:\n'
+            '  motor_position: {source: "/encoder.motor_position[0]"}\n')
+        words = ['--mapping', str(tmp_path / 'map.yaml')]
+    else:
+        table = pyarrow.table({'t': whole.time, **{
+            name: whole[name] for name in (*COMPARED, 'voltage')}})
+        {'csv': csv.write_csv, 'parquet': parquet.write_table}[suffix](table, path)
+    words = ['import', str(path), '--servo', str(SERVO), *words]
+    monkeypatch.setattr(import_table, 'SAID_FROM', 0)
+    main([*words, '-o', str(tmp_path / 'warm')])
+    capsys.readouterr()
+    tracemalloc.start()
+    assert main([*words, '-o', str(tmp_path / 'out')]) == 0
+    took = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 'is held whole while it is imported' in capsys.readouterr().err
+    assert 0.3 * took < memory_of(path) < 3.0 * took
+    monkeypatch.setattr(memory, 'free_memory', lambda: 0.5 * memory_of(path))
+    assert main([*words, '-o', str(tmp_path / 'more')]) == 2
+    assert 'GiB are free; part the table' in capsys.readouterr().err

@@ -17,10 +17,10 @@ def free_memory() -> float:
     return 1024.0 * float(told['MemAvailable'].split()[0])
 
 
-def check_fits(path: Path, needed: float) -> None:
-    """Raise BagError where reading takes more bytes of memory than are free."""
+def check_fits(path: Path, needed: float, advice: str = 'record in parts (each start of the '
+               'recorder makes a bag)') -> None:
+    """Raise BagError, with what to do, where reading takes more bytes of memory than are free."""
     free = free_memory()
     if needed > free:
         raise BagError(f'{path}: reading it takes about {needed / 2**30:.1f} GiB of memory and '
-                       f'{free / 2**30:.1f} GiB are free; record in parts (each start of the '
-                       f'recorder makes a bag), or use a larger machine')
+                       f'{free / 2**30:.1f} GiB are free; {advice}, or use a larger machine')
