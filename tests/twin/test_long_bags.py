@@ -8,10 +8,12 @@ import pytest
 
 from servo_twin.bag import (
     BagError,
+    BagWriter,
     open_recording,
     read_predictions,
     read_recording,
     RecordingWriter,
+    Samples,
     write_recording,
 )
 from servo_twin.cli import main
@@ -119,6 +121,51 @@ def test_a_bag_written_in_parts_reads_as_one_written_whole(monkeypatch, tmp_path
     assert same(again.columns, recording.columns)
     assert (again.sequence, again.warnings) == (17, ())
     assert again.start == pytest.approx(recording.start, abs=1e-9)
+
+
+def chunk_of(bag, topic, message, numbers):
+    """Write one chunk of one-sample messages with these running numbers; fields are the number."""
+    names = {'Encoder': ('motor_position', 'load_position'), 'Current': ('current',)}[message]
+    column = np.asarray(numbers, float)[:, None]
+    bag._channel(topic, message)
+    bag._file.write_chunk([bag._records(
+        topic, Samples(message, dict.fromkeys(names, column)), np.asarray(numbers),
+        np.asarray(numbers) * 10**6, 1e-3)])
+
+
+@pytest.mark.parametrize('third', [
+    [*range(200, 250), 250, 250, *range(252, 300)], [*range(200, 298), 298, 298],
+    [*range(200, 240), *range(239, 250), *range(251, 300)]])
+def test_a_chunk_that_lacks_what_it_has_twice_is_seen(tmp_path, third):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for begin in range(0, 600, 100):
+            numbers = third if begin == 200 else range(begin, begin + 100)
+            chunk_of(bag, 'encoder', 'Encoder', numbers)
+            chunk_of(bag, 'current', 'Current', range(begin, begin + 100))
+    again = read_recording(tmp_path / 'bag')
+    lost = sorted({*range(600)} - {*third, *range(200), *range(300, 600)})
+    wanted = np.arange(600.0)
+    wanted[lost] = np.nan
+    np.testing.assert_array_equal(again['motor_position'], wanted)
+    np.testing.assert_array_equal(again['current'], np.arange(600.0))
+    assert any('1 samples are there twice' in one for one in again.warnings)
+    assert any(f'1 samples lost in 1 gaps, the first at sequence {lost[0]}' in one
+               for one in again.warnings)
+
+
+def test_time_that_runs_backwards_within_a_chunk_is_named(tmp_path):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for begin in range(0, 600, 100):
+            chunk_of(bag, 'encoder', 'Encoder', range(begin, begin + 100))
+            times = np.arange(begin, begin + 100)
+            if begin == 200:
+                times[50] = 100
+            bag._channel('current', 'Current')
+            bag._file.write_chunk([bag._records(
+                'current', Samples('Current', {'current': times[:, None] * 1.0}),
+                np.arange(begin, begin + 100), times * 10**6, 1e-3)])
+    with pytest.raises(BagError, match='time runs backwards from 0.249000000 s at sequence 249'):
+        read_recording(tmp_path / 'bag')
 
 
 def test_a_replay_that_cannot_be_leaves_no_bag(tmp_path, capsys):

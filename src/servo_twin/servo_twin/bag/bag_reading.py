@@ -51,11 +51,12 @@ class OpenRecording:
         self._fields = {prefix + topic: {COUPLED_COLUMN: COUPLED_FIELD} if topic == COUPLED_TOPIC
                         else {name: name for name in names}
                         for topic, (_, names) in topics.items()}
-        self._samples = RigSamples(source, list(self._fields), stretch, warnings)
-        info = info_of(source, prefix, warnings)
+        self._samples = RigSamples(source, list(self._fields), stretch)
+        self._told: list[str] = []
+        info = info_of(source, prefix, self._told)
         self.name, self.period = source.path.name, self._samples.period
         self.sequence, self.start = self._samples.sequence, seconds(self._samples.stamp)
-        self.warnings = tuple(warnings)
+        self._opened = warnings
         self._facts = {'name': self.name, 'period': self.period, **info}
         self.servo, self.servo_file = info.get('servo', ''), info.get('servo_file', '')
         self.family, self.replicate = info.get('family', ''), info.get('replicate', 0)
@@ -68,6 +69,11 @@ class OpenRecording:
     def duration(self) -> float:
         """Seconds from the first sample to the end of the last one."""
         return len(self) * self.period
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be said of the recording; complete once all parts of it were read."""
+        return (*self._opened, *self._samples.warnings, *self._told)
 
     def has(self, column: str) -> bool:
         """Whether the bag has the topic that carries a column."""
@@ -108,15 +114,20 @@ class OpenPredictions:
                  for part, (topic, message) in TWIN_TOPICS.items()}
         self._fields = {prefix + topic: names for topic, (_, names) in
                         present(source, prefix, parts, tuple(parts)).items()}
-        self._samples = {topic: RigSamples(source, [topic], stretch, warnings)
+        self._samples = {topic: RigSamples(source, [topic], stretch)
                          for topic in self._fields}
         both = list(self._samples.values())
         latest = max(both, key=lambda one: one.sequence)
         self.name, self.period = source.path.name, latest.period
         self.sequence, self.start = latest.sequence, seconds(latest.stamp)
         self._end = min(one.end for one in both)
-        self.warnings = tuple(warnings)
+        self._opened = warnings
         self._constants = {name: value for one in both for name, value in one.constants.items()}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be said of the answer; complete once all parts of it were read."""
+        return (*self._opened, *(said for one in self._samples.values() for said in one.warnings))
 
     def __len__(self) -> int:
         return max(0, self._end - self.sequence)

@@ -87,7 +87,7 @@ class Scan:
         stored = memoryview(self.data)[chunk.offset:chunk.offset + chunk.size]
         try:
             if chunk.compression == 'zstd':
-                plain = _decompressed(stored, chunk.plain_size)
+                plain = _decompressed(stored, chunk.plain_size, chunk.plain_size + 1)
             elif chunk.compression == 'lz4':
                 from lz4.frame import decompress
                 plain = np.frombuffer(decompress(stored), np.uint8)
@@ -95,7 +95,7 @@ class Scan:
                 plain = np.frombuffer(bytes(stored), np.uint8)
             else:
                 raise ValueError(f'compression {chunk.compression!r}; known are zstd and lz4')
-        except (zstd.ZstdError, RuntimeError, MemoryError) as error:
+        except (RuntimeError, MemoryError) as error:
             raise ValueError(str(error)) from None
         if len(plain) != chunk.plain_size:
             raise ValueError(f'{len(plain)} bytes where its head says {chunk.plain_size}')
@@ -103,6 +103,25 @@ class Scan:
             raise ValueError('its checksum does not match')
         self.give_back(chunk.offset, chunk.size)
         return plain
+
+    def firsts(self, chunk: Chunk) -> dict[int, tuple[int, np.ndarray]]:
+        """
+        Return by channel how many messages a chunk has, and the payload of the first, shape (1,).
+
+        Only the beginning of the chunk is decompressed. Empty without an index, or without zstd.
+        """
+        index = self.index(chunk)
+        if index is None or chunk.compression != 'zstd':
+            return {}
+        begins = {number: (entries, unpack_from('<Q', self.data, offset + 8)[0])
+                  for number, (offset, entries) in index.items() if entries}
+        self.give_back(chunk.index[0], chunk.index[1] - chunk.index[0])
+        enough = max((place for _, place in begins.values()), default=0) + _PIECE
+        stored = memoryview(self.data)[chunk.offset:chunk.offset + chunk.size]
+        content = _decompressed(stored, chunk.plain_size, enough)
+        self.give_back(chunk.offset, chunk.size)
+        return {number: (entries, payload) for number, (entries, place) in begins.items()
+                for payload in rows(content, np.array([place], np.int64))}
 
     def give_back(self, begin: int, size: int) -> None:
         """Let the system have the memory back in which bytes of the file stood."""
@@ -135,17 +154,24 @@ class Scan:
         return {number: np.array(places) for number, places in found.items()}
 
 
-def _decompressed(stored: memoryview | bytes, size: int) -> np.ndarray:
-    """Return what zstd frames hold, uint8; raises ValueError where it is more than ``size``."""
-    plain, at = np.empty(size, np.uint8), 0
-    while len(stored):
+def _decompressed(stored: memoryview | bytes, size: int, enough: int) -> np.ndarray:
+    """
+    Return what zstd frames hold, uint8, or ``enough`` bytes of it and more.
+
+    Raises ValueError where it is more than ``size``.
+    """
+    plain, at = np.empty(min(size, enough + _PIECE), np.uint8), 0
+    while len(stored) and at < enough:
         frame = zstd.ZstdDecompressor()
-        while not frame.eof:
-            piece = frame.decompress(stored, max_length=_PIECE)
+        while not frame.eof and at < enough:
+            try:
+                piece = frame.decompress(stored, max_length=_PIECE)
+            except zstd.ZstdError as error:
+                raise ValueError(str(error)) from None
             stored = b''
             if not piece and frame.needs_input:
                 raise ValueError('its data end too early')
-            if at + len(piece) > size:
+            if at + len(piece) > len(plain):
                 raise ValueError(f'more than the {size} bytes that its head says')
             plain[at:at + len(piece)] = np.frombuffer(piece, np.uint8)
             at += len(piece)

@@ -49,6 +49,14 @@ class Source:
         """Yield the channels of ``topics`` in a stretch; raises DAMAGE for a damaged one."""
         raise NotImplementedError
 
+    def glance(self, piece: Any, topics: list[str]) -> Iterator[tuple[Channel, int, np.ndarray]]:
+        """
+        Yield (channel, messages, payload of the first) where that can be had for little.
+
+        Raises DAMAGE.
+        """
+        yield from ()
+
     def describe(self, piece: Any) -> str:
         """Name a stretch for a message."""
         raise NotImplementedError
@@ -118,6 +126,15 @@ class McapSource(Source):
                 if channel.serialization != 'cdr':
                     raise ValueError(f'{channel.topic} is serialized as {channel.serialization}')
                 yield channel, rows(content, places)
+
+    def glance(self, piece: tuple[Scan, Chunk],
+               topics: list[str]) -> Iterator[tuple[Channel, int, np.ndarray]]:
+        """Yield the channels of a chunk."""
+        part, chunk = piece
+        for number, (count, payload) in part.firsts(chunk).items():
+            channel = part.channels.get(number)
+            if channel is not None and channel.topic in topics:
+                yield channel, count, payload
 
     def describe(self, piece: tuple[Scan, Chunk]) -> str:
         """Name a chunk by its file and place."""

@@ -37,7 +37,11 @@ class Seen:
         head = recording.part(self.sequence, self.sequence)
         self.name, self.period, self.start = head.name, head.period, head.start
         self.servo, self.servo_file, self.family = head.servo, head.servo_file, head.family
-        self.warnings = recording.warnings
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be said of the whole recording."""
+        return self._recording.warnings
 
     def __len__(self) -> int:
         return self._end - self.sequence

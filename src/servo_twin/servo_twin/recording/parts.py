@@ -24,7 +24,11 @@ class Long(Protocol[Part]):
     period: float
     start: float
     sequence: int
-    warnings: tuple[str, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be said of it."""
+        ...
 
     def __len__(self) -> int: ...
 
