@@ -7,7 +7,7 @@ held besides is where the messages lie: some hundred bytes for each chunk of the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 import hashlib
@@ -16,14 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..recording.parts import parts_of
-from ..recording.recording import (
-    BALANCES,
-    COLUMNS,
-    COMPARED,
-    PREDICTED,
-    Predictions,
-    Recording,
-)
+from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .bag_topics import COUPLED_COLUMN, COUPLED_FIELD, COUPLED_TOPIC, SAMPLE_TOPICS, TWIN_TOPICS
 from .memory import check_fits
 from .message_sources import open_source, Source
@@ -181,26 +174,32 @@ def read_recording(path: Path | str, namespace: str | None = None,
     Raises BagError as well where the memory that is free cannot hold all samples.
     """
     with open_recording(path, namespace, stretch) as bag:
-        check_fits(Path(path), 8 * len(COLUMNS) * len(bag))
-        columns = dict(zip(COLUMNS, np.empty((len(COLUMNS), len(bag))), strict=True))
+        head = bag.part(bag.sequence, bag.sequence)
+        columns = _room(path, head.columns, len(bag))
         for part in parts_of(bag):
             _put(part.columns, columns, part.sequence - bag.sequence)
-        return replace(bag.part(bag.sequence, bag.sequence), columns=columns,
-                       warnings=bag.warnings, digest=bag.digest if digest else '')
+        return replace(head, columns=columns, warnings=bag.warnings,
+                       digest=bag.digest if digest else '')
 
 
 def read_predictions(path: Path | str, namespace: str | None = None,
                      stretch: int | None = None) -> Predictions:
     """Read what the twin answered; errors and arguments are those of :func:`read_recording`."""
     with open_predictions(path, namespace, stretch) as bag:
-        check_fits(Path(path), 8 * len(PREDICTED + COMPARED + BALANCES) * len(bag))
-        prediction, residual = (dict(zip(names, np.empty((len(names), len(bag))), strict=True))
-                                for names in (PREDICTED, COMPARED + BALANCES))
+        head = bag.part(bag.sequence, bag.sequence)
+        prediction = _room(path, head.prediction, len(bag))
+        residual = _room(path, head.residual, len(bag))
         for part in parts_of(bag):
             _put(part.prediction, prediction, part.sequence - bag.sequence)
             _put(part.residual, residual, part.sequence - bag.sequence)
-        return replace(bag.part(bag.sequence, bag.sequence), prediction=prediction,
-                       residual=residual, warnings=bag.warnings)
+        return replace(head, prediction=prediction, residual=residual, warnings=bag.warnings)
+
+
+def _room(path: Path | str, names: Iterable[str], size: int) -> dict[str, np.ndarray]:
+    """Return columns to be filled, in one piece; raises BagError where there is no room."""
+    several = list(names)
+    check_fits(Path(path), 8 * len(several) * size)
+    return dict(zip(several, np.empty((len(several), size)), strict=True))
 
 
 def _put(part: dict[str, np.ndarray], whole: dict[str, np.ndarray], at: int) -> None:
