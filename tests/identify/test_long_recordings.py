@@ -18,6 +18,7 @@ from servo_identify.data.import_memory import memory_of
 from servo_identify.data.long_bags import looked_at
 from servo_identify.data.reading import open_one, read_looked_at
 from servo_identify.data.survey import survey
+from servo_identify.diagnose.checks import check as said_before
 from servo_identify.diagnose.splitting import split
 from servo_twin.bag import memory, RecordingWriter
 from servo_twin.description.servo_file import load
@@ -59,6 +60,7 @@ def test_of_each_tenth_the_part_of_most_travel_is_taken(motion, tmp_path):
     assert 'of its 20 parts of 2 s 10 are taken' in taken[0].warnings[-1]
     assert '20 s of 40 s are left' in taken[0].warnings[-1]
     assert not any(one.warnings for one in taken[1:])
+    assert any('20 s of 40 s are left' in one for one in said_before(taken, load(SERVO)))
     np.testing.assert_array_equal(taken[2]['load_position'], motion['load_position'])
 
 
