@@ -5,7 +5,8 @@ Finds where the machine breaks: rates, bags, rigs side by side, servo files.
 
 Each limit is the last step that held and what was said one step beyond. A step of `rate` and of
 `rigs` is a run of `servo-twin run`. It holds when no sample is lost and the twin never began
-again.
+again. A bag is one of the bench, recorded headless. Each command that takes bags runs over it in a
+process of its own.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import argparse
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 import re
-import resource
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
@@ -22,16 +22,36 @@ import time
 
 import numpy as np
 
+from servo_twin.bag import RecordingWriter
+from servo_twin.description.servo_file import dumps, load
+from servo_twin.description.shipped import shipped
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
+from servo_twin.physics.state import INPUTS
+from servo_twin.recording.recording import COLUMNS, COMPARED, PREDICTED, Recording
+
+PEAK = """
+import atexit, re, runpy, sys, time
+atexit.register(lambda: print(
+    re.search('VmHWM: *([0-9]+)', open('/proc/self/status').read().replace(chr(9), ' '))[1],
+    time.process_time()))
+sys.argv = sys.argv[1:]
+runpy.run_module(sys.argv[0], run_name='__main__')
+"""
+"""Runs a module, and prints the KiB that it held at most and its s of processor."""
+
+LENGTHS = (5, 20, 60)
+"""Minutes of the bags whose memory is measured; the slope is between the last two."""
+
 
 def main() -> int:
     """Print the limits that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--only', nargs='*', default=['rate', 'rigs', 'bag', 'servo'])
     parser.add_argument('--seconds', type=float, default=8.0, help='of each run')
-    parser.add_argument('--child', nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument('--child', help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.child:
-        return _child(*arguments.child)
+        return _child(arguments.child)
     load = Path('/proc/loadavg').read_text().split()[0]
     print(f'load of the machine at the start: {load}')
     for name in arguments.only:
@@ -81,18 +101,69 @@ def _rigs(seconds: float) -> None:
 
 
 def _bags(seconds: float) -> None:
-    from servo_twin.bag import write_recording
-    from servo_twin.recording.recording import COLUMNS, Recording
-    for minutes in (1, 10, 30):
+    """Print what each command holds at most while it goes through bags of these lengths."""
+    rows: dict[str, list[float]] = {}
+    for minutes in LENGTHS:
         with TemporaryDirectory(prefix='servo_limits_') as folder:
-            path, count = Path(folder) / 'bag', minutes * 60_000
-            random = np.random.default_rng(1)
-            write_recording(path, Recording('bench', 1e-3, {
-                name: random.standard_normal(count) for name in COLUMNS}), 10)
-            told = subprocess.run([sys.executable, __file__, '--child', 'bag', str(path)],
-                                  capture_output=True, text=True, check=False)
-        said = (told.stdout or told.stderr).strip()
-        print(f'bag of {minutes:3} min at 1 kHz: {said}', flush=True)
+            bag, table = Path(folder) / 'bag', Path(folder) / 'table.csv'
+            _recorded(bag, table, minutes)
+            size = sum(file.stat().st_size for file in bag.iterdir())
+            print(f'bag of {minutes} min at 1 kHz, {size / 2**20:.0f} MiB on disk:', flush=True)
+            for name, words in _commands(bag, table, Path(folder)).items():
+                peak, took, said = _peak_of(words)
+                rows.setdefault(name, []).append(peak)
+                print(f'  {name:9} {peak:6.0f} MiB at most, {took:6.1f} s of processor{said}',
+                      flush=True)
+    hours = (LENGTHS[-1] - LENGTHS[-2]) / 60.0
+    heads = ' | '.join(f'{minutes} min' for minutes in LENGTHS)
+    print(f'| most memory held, MiB | {heads} | more for each hour |')
+    print('|---' * (len(LENGTHS) + 2) + '|')
+    for name, peaks in rows.items():
+        print(f'| `{name}` | {" | ".join(f"{peak:.0f}" for peak in peaks)} | '
+              f'{(peaks[-1] - peaks[-2]) / hours:.0f} |', flush=True)
+
+
+def _commands(bag: Path, table: Path, folder: Path) -> dict[str, list[str]]:
+    return {
+        'replay': ['servo_twin.cli', 'replay', bag, '-o', folder / 'replayed', '--page',
+                   folder / 'page.html'],
+        'info': ['servo_identify.cli', 'info', bag],
+        'check': ['servo_identify.cli', 'check', bag, '--servo', 'rv_bench'],
+        'diagnose': ['servo_identify.cli', 'diagnose', bag, '--servo', 'rv_bench', '-o',
+                     folder / 'diagnosis'],
+        'import': ['servo_identify.cli', 'import', table, '--servo', 'rv_bench', '-o',
+                   folder / 'imported'],
+    }
+
+
+def _recorded(bag: Path, table: Path, minutes: int) -> None:
+    """Record the bench's servo file, headless and as fast as it goes, a minute at a time."""
+    servo = load(shipped('servos/rv_bench.yaml'))
+    state, random = initial_state(servo), np.random.default_rng(1)
+    with RecordingWriter(bag, 10) as written, table.open('w', encoding='utf8') as rows:
+        rows.write('t,motor_position,load_position,torque,current,voltage\n')
+        for minute in range(minutes):
+            time = 60.0 * minute + np.arange(60_000) * 1e-3
+            columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+            columns['reference_velocity'] = 0.3 * np.sin(1.6 * time) + 0.15 * np.sin(4.9 * time)
+            y = simulate(servo, inputs_of(columns), 1e-3, state, 'closed_loop')
+            columns.update(zip(PREDICTED, y.T.copy(), strict=True))
+            for name in COMPARED:
+                columns[name] += servo.noise(name) * random.standard_normal(len(time))
+            written.add(Recording('bench', 1e-3, columns, start=60.0 * minute, servo=servo.name,
+                                  servo_file=dumps(servo), sequence=60_000 * minute))
+            np.savetxt(rows, np.column_stack([time, *(columns[name] for name in (
+                *COMPARED, 'voltage'))]), fmt='%.9g', delimiter=',')
+
+
+def _peak_of(words: list[str | Path]) -> tuple[float, float, str]:
+    """Run a command; return the MiB that it held at most, s of processor, and how it failed."""
+    done = subprocess.run([sys.executable, '-c', PEAK, *map(str, words)], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    *lines, told = done.stdout.strip().splitlines()
+    peak, took = map(float, told.split())
+    return (peak / 1024.0, took,
+            f'; it ended with {done.returncode}: {lines[-1]}' if done.returncode else '')
 
 
 def _servos(seconds: float) -> None:
@@ -105,26 +176,15 @@ def _servos(seconds: float) -> None:
                             'ratio: 1.0}\neffects:\n' + ''.join(
                                 f'  e{k}: {{effect: coulomb_friction, at: load, level: 0.01}}\n'
                                 for k in range(count)))
-            told = subprocess.run([sys.executable, __file__, '--child', 'servo', str(path)],
+            told = subprocess.run([sys.executable, __file__, '--child', str(path)],
                                   capture_output=True, text=True, check=False)
         said = (told.stdout or told.stderr).strip()
         print(f'servo file of {count:4} effects: {said}', flush=True)
 
 
-def _child(what: str, path: str) -> int:
-    """Read one thing in a process of its own and say what it took."""
-    from servo_twin.bag import read_recording
-    from servo_twin.description.servo_file import load
-    from servo_twin.physics.simulate import initial_state, simulate
-    from servo_twin.physics.state import INPUTS
-    before, begin = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
-    if what == 'bag':
-        recording = read_recording(path)
-        rise = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-        size = sum(file.stat().st_size for file in Path(path).iterdir())
-        print(f'{len(recording)} samples, {size / 2**20:.0f} MiB on disk, memory rose by '
-              f'{rise / 1024:.0f} MiB, {time.process_time() - begin:.1f} s of processor')
-        return 0
+def _child(path: str) -> int:
+    """Read a servo file in a process of its own and say what it took."""
+    begin = time.process_time()
     servo = load(path)
     read = time.process_time()
     simulate(servo, np.zeros((1, len(INPUTS))), 1e-3, initial_state(servo))

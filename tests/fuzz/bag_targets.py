@@ -93,7 +93,7 @@ def _take_foreign(content: bytes, folder: Path) -> object:
 TARGETS = (
     Target('mcap', False, _bag_seeds, _take_mcap,
            ('servo_twin.bag.mcap_reading', 'servo_twin.bag.bag_reading',
-            'servo_twin.bag.message_columns')),
+            'servo_twin.bag.message_columns', 'servo_twin.bag.rig_samples')),
     Target('metadata', True, _metadata_seeds, _take_metadata, ('servo_twin.bag.message_sources',)),
     Target('messages', False, _sqlite_seeds, _take_foreign,
            ('servo_identify.data.messages', 'servo_twin.bag.message_sources')),

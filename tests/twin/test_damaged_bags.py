@@ -31,7 +31,7 @@ def whole(tmp_path_factory) -> tuple[bytes, Recording]:
     original = recording()
     with BagWriter(path) as bag:
         bag.write_info(0, family='speed_ladder')
-        topics = sample_topics(original)
+        topics = sample_topics(original, True)
         for first in range(0, SIZE, 2000):
             part = {topic: type(samples)(samples.message, {
                 name: column[first:first + 2000] for name, column in samples.columns.items()})
@@ -88,7 +88,7 @@ def test_it_leaves_a_cut_bag_as_it_is(tmp_path, whole):
 def test_it_reads_what_rosbags_left_when_it_was_killed(tmp_path):
     types = own_types()
     original = recording(30_000)
-    topics = sample_topics(original)
+    topics = sample_topics(original, True)
     del topics[COUPLED_TOPIC]  # a rig of one axis
     kinds = {topic: samples.message for topic, samples in topics.items()}
     writer = Writer(tmp_path / 'b', version=9, storage_plugin=StoragePlugin.MCAP)

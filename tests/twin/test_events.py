@@ -13,7 +13,8 @@ from servo_twin.bag import read_changes
 from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
-from servo_twin.lockstep.whole_recording import answer, differences, seen_by
+from servo_twin.lockstep.live_comparison import differences, Seen
+from servo_twin.lockstep.whole_recording import answer
 
 pytestmark = pytest.mark.ros
 
@@ -60,6 +61,6 @@ def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen
             whole, part).items()} for part in ('prediction', 'residual')})
 
     live = until(cut)  # its last residuals are there: the twin had seen half a window more
-    assert len(seen_by(recording, live)) == cut + half
-    assert not any(differences(live, answer(seen_by(recording, live), servo)).values())
-    assert len(seen_by(recording, until(len(whole)))) == len(whole)
+    assert len(Seen(recording, live)) == cut + half
+    assert not any(differences(live, answer(Seen(recording, live), servo)).values())
+    assert len(Seen(recording, until(len(whole)))) == len(whole)

@@ -12,8 +12,9 @@ from servo_twin.bag import read_predictions, read_recording, write_predictions, 
 from servo_twin.balances.goodness_of_fit import fit_of, goodness, speed_of
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
+from servo_twin.lockstep.live_comparison import differences
 from servo_twin.lockstep.lockstep import Lockstep, Settings
-from servo_twin.lockstep.whole_recording import answer, differences, part_of
+from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.joined_samples import samples_of
 
@@ -71,10 +72,10 @@ def test_it_says_where_a_replay_differs(recording, servo, tmp_path, capsys):
 
 
 def test_it_compares_where_the_live_twin_ran(recording, servo):
-    late = part_of(recording, recording.sequence + 300, recording.sequence + 900)
+    late = recording.part(recording.sequence + 300, recording.sequence + 900)
     assert late.start == pytest.approx(recording.start + 0.3)
     live = answer(late, servo)
-    again = answer(part_of(recording, live.sequence, live.sequence + len(live)), servo)
+    again = answer(recording.part(live.sequence, live.sequence + len(live)), servo)
     assert len(again) == 600
     assert not any(differences(live, again).values())
     with pytest.raises(ServoError, match='the replay others'):

@@ -9,15 +9,22 @@ import numpy as np
 import pytest
 
 from servo_twin.description.servo_file import load
-from servo_twin.lockstep.whole_recording import answer
-from servo_twin.pages.replay_page import colour, page_of, write_page
+from servo_twin.lockstep.whole_recording import Answering
+from servo_twin.pages.replay_page import colour, page_of, Replayed, write_page
 from servo_twin.pages.svg_charts import line_chart, ticks
+
+
+def replayed(servo, recording):
+    kept = Replayed(servo, recording)
+    for part, answer in Answering(recording, servo):
+        kept.add(part, answer)
+    return kept
 
 
 @pytest.fixture(scope='module')
 def page():
     servo, recording = load(SERVO), bench_recording(coulomb=30.0)
-    return page_of(servo, recording, answer(recording, servo))
+    return page_of(servo, recording, replayed(servo, recording))
 
 
 class Tags(HTMLParser):
@@ -76,7 +83,8 @@ def test_it_holds_what_a_recording_says_of_itself_as_text(tmp_path):
     evil = type(recording)('<script>x</script>', recording.period, recording.columns,
                            servo='a & b', family='"quoted"', warnings=('<b>bold</b>',))
     servo = load(SERVO)
-    written = write_page(tmp_path / 'deep' / 'page.html', servo, evil, answer(evil, servo))
+    written = write_page(tmp_path / 'deep' / 'page.html', servo, evil, replayed(servo, evil),
+                         warnings=evil.warnings)
     text = written.read_text('utf8')
     assert '<script' not in text and '<b>bold' not in text
     assert 'a &amp; b: &lt;script&gt;' in text

@@ -8,11 +8,12 @@ answer. Each finding says what to do. The exit status is 1 where a finding is re
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 import sys
 
 from servo_twin.commands.terminal import tell
 
-from ..data.arguments import add_data, recordings
+from ..data.arguments import add_data, opened
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +29,8 @@ def main(arguments: argparse.Namespace) -> int:
     from ..data.check import check
 
     servo = servo_file.load(arguments.servo)
-    found = check(recordings(arguments), servo)
+    with ExitStack() as stack:
+        found = check(opened(arguments, stack), servo)
     taken = defaults(servo)
     tell(arguments, findings=found, defaults=taken)
     for one in found:

@@ -2,7 +2,8 @@
 Say where a twin departs from its rig, which effect is missing, and how far the gap shrinks.
 
 Give it recordings (bags) of one machine and its servo file; it writes report.json, report.html
-and augmented.yaml. Without --accept and --report it parts the recordings itself.
+and augmented.yaml. Without --accept and --report it parts the recordings itself. Of a recording
+of more than 300000 samples (five minutes at 1 kHz) it takes ten parts, and says which.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 from servo_twin.commands.terminal import new_folder, tell, terminal
 from servo_twin.description.nearest_name import or_what
 
-from ..data.arguments import add_data, files, recordings
+from ..data.arguments import add_data, files, recordings_looked_at
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -129,7 +130,7 @@ def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
             progress.update(tasks[stage], completed=share, visible=True)
 
         tick('reading', 0.0)
-        several = [recordings(arguments, paths)
+        several = [recordings_looked_at(arguments, paths)
                    for paths in (arguments.bags, arguments.accept, arguments.report)]
         found = diagnose(several[0], servo, several[1], several[2], tuple(arguments.without),
                          tick, arguments.reach, arguments.despite_check)

@@ -17,6 +17,8 @@ import sys
 
 from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
 
+SAID_FROM = 2**30  # bytes of memory from which on they are said
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
@@ -39,12 +41,16 @@ def main(arguments: argparse.Namespace) -> int:
     """Make the bag and say what is in it."""
     from servo_twin.bag import write_recording
 
+    from ..data.import_memory import memory_of
     from ..data.recording_facts import facts_of
     from ..data.table_import import import_table
 
     if arguments.block_size < 1:
         raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
     new_bag(arguments.output, arguments.force)
+    if arguments.file.exists() and (needed := memory_of(arguments.file)) > SAID_FROM:
+        print(f'note: {arguments.file} is held whole while it is imported, which takes about '
+              f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
     recording = import_table(
         arguments.file, arguments.servo, mapping=arguments.mapping, family=arguments.family,
         replicate=arguments.replicate, note=arguments.note, period=arguments.period)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 import sys
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from servo_twin.commands.terminal import tell, terminal
 
-from ..data.arguments import add_data, files, recordings
+from ..data.arguments import add_data, files
 
 if TYPE_CHECKING:
-    from servo_twin.recording.recording import Recording
+    from rich.console import Console
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a table a bag; 2 when one of them cannot be read, after the others."""
+    from ..data.reading import open_one
     from ..data.recording_facts import facts_of
 
     console = terminal(quiet=arguments.quiet)
@@ -29,9 +29,10 @@ def main(arguments: argparse.Namespace) -> int:
     for named in arguments.bags:
         try:
             for path in files([named]):
-                recording, = recordings(arguments, [path])
-                _show(console, path, recording)
-                found.append(facts_of(path, recording))
+                with open_one(path, None, arguments.mapping, arguments.namespace) as recording:
+                    facts = facts_of(path, recording)
+                _show(console, facts)
+                found.append(facts)
         except (ValueError, OSError) as error:
             print(f'servo-identify info: {error}', file=sys.stderr)
             failed.append(str(error))
@@ -39,35 +40,30 @@ def main(arguments: argparse.Namespace) -> int:
     return 2 if failed else 0
 
 
-def _show(console, path: Path, recording: Recording) -> None:
-    import numpy as np
+def _show(console: Console, facts: dict[str, Any]) -> None:
     from rich.table import Table
 
     from servo_twin.recording.recording import COLUMNS
 
-    said = [f'{recording.duration:.6g} s at {1.0 / recording.period:.6g} Hz',
-            f'{len(recording)} samples from number {recording.sequence}',
-            f'servo {recording.servo or "not said"}',
-            f'family {recording.family or "not said"}',
-            f'replicate {recording.replicate or "not said"}']
-    table = Table(title=str(path), title_justify='left', title_style='bold',
+    said = [f'{facts["duration"]:.6g} s at {1.0 / facts["period"]:.6g} Hz',
+            f'{facts["samples"]} samples from number {facts["sequence"]}',
+            *(f'{name} {facts[name] or "not said"}' for name in ('servo', 'family', 'replicate'))]
+    table = Table(title=facts['path'], title_justify='left', title_style='bold',
                   caption=', '.join(said), caption_justify='left')
     table.add_column('channel')
     table.add_column('unit')
     for heading in ('min', 'max', 'mean', 'missing'):
         table.add_column(heading, justify='right')
     for name, unit in COLUMNS.items():
-        column = recording[name]
-        known = column[np.isfinite(column)]
-        if len(known):
-            lost = len(column) - len(known)
-            table.add_row(name, unit, f'{known.min():.6g}', f'{known.max():.6g}',
-                          f'{known.mean():.6g}', str(lost) if lost else '')
+        one = facts['channels'].get(name)
+        if one:
+            table.add_row(name, unit, f'{one["min"]:.6g}', f'{one["max"]:.6g}',
+                          f'{one["mean"]:.6g}', str(one['missing'] or ''))
         else:
             table.add_row(name, unit, 'not measured', style='dim')
     console.print(table)
-    if recording.note:
-        console.print(f'note: {recording.note}', markup=False)
-    for warning in recording.warnings:
+    if facts['note']:
+        console.print(f'note: {facts["note"]}', markup=False)
+    for warning in facts['warnings']:
         console.print(f'warning: {warning}', markup=False, style='yellow')
-    console.print(f'sha256 {recording.digest}', style='dim')
+    console.print(f'sha256 {facts["sha256"]}', style='dim')

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from servo_twin.commands.terminal import named_servo
 
 if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording
+
+    from .long_bags import Long
 
 WHAT = 'bags, rosbag2 folders, MCAP files, tables, or patterns of them'
 
@@ -42,6 +45,21 @@ def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None
     several = arguments.bags if paths is None else paths
     return read_recordings(several, getattr(arguments, 'servo', None), arguments.mapping,
                            arguments.namespace)
+
+
+def opened(arguments: argparse.Namespace, stack: ExitStack) -> list[Long]:
+    """Return the recordings that the arguments name, of any length, open until the stack ends."""
+    from .reading import files_of, open_one
+    return [stack.enter_context(open_one(path, getattr(arguments, 'servo', None),
+                                         arguments.mapping, arguments.namespace))
+            for path in files_of(arguments.bags)]
+
+
+def recordings_looked_at(arguments: argparse.Namespace, paths: Iterable[str | Path]
+                         ) -> list[Recording]:
+    """Return the recordings of paths, of those that are too long to be held parts alone."""
+    from .reading import read_looked_at
+    return read_looked_at(paths, arguments.servo, arguments.mapping, arguments.namespace)
 
 
 def files(paths: Iterable[str | Path]) -> list[Path]:

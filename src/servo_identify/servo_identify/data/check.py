@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from .excitation import excitation
 from .finding import Finding, LEVELS
+from .long_bags import Long, looked_at
 from .scales import scale_findings, untold
+from .signals import ANGLES
+from .survey import limit_of, Survey, survey
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
-FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
@@ -32,65 +32,59 @@ READER = {
 EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
 
 
-def check(recordings: Sequence[Recording], servo: Servo) -> tuple[Finding, ...]:
+def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     """
     Return what is wrong, and what is well, with recordings of one machine; red findings first.
 
     Looks at units, scales and signs against the servo file, sampling, saturation, excitation,
-    replicates, and at what these channels cannot answer. Pure: nothing is changed or fitted.
+    replicates, and at what these channels cannot answer. Of a long recording every part is looked
+    at, and some for scales and excitation (:mod:`.long_bags`). Pure: nothing is changed or fitted.
     """
     if not recordings:
         return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
-    found = [replace(finding, recording=one.name) for one in recordings
+    surveys = [survey(one, servo) for one in recordings]
+    found = [replace(finding, recording=one.name) for one in surveys
              for finding in _of_one(one, servo)]
+    looked = []
+    for one, seen in zip(recordings, surveys, strict=True):
+        parts = looked_at(one)
+        looked += [part for part in parts if len(part)]
+        if len(parts) > 1:
+            found.append(Finding('green', f'{parts[0].warnings[-1]}. These tell scales and '
+                                 'excitation, all parts the rest: nothing moves in '
+                                 f'{seen.still} of them.'))
     if not any(one.level == 'red' for one in found):
-        found += scale_findings(recordings, servo)
+        found += scale_findings(looked, servo)
     if not any(one.level == 'red' for one in found):
         found.append(Finding('green', 'No unit, scale or sign contradicts the servo file.'))
-        found += untold(recordings, servo)
-    found += [*_excitation(recordings, servo), *_replicates(recordings), *_channels(recordings)]
+        found += untold(looked, servo)
+    found += [*_excitation(looked, servo), *_replicates(recordings), *_channels(surveys)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 
 
-def _of_one(one: Recording, servo: Servo) -> list[Finding]:
-    if not len(one):
+def _of_one(one: Survey, servo: Servo) -> list[Finding]:
+    if not one.samples:
         return [Finding('red', f'{one.name} holds no sample.', 'record again')]
-    angles = [name for name in ('motor_position', 'load_position') if one.has(name)]
+    angles = [name for name in ANGLES if name in one.measured]
     if not angles:
         return [Finding('red', f'{one.name} has neither motor_position nor load_position.',
                         'map the column of an encoder to one of them')]
-    if not any(np.nanmax(one[name]) > np.nanmin(one[name]) for name in angles):
+    if not one.moves:
         return [Finding('red', f'{one.name}: nothing moves.',
                         'record with a command that moves the machine')]
-    found = [*_sampling(one, angles[0]), *_whole_numbers(one, angles)]
-    limit, share = share_at_limit(one, servo)
-    if share > SATURATED:
+    found = _sampling(one, angles[0])
+    found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an '
+                      'encoder?', 'give counts a turn in the header or the mapping: '
+                      f'{name} [1/4096 rev]') for name in one.whole_numbers]
+    limit = limit_of(servo)
+    if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
-                             f'{100 * share:.0f} % of the samples.',
+                             f'{100 * one.at_limit:.0f} % of the samples.',
                              'record with a smaller reference'))
     return found
 
 
-def _whole_numbers(one: Recording, angles: Sequence[str]) -> list[Finding]:
-    """Return what is said of angles that are counts: no angle in rad is a whole number always."""
-    found = []
-    for name in angles:
-        values = one[name][np.isfinite(one[name])]
-        if len(np.unique(values[:5000])) > FEWEST_COUNTS and np.all(values == np.round(values)):
-            found.append(Finding(
-                'red', f'{one.name}: {name} holds whole numbers alone: counts of an encoder?',
-                f'give counts a turn in the header or the mapping: {name} [1/4096 rev]'))
-    return found
-
-
-def share_at_limit(one: Recording, servo: Servo) -> tuple[float, float]:
-    """Return the limit of the command, V, and the share of the samples that are at it."""
-    limit = float(servo.values.get('controller.limit') or np.inf)
-    command = np.abs(one['voltage'][np.isfinite(one['voltage'])])
-    return limit, float(np.mean(command >= 0.999 * limit)) if len(command) else 0.0
-
-
-def _sampling(one: Recording, angle: str) -> list[Finding]:
+def _sampling(one: Survey, angle: str) -> list[Finding]:
     found = []
     if one.duration < SHORTEST:
         found.append(Finding('amber', f'{one.name} lasts {one.duration:.3g} s.',
@@ -99,7 +93,7 @@ def _sampling(one: Recording, angle: str) -> list[Finding]:
         found.append(Finding('red', f'{one.name}: one sample every {one.period:.3g} s is too slow '
                              'for a servo; the time may be in milliseconds.',
                              'give the unit of the time: t [ms]'))
-    lost = float(np.mean(~np.isfinite(one[angle])))
+    lost = one.lost[angle]
     if lost > LOST:
         found.append(Finding('amber', f'{one.name}: {angle} is missing in {100 * lost:.1f} % of '
                              'the samples.', 'look at the link that lost them'))
@@ -136,7 +130,7 @@ def _excitation(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
     return found
 
 
-def _replicates(recordings: Sequence[Recording]) -> list[Finding]:
+def _replicates(recordings: Sequence[Long]) -> list[Finding]:
     counts: dict[str, int] = {}
     for one in recordings:
         counts[one.family] = counts.get(one.family, 0) + 1
@@ -156,9 +150,9 @@ def _replicates(recordings: Sequence[Recording]) -> list[Finding]:
                     'be told from chance.', 'record each motion twice')]
 
 
-def _channels(recordings: Sequence[Recording]) -> list[Finding]:
+def _channels(surveys: Sequence[Survey]) -> list[Finding]:
     def all_have(*names: str) -> bool:
-        return all(one.has(name) for one in recordings for name in names)
+        return all(name in one.measured for one in surveys for name in names)
 
     found = []
     if not (all_have('motor_position', 'load_position')):

@@ -34,6 +34,9 @@ class MessageFile(Protocol):
     topics: dict[str, str]
     """Topic: name of its type."""
 
+    count: int
+    """Number of messages on all topics."""
+
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of topics in the order of the file."""
         ...
@@ -45,6 +48,15 @@ def holds_messages(path: Path) -> bool:
         return (path / 'metadata.yaml').is_file() or any(path.glob('*.mcap')) or any(
             path.glob('*.db3'))
     return path.suffix.lower() in SUFFIXES and path.is_file()
+
+
+def count_of_messages(path: Path) -> int:
+    """Return how many messages a file of them holds; 0 where it cannot be read."""
+    try:
+        with opened(path) as file:
+            return file.count
+    except (ValueError, OSError):
+        return 0  # what is wrong with it is said when it is read
 
 
 @contextmanager
@@ -66,6 +78,7 @@ class _Bag:
     def __init__(self, reader: Any) -> None:
         self._reader = reader
         self.topics = {topic: info.msgtype or '' for topic, info in reader.topics.items()}
+        self.count = int(reader.message_count)
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         chosen = [one for one in self._reader.connections if one.topic in topics]
@@ -98,6 +111,7 @@ class _Mcap:
             raise ValueError(f'{path} has no summary: its writer was killed; `mcap recover` '
                              'mends it')
         self._schemas, self._channels = summary.schemas, summary.channels
+        self.count = summary.statistics.message_count if summary.statistics else 0
         self.topics = {one.topic: self._schema_name(one.schema_id)
                        for one in summary.channels.values()}
         self._decoders: dict[int, Callable[[bytes], Any]] = {}
@@ -150,7 +164,7 @@ class _Mcap:
 
 class _Sqlite:
     def __init__(self, file: SqliteFile) -> None:
-        self._file, self.topics = file, file.topics
+        self._file, self.topics, self.count = file, file.topics, file.count
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         for row in self._file.rows(topics):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, ExitStack
 from glob import glob, has_magic
 from pathlib import Path
 
-from servo_twin.bag import BagError, read_recording
+from servo_twin.bag import BagError, open_recording, read_recording
 from servo_twin.recording.recording import Recording
 
+from .long_bags import Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
 from .table_import import import_table
@@ -49,17 +51,60 @@ def _matching(named: str) -> list[Path]:
     return found
 
 
+def read_looked_at(paths: Iterable[str | Path], servo: str | Path | None = None,
+                   mapping: str | Path | None = None, namespace: str | None = None
+                   ) -> list[Recording]:
+    """
+    Return the recordings that paths and patterns name, of long ones parts alone.
+
+    Which, :func:`.long_bags.looked_at` says. Arguments and errors are those of
+    :func:`read_recordings`.
+    """
+    found = []
+    for path in files_of(paths):
+        with open_one(path, servo, mapping, namespace) as one:
+            found += looked_at(one)
+    return found
+
+
 def read_one(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
              namespace: str | None = None) -> Recording:
     """Return the recording of one path; raises as :func:`read_recordings` does."""
-    plan = None if mapping is None else Path(mapping)
-    machine = None if servo is None else Path(servo)
-    if path.is_file() and path.suffix.lower() in SUFFIXES:
-        return import_table(path, machine, mapping=plan)
-    if holds_messages(path) and plan is not None and speaks_of_topics(plan):
-        return import_table(path, machine, mapping=plan)
-    try:
+    if _to_import(path, mapping):
+        return import_table(path, _path(servo), mapping=_path(mapping))
+    with _known(path):
         return read_recording(path, namespace)
+
+
+@contextmanager
+def open_one(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
+             namespace: str | None = None) -> Iterator[Long]:
+    """Open the recording of one path, of any length; raises as :func:`read_recordings` does."""
+    if _to_import(path, mapping):
+        yield import_table(path, _path(servo), mapping=_path(mapping))
+        return
+    with ExitStack() as opened:
+        with _known(path):
+            bag = opened.enter_context(open_recording(path, namespace))
+        yield bag
+
+
+def _path(named: str | Path | None) -> Path | None:
+    return None if named is None else Path(named)
+
+
+def _to_import(path: Path, mapping: str | Path | None) -> bool:
+    """Tell whether a path is that of a table, or of messages of which a mapping speaks."""
+    if path.is_file() and path.suffix.lower() in SUFFIXES:
+        return True
+    return mapping is not None and holds_messages(path) and speaks_of_topics(Path(mapping))
+
+
+@contextmanager
+def _known(path: Path) -> Iterator[None]:
+    """Say what there is in a bag that is none of this project."""
+    try:
+        yield
     except BagError as problem:
         strangers = _strangers(path)
         if strangers:

@@ -7,17 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from servo_twin.recording.recording import COLUMNS, Recording
+from servo_twin.recording.parts import parts_of
+from servo_twin.recording.recording import COLUMNS
+
+from .long_bags import Long
 
 
-def facts_of(path: Path, recording: Recording) -> dict[str, Any]:
-    """Return what a recording is, as plain data."""
-    channels = {name: {'unit': unit, 'min': float(np.nanmin(recording[name])),
-                       'max': float(np.nanmax(recording[name])),
-                       'mean': float(np.nanmean(recording[name])),
-                       'missing': int(np.isnan(recording[name]).sum())}
-                for name, unit in COLUMNS.items() if recording.has(name)}
+def facts_of(path: Path, recording: Long) -> dict[str, Any]:
+    """Return what a recording of any length is, as plain data."""
+    known, total = dict.fromkeys(COLUMNS, 0), dict.fromkeys(COLUMNS, 0.0)
+    low, high = dict.fromkeys(COLUMNS, np.inf), dict.fromkeys(COLUMNS, -np.inf)
+    for part in parts_of(recording):
+        for name in COLUMNS:
+            values = part[name][np.isfinite(part[name])]
+            known[name] += len(values)
+            total[name] += float(values.sum())
+            low[name] = min(low[name], float(values.min(initial=np.inf)))
+            high[name] = max(high[name], float(values.max(initial=-np.inf)))
+    channels = {name: {'unit': unit, 'min': low[name], 'max': high[name],
+                       'mean': total[name] / known[name],
+                       'missing': len(recording) - known[name]}
+                for name, unit in COLUMNS.items() if known[name]}
     return {'path': str(path), 'duration': recording.duration, 'period': recording.period,
-            'samples': len(recording), 'servo': recording.servo, 'family': recording.family,
-            'replicate': recording.replicate, 'channels': channels, 'note': recording.note,
-            'warnings': list(recording.warnings), 'sha256': recording.digest}
+            'samples': len(recording), 'sequence': recording.sequence, 'servo': recording.servo,
+            'family': recording.family, 'replicate': recording.replicate, 'channels': channels,
+            'note': recording.note, 'warnings': list(recording.warnings),
+            'sha256': recording.digest}

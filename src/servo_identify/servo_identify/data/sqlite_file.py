@@ -19,6 +19,7 @@ class SqliteFile:
         rows = database.execute('SELECT id, name, type FROM topics').fetchall()
         self._topics = {number: (name, kind) for number, name, kind in rows}
         self.topics = {name: kind for _, name, kind in rows}
+        self.count = int(database.execute('SELECT count(*) FROM messages').fetchone()[0])
         try:  # since Jazzy's predecessor Iron
             self._definitions = {kind: (encoding, text) for kind, encoding, text in
                                  database.execute('SELECT topic_type, encoding, '

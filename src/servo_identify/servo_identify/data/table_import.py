@@ -15,6 +15,7 @@ from servo_twin.recording.recording import Recording
 
 from .column_units import named_columns
 from .even_grid import even
+from .import_memory import check_memory
 from .joining import HELD
 from .mapping import Mapping as ColumnMapping
 from .mapping import read_mapping
@@ -32,13 +33,15 @@ def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
 
     Without one its angles are not held against each other, and are in rad. What was changed or
     left out stands in its note, and what to mind in its ``warnings``. Raises ValueError for
-    a table whose columns, units, times or numbers cannot be those of a recording, OSError for
-    files that cannot be read.
+    a table whose columns, units, times or numbers cannot be those of a recording, and for one
+    that the memory cannot hold; OSError for files that cannot be read.
     """
     machine = servo_file.load(servo) if servo else None
     plan = read_mapping(mapping) if mapping else None
     if not np.isfinite(period) or period < 0.0:
         raise ValueError(f'--period = {period} s, it must be positive')
+    if path.exists():
+        check_memory(path)
     table = _table(path, plan)
     facts = (plan.describe(table) if plan else {}) | _beside(path)
     facts |= {name: value for name, value in

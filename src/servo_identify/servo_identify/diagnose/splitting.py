@@ -13,6 +13,7 @@ from servo_twin.recording.recording import Recording
 HELD_OUT_FIRST = ('multisine', 'sine', 'chirp', 'square', 'ramps', 'turns')
 """Families that are missed least in the selection when each was recorded once."""
 RESTS = 0.01  # share of the travel within which a machine rests where it begins or ends
+FEWEST_PARTS = 3  # of one bag, of which each serves one purpose
 REST = 0.5  # s of rest that are kept before and after
 
 
@@ -32,12 +33,16 @@ def split(recordings: list[Recording], accept: list[Recording],
     Part recordings into those that select, accept and report.
 
     What the caller names for accepting or reporting is taken as it is. Of replicates one goes to
-    each purpose; of single recordings two are held out; a single recording is cut in time.
+    each purpose; of single recordings two are held out; a single recording is cut in time. Parts
+    of one bag serve in turn.
     """
     if accept and report:
         return Split(tuple(recordings), tuple(accept), tuple(report))
     if len(recordings) == 1 and not (accept or report):
         return _cut(recordings[0])
+    if not (accept or report) and len(recordings) >= FEWEST_PARTS and recordings[0].digest and (
+            len({one.digest for one in recordings}) == 1):
+        return _in_turn(recordings)
     pool, held = list(recordings), {'accept': list(accept), 'report': list(report)}
     warnings = []
     wanted = [purpose for purpose in ('report', 'accept') if not held[purpose]]
@@ -60,6 +65,15 @@ def split(recordings: list[Recording], accept: list[Recording],
         warnings.append(_held_out(families, 1 + len(wanted)))
     screen = tuple(_others(pool, held)) or tuple(held['accept'])
     return Split(screen, tuple(held['accept']), tuple(held['report']), tuple(warnings))
+
+
+def _in_turn(parts: list[Recording]) -> Split:
+    """Of every five parts of one bag the second accepts, the third reports, the others select."""
+    accept, report = parts[1::5], parts[2::5]
+    return Split(tuple(_others(parts, {'accept': accept, 'report': report})), tuple(accept),
+                 tuple(report), (
+        'parts of one bag: nothing can be said about other excitations, and without replicates '
+        'the noise floor is that of their own fast part',))
 
 
 def _held_out(families: Mapping[str, list[Recording]], needed: int) -> str:

@@ -15,7 +15,7 @@ from servo_twin.description import servo_file
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.servo import Servo
 
-from ..data.reading import read_recordings
+from ..data.reading import read_looked_at
 from ..fit.estimate import Estimate
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 from ..fit.output_error import fit, Progress
@@ -65,7 +65,7 @@ class Answer:
 def run(job: Job, progress: Callable[[Progress], None] | None = None) -> Answer:
     """Read the files of a job, fit or learn. Raises ValueError for what cannot be fitted."""
     how, servo = job.settings, servo_file.load(job.servo)
-    recordings = read_recordings(job.bags, job.servo, how.mapping, how.namespace)
+    recordings = read_looked_at(job.bags, job.servo, how.mapping, how.namespace)
     for recording in recordings:
         for warning in recording.warnings:
             print(f'{recording.name}: {warning}', file=sys.stderr)

@@ -65,12 +65,12 @@ def diagnosed(servo: str, bags: list[str], folder: str) -> str:
     """Diagnose one machine into a folder and return the sentence."""
     from servo_twin.description import servo_file
 
-    from ..data.reading import read_recordings
+    from ..data.reading import read_looked_at
     from ..diagnose.diagnose import diagnose
     from ..diagnose.diagnosis_files import write_diagnosis
 
     given, text = servo_file.load(servo), Path(servo).read_text()
-    found = diagnose(read_recordings(bags, servo), given)
+    found = diagnose(read_looked_at(bags, servo), given)
     output = Path(folder)
     output.mkdir(parents=True, exist_ok=True)
     write_diagnosis(found, text, given, output)

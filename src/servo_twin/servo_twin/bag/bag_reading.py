@@ -1,221 +1,219 @@
-"""Bags read into columns, whoever wrote them and however they ended."""
+"""
+Bags read into columns, whoever wrote them and however they ended.
+
+A bag is open as a recording of any length, of which parts are read as they are asked for. What is
+held besides is where the messages lie: some hundred bytes for each chunk of the file.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 import hashlib
-import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from ..recording.parts import parts_of
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .bag_topics import COUPLED_COLUMN, COUPLED_FIELD, COUPLED_TOPIC, SAMPLE_TOPICS, TWIN_TOPICS
-from .bag_writing import BagError
-from .mcap_reading import DAMAGE
-from .message_columns import decode, Run
-from .message_definitions import deserialize, embedded_types, PACKAGE
+from .memory import check_fits
 from .message_sources import open_source, Source
-from .sample_grid import join, stretches, TimeError, Track, track
+from .rig_samples import RigSamples
+from .rig_topics import info_of, prefix_of, prefixes, present
 
 _REQUIRED = ('encoder', 'current')
+
+
+class OpenRecording:
+    """
+    The recording in a bag, of any length, read part by part while the bag is open.
+
+    Names are those of Recording; :meth:`part` returns one.
+    """
+
+    def __init__(self, source: Source, namespace: str | None, stretch: int | None) -> None:
+        self._source = source
+        prefix = prefix_of(source, namespace)
+        warnings = list(source.warnings)
+        coupled = {COUPLED_TOPIC: ('Encoder', (COUPLED_COLUMN,))}
+        topics = present(source, prefix, SAMPLE_TOPICS | coupled, _REQUIRED)
+        if 'torque' not in topics:
+            warnings.append(f'no topic {prefix}torque: torque and external_torque are NaN')
+        self._fields = {prefix + topic: {COUPLED_COLUMN: COUPLED_FIELD} if topic == COUPLED_TOPIC
+                        else {name: name for name in names}
+                        for topic, (_, names) in topics.items()}
+        self._samples = RigSamples(source, list(self._fields), stretch)
+        self._told: list[str] = []
+        info = info_of(source, prefix, self._told)
+        self.name, self.period = source.path.name, self._samples.period
+        self.sequence, self.start = self._samples.sequence, seconds(self._samples.stamp)
+        self._opened = warnings
+        self._facts = {'name': self.name, 'period': self.period, **info}
+        self.servo, self.servo_file = info.get('servo', ''), info.get('servo_file', '')
+        self.family, self.replicate = info.get('family', ''), info.get('replicate', 0)
+        self.note = info.get('note', '')
+
+    def __len__(self) -> int:
+        return self._samples.end - self.sequence
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first sample to the end of the last one."""
+        return len(self) * self.period
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be said of the recording; complete once all parts of it were read."""
+        return (*self._opened, *self._samples.warnings, *self._told)
+
+    def has(self, column: str) -> bool:
+        """Whether the bag has the topic that carries a column."""
+        return any(column in names for names in self._fields.values())
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the files, as hexadecimal digits; takes a while."""
+        total = hashlib.sha256()
+        for path in self._source.files:
+            with path.open('rb') as file:
+                while block := file.read(1 << 20):
+                    total.update(block)
+        return total.hexdigest()
+
+    def part(self, first: int, end: int) -> Recording:
+        """
+        Return the samples with running numbers from ``first`` to ``end``, as far as there are.
+
+        Its warnings and digest are empty: they are those of the whole.
+        """
+        first, end = self._samples.clipped(first, end)
+        found = self._samples.part(first, end)
+        columns = {name: found[topic][field] for topic, names in self._fields.items()
+                   for name, field in names.items() if field in found[topic]}
+        return Recording(columns=columns or {'voltage': np.full(end - first, np.nan)},
+                         start=self.start + (first - self.sequence) * self.period,
+                         sequence=first, **self._facts)
+
+
+class OpenPredictions:
+    """What the twin answered in a bag, read part by part while the bag is open."""
+
+    def __init__(self, source: Source, namespace: str | None, stretch: int | None) -> None:
+        prefix = prefix_of(source, namespace)
+        warnings = list(source.warnings)
+        parts = {topic: (message, PREDICTED if part == 'prediction' else COMPARED + BALANCES)
+                 for part, (topic, message) in TWIN_TOPICS.items()}
+        self._fields = {prefix + topic: names for topic, (_, names) in
+                        present(source, prefix, parts, tuple(parts)).items()}
+        self._samples = {topic: RigSamples(source, [topic], stretch)
+                         for topic in self._fields}
+        both = list(self._samples.values())
+        latest = max(both, key=lambda one: one.sequence)
+        self.name, self.period = source.path.name, latest.period
+        self.sequence, self.start = latest.sequence, seconds(latest.stamp)
+        self._end = min(one.end for one in both)
+        self._opened = warnings
+        self._constants = {name: value for one in both for name, value in one.constants.items()}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be said of the answer; complete once all parts of it were read."""
+        return (*self._opened, *(said for one in self._samples.values() for said in one.warnings))
+
+    def __len__(self) -> int:
+        return max(0, self._end - self.sequence)
+
+    def part(self, first: int, end: int) -> Predictions:
+        """Return the answers to samples number ``first`` to ``end``, as far as there are."""
+        first = min(max(first, self.sequence), self._end)
+        end = max(first, min(end, self._end))
+        prediction, residual = (
+            {name: found.get(name, np.full(end - first, np.nan)) for name in names}
+            for topic, names in self._fields.items()
+            for found in [self._samples[topic].part(first, end)[topic]])
+        return Predictions(
+            name=self.name, period=self.period, sequence=first,
+            start=self.start + (first - self.sequence) * self.period,
+            prediction=prediction, residual=residual,
+            channel_noise=np.asarray(self._constants['channel_noise']),
+            balance_noise=np.asarray(self._constants['balance_noise']),
+            restarts=int(self._constants['restarts']))
+
+
+@contextmanager
+def open_recording(path: Path | str, namespace: str | None = None,
+                   stretch: int | None = None) -> Iterator[OpenRecording]:
+    """
+    Open a bag as a recording of any length.
+
+    ``namespace`` picks one rig of several. ``stretch`` (0, 1, ...) picks a part of a bag whose
+    driver was restarted; left out, the longest is read, with a warning. A bag whose writer was
+    killed is read up to its last whole chunk, with a warning. Raises BagError for what is no bag,
+    for missing topics, for several rigs without a namespace, and for time that runs backwards.
+    """
+    with open_source(Path(path)) as source:
+        yield OpenRecording(source, namespace, stretch)
+
+
+@contextmanager
+def open_predictions(path: Path | str, namespace: str | None = None,
+                     stretch: int | None = None) -> Iterator[OpenPredictions]:
+    """Open what the twin answered; errors and arguments are those of :func:`open_recording`."""
+    with open_source(Path(path)) as source:
+        yield OpenPredictions(source, namespace, stretch)
 
 
 def read_recording(path: Path | str, namespace: str | None = None,
                    stretch: int | None = None, digest: bool = True) -> Recording:
     """
-    Read a bag into a recording.
+    Read a bag into a recording; arguments and errors are those of :func:`open_recording`.
 
-    ``namespace`` picks one rig of several. ``stretch`` (0, 1, ...) picks a part of a bag whose
-    driver was restarted; left out, the longest is read, with a warning. A bag whose writer was
-    killed is read up to its last whole chunk, with a warning. ``digest``: whether to take the
-    SHA-256 of the files, which takes a sixth as long again. Raises BagError for what is no bag,
-    for missing topics, for several rigs without a namespace, and for time that runs backwards.
+    ``digest``: whether to take the SHA-256 of the files, which takes a sixth as long again.
+    Raises BagError as well where the memory that is free cannot hold all samples.
     """
-    with open_source(Path(path)) as source:
-        prefix = _prefix(source, namespace)
-        warnings = list(source.warnings)
-        coupled = {COUPLED_TOPIC: ('Encoder', (COUPLED_COLUMN,))}
-        topics = _present(source, prefix, SAMPLE_TOPICS | coupled, _REQUIRED)
-        if 'torque' not in topics:
-            warnings.append(f'no topic {prefix}torque: torque and external_torque are NaN')
-        first, stamp, period, columns, _ = _read(source, prefix, topics, stretch, warnings)
-        info = _info(source, prefix, warnings)
-        return Recording(
-            name=source.path.name, period=period, columns=columns, start=_seconds(stamp),
-            sequence=first, digest=_digest(source.files) if digest else '',
-            warnings=tuple(warnings), **info)
+    with open_recording(path, namespace, stretch) as bag:
+        head = bag.part(bag.sequence, bag.sequence)
+        columns = _room(path, head.columns, len(bag))
+        for part in parts_of(bag):
+            _put(part.columns, columns, part.sequence - bag.sequence)
+        return replace(head, columns=columns, warnings=bag.warnings,
+                       digest=bag.digest if digest else '')
 
 
 def read_predictions(path: Path | str, namespace: str | None = None,
                      stretch: int | None = None) -> Predictions:
     """Read what the twin answered; errors and arguments are those of :func:`read_recording`."""
-    with open_source(Path(path)) as source:
-        prefix = _prefix(source, namespace)
-        warnings = list(source.warnings)
-        parts = {topic: (message, PREDICTED if part == 'prediction' else COMPARED + BALANCES)
-                 for part, (topic, message) in TWIN_TOPICS.items()}
-        topics = _present(source, prefix, parts, tuple(parts))
-        prediction_topic, residual_topic = (topic for topic, _ in TWIN_TOPICS.values())
-        answers = {}
-        for topic in topics:
-            answers[topic] = _read(source, prefix, {topic: topics[topic]}, stretch, warnings)
-        first = max(answer[0] for answer in answers.values())
-        end = min(answer[0] + len(next(iter(answer[3].values()))) for answer in answers.values())
-        cut = {topic: {name: value[first - answer[0]:end - answer[0]]
-                       for name, value in answer[3].items()} for topic, answer in answers.items()}
-        _, stamp, period, _, _ = next(a for a in answers.values() if a[0] == first)
-        said = answers[residual_topic][4]
-        return Predictions(
-            name=source.path.name, period=period, start=_seconds(stamp), sequence=first,
-            prediction=cut[prediction_topic], residual=cut[residual_topic],
-            channel_noise=np.asarray(said['channel_noise']),
-            balance_noise=np.asarray(said['balance_noise']),
-            restarts=int(answers[prediction_topic][4]['restarts']), warnings=tuple(warnings))
+    with open_predictions(path, namespace, stretch) as bag:
+        head = bag.part(bag.sequence, bag.sequence)
+        prediction = _room(path, head.prediction, len(bag))
+        residual = _room(path, head.residual, len(bag))
+        for part in parts_of(bag):
+            _put(part.prediction, prediction, part.sequence - bag.sequence)
+            _put(part.residual, residual, part.sequence - bag.sequence)
+        return replace(head, prediction=prediction, residual=residual, warnings=bag.warnings)
+
+
+def _room(path: Path | str, names: Iterable[str], size: int) -> dict[str, np.ndarray]:
+    """Return columns to be filled, in one piece; raises BagError where there is no room."""
+    several = list(names)
+    check_fits(Path(path), 8 * len(several) * size)
+    return dict(zip(several, np.empty((len(several), size)), strict=True))
+
+
+def _put(part: dict[str, np.ndarray], whole: dict[str, np.ndarray], at: int) -> None:
+    for name, values in part.items():
+        whole[name][at:at + len(values)] = values
 
 
 def namespaces(path: Path | str) -> list[str]:
     """Return the namespaces of the rigs in a bag, '' for one without."""
     with open_source(Path(path)) as source:
-        return [prefix.strip('/') for prefix in _prefixes(source)]
+        return [prefix.strip('/') for prefix in prefixes(source)]
 
 
-def _prefixes(source: Source) -> list[str]:
-    kinds = {f'{PACKAGE}/msg/{message}': topic for topic, (message, _) in SAMPLE_TOPICS.items()}
-    return sorted({
-        channel.topic[:-len(kinds[channel.kind])] for channel in source.channels
-        if channel.kind in kinds and channel.topic.endswith('/' + kinds[channel.kind])
-        and not channel.topic.endswith('/' + COUPLED_TOPIC)})
-
-
-def _prefix(source: Source, namespace: str | None) -> str:
-    found = _prefixes(source)
-    if namespace is not None:
-        prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
-        if prefix not in found:
-            raise BagError(f'{source.path}: no rig in namespace {namespace!r}; the bag has '
-                           f'{[name.strip("/") for name in found]}')
-        return prefix
-    if len(found) > 1:
-        raise BagError(f'{source.path}: rigs in several namespaces '
-                       f'{[name.strip("/") for name in found]}; say which by namespace')
-    return found[0] if found else '/'
-
-
-def _present(source: Source, prefix: str, topics: dict[str, tuple[str, Iterable[str]]],
-             required: tuple[str, ...]) -> dict[str, tuple[str, Iterable[str]]]:
-    have = {(channel.topic, channel.kind) for channel in source.channels}
-    found = {topic: entry for topic, entry in topics.items()
-             if (prefix + topic, f'{PACKAGE}/msg/{entry[0]}') in have}
-    for topic in required:
-        if topic not in found:
-            listed = ', '.join(f'{name} ({kind})' for name, kind in sorted(have)) or 'no topic'
-            raise BagError(f'{source.path}: no topic {prefix}{topic} '
-                           f'({PACKAGE}/msg/{topics[topic][0]}); the bag has {listed}')
-    return found
-
-
-def _read(source: Source, prefix: str, topics: dict[str, tuple[str, Iterable[str]]],
-          stretch: int | None, warnings: list[str],
-          ) -> tuple[int, int, float, dict[str, np.ndarray], dict[str, Any]]:
-    """Return (first sequence, its ns, period, columns, constants) of topics of one rig."""
-    tracks = _tracks(source, [prefix + topic for topic in topics], warnings)
-    for item in tracks:
-        if item.topic == prefix + COUPLED_TOPIC:
-            item.values = {COUPLED_COLUMN: item.values[COUPLED_FIELD]}
-    try:
-        parts = {item.topic: stretches(item) for item in tracks}
-        chosen = _choose(parts, stretch, warnings)
-        first, stamp, columns = join(chosen, warnings)
-    except TimeError as error:
-        raise BagError(f'{source.path}: {error}') from None
-    size = len(next(iter(columns.values())))
-    wanted = [name for _, names in topics.values() for name in names]
-    columns = {name: columns.get(name, np.full(size, np.nan)) for name in wanted}
-    constants = {name: value for item in chosen for name, value in item.constants.items()}
-    return first, stamp, chosen[0].period, columns, constants
-
-
-def _choose(parts: dict[str, list[Track]], stretch: int | None,
-            warnings: list[str]) -> list[Track]:
-    counts = {topic: len(items) for topic, items in parts.items()}
-    if len(set(counts.values())) > 1:
-        raise TimeError(f'sequence numbers start again a different number of times: {counts}')
-    count = max(counts.values())
-    if stretch is not None and not 0 <= stretch < count:
-        raise TimeError(f'stretch = {stretch} is outside of [0, {count - 1}]')
-    if count == 1:
-        return [items[0] for items in parts.values()]
-    sizes = [min(int(items[k].length.sum()) for items in parts.values()) for k in range(count)]
-    if stretch is None:
-        stretch = int(np.argmax(sizes))
-        warnings.append(f'the driver was restarted while recording: stretches of {sizes} samples; '
-                        f'number {stretch} is read')
-    return [items[stretch] for items in parts.values()]
-
-
-def _tracks(source: Source, topics: list[str], warnings: list[str]) -> list[Track]:
-    """Return the topics' messages, decompressed and turned into columns on all cores."""
-    def unpack(piece: Any) -> list[tuple[str, list[Run]]] | str:
-        try:
-            return [(channel.topic, [
-                run for payloads in rows for run in decode(
-                    embedded_types(channel.kind, channel.encoding, channel.definition),
-                    channel.kind, payloads)]) for channel, rows in source.load(piece, topics)]
-        except DAMAGE as error:
-            return f'{source.describe(piece)} is damaged and left out: {error}'
-
-    runs: dict[str, list[Run]] = {topic: [] for topic in topics}
-    cores = len(os.sched_getaffinity(0)) if source.parallel else 1
-    with ThreadPoolExecutor(cores) as pool:
-        each = pool.map if cores > 1 else map
-        for result in each(unpack, source.pieces(topics)):
-            if isinstance(result, str):
-                warnings.append(result)
-                continue
-            for topic, found in result:
-                runs[topic] += [run for run in found if run.values]
-    empty = [topic for topic in topics if not any(len(run.sequence) for run in runs[topic])]
-    if empty:
-        raise BagError(f'{source.path}: no message on {", ".join(empty)}'
-                       + ''.join(f'; {warning}' for warning in warnings))
-    try:
-        return [track(topic, runs[topic]) for topic in topics]
-    except TimeError as error:
-        raise BagError(f'{source.path}: {error}') from None
-
-
-def _info(source: Source, prefix: str, warnings: list[str]) -> dict[str, Any]:
-    kind = f'{PACKAGE}/msg/RecordingInfo'
-    channels = [channel for channel in source.channels if channel.kind == kind]
-    channels.sort(key=lambda channel: channel.topic != prefix + 'recording')
-    for channel in channels:
-        payload = source.first(channel.topic)
-        if payload is None:
-            continue
-        try:
-            types = embedded_types(kind, channel.encoding, channel.definition)
-            message = deserialize(types, kind, payload)
-            return {name: getattr(message, name)
-                    for name in ('servo', 'servo_file', 'family', 'replicate', 'note')}
-        except (*DAMAGE, AttributeError) as error:  # a field whose name is damaged is not there
-            warnings.append(f'{channel.topic} is damaged: {error}')
-    warnings.append(f'no message on {prefix}recording: servo, family and replicate are unknown')
-    return {}
-
-
-def _seconds(nanoseconds: int) -> float:
+def seconds(nanoseconds: int) -> float:
     """Return whole nanoseconds as the nearest float, which division of 1e18 by 1e9 is not."""
     whole, rest = divmod(nanoseconds, 10**9)
     return whole + rest / 1e9
-
-
-def _digest(files: list[Path]) -> str:
-    total = hashlib.sha256()
-    for path in files:
-        with path.open('rb') as file:
-            while block := file.read(1 << 20):
-                total.update(block)
-    return total.hexdigest()

@@ -45,11 +45,11 @@ class Samples:
     constants: Mapping[str, Any] = field(default_factory=dict)
 
 
-def sample_topics(recording: Recording) -> dict[str, Samples]:
-    """Return what the rig's topics carry of a recording."""
+def sample_topics(recording: Recording, coupled: bool) -> dict[str, Samples]:
+    """Return what the rig's topics carry; ``coupled``: whether another axis is one of them."""
     topics = {topic: Samples(message, {name: recording[name] for name in names
                                        if name not in MAY_BE_EMPTY or recording.has(name)})
               for topic, (message, names) in SAMPLE_TOPICS.items()}
-    if recording.has(COUPLED_COLUMN):
+    if coupled:
         topics[COUPLED_TOPIC] = Samples('Encoder', {COUPLED_FIELD: recording[COUPLED_COLUMN]})
     return topics

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 import yaml
 
-from ..recording.recording import MAY_BE_EMPTY, Predictions, Recording
-from .bag_topics import sample_topics, Samples, TWIN_TOPICS
+from ..recording.recording import MAY_BE_EMPTY
+from .bag_topics import Samples
 from .cdr_layout import HEADER, lay_out, Layout
 from .mcap_writing import ChannelEntry, McapFile, MESSAGE_HEAD
 from .message_definitions import commented, own_types, PACKAGE
@@ -65,12 +66,13 @@ class BagWriter:
         self._file.write_chunk([(channel, np.array([start]), records)])
 
     def write_samples(self, topics: Mapping[str, Samples], *, start: int, period: float,
-                      sequence: int = 0, block_size: int = 100) -> None:
+                      sequence: int = 0, block_size: int = 100, first: int = 0) -> None:
         """
         Write a run of samples on several topics.
 
-        ``start``: ns, instant of the first sample; ``period``: s; ``sequence``: running number of
-        the first sample. The last message is shorter when the samples do not fill its block.
+        ``start``: ns, instant of the run's first sample; ``period``: s; ``sequence``: its running
+        number; ``first``: how many samples of the run were written before. The last message is
+        shorter when the samples do not fill its block.
         Raises BagError when the columns differ in length or the time is outside of what a stamp
         can hold.
         """
@@ -79,42 +81,45 @@ class BagWriter:
             raise BagError(f'{self.path}: columns of different lengths {sorted(sizes)}')
         size = sizes.pop()
         self._check_time(start)
-        self._check_time(start + nanoseconds(size * period))
+        self._check_time(start + nanoseconds((first + size) * period))
         widest = max(len(self._types.fielddefs[f'{PACKAGE}/msg/{s.message}'][1])
                      for s in topics.values())
         per_chunk = max(1, CHUNK_BYTES // (100 + 8 * widest * block_size)) * block_size
         for topic, samples in topics.items():
             self._channel(topic, samples.message)
-        for first in range(0, size, per_chunk):
-            last = min(size, first + per_chunk)
-            whole = first + (last - first) // block_size * block_size
+        for at in range(0, size, per_chunk):
+            last = min(size, at + per_chunk)
+            whole = at + (last - at) // block_size * block_size
             for topic, samples in topics.items():
-                pieces = [
-                    self._records(topic, samples, range(begin, end, length), start, period,
-                                  sequence, length)
-                    for begin, end, length in ((first, whole, block_size),
-                                               (whole, last, last - whole)) if end > begin]
+                pieces = []
+                for begin, end, length in ((at, whole, block_size), (whole, last, last - whole)):
+                    if end > begin:
+                        steps = first + np.arange(begin, end, length)
+                        columns = {name: column[begin:end].reshape(-1, length)
+                                   for name, column in samples.columns.items()}
+                        pieces.append(self._records(
+                            topic, replace(samples, columns=columns), sequence + steps,
+                            start + instants(steps, period), period))
                 self._file.write_chunk(pieces)
 
-    def _records(self, topic: str, samples: Samples, firsts: range, start: int, period: float,
-                 sequence: int, length: int) -> tuple[ChannelEntry, np.ndarray, np.ndarray]:
+    def _records(self, topic: str, samples: Samples, numbers: np.ndarray, times: np.ndarray,
+                 period: float) -> tuple[ChannelEntry, np.ndarray, np.ndarray]:
+        """Return messages of equal length, their columns of shape (messages, samples each)."""
+        length = next(iter(samples.columns.values())).shape[1]
         layout = self._layout(samples, length)
         shift = MESSAGE_HEAD.itemsize
-        records = np.zeros(len(firsts), layout.dtype(shift + layout.size, shift))
-        raw = records.view(np.uint8).reshape(len(firsts), -1)
+        records = np.zeros(len(numbers), layout.dtype(shift + layout.size, shift))
+        raw = records.view(np.uint8).reshape(len(numbers), -1)
         raw[:, shift:shift + 4] = np.frombuffer(HEADER, np.uint8)
         for offset, (_, count) in layout.lengths.items():
             word = np.frombuffer(np.uint32(count).tobytes(), np.uint8)
             raw[:, shift + offset:shift + offset + 4] = word
-        steps = np.arange(firsts.start, firsts.stop, length)
-        times = start + instants(steps, period)
         records['header.stamp.sec'], records['header.stamp.nanosec'] = np.divmod(times, 10**9)
-        records['sequence'] = sequence + steps
+        records['sequence'] = numbers
         records['period'] = period
         for path, (kind, _) in layout.fields.items():
             if path in samples.columns:
-                column = samples.columns[path][firsts.start:firsts.stop]
-                records[path] = column.reshape(-1, length)
+                records[path] = samples.columns[path]
             elif path in samples.constants:
                 records[path] = samples.constants[path]
             elif kind.subdtype and kind.base.kind == 'f':
@@ -208,43 +213,3 @@ def nanoseconds(seconds: float) -> int:
     """Return seconds as whole nanoseconds, without the rounding of a product of 1e18."""
     whole = int(seconds // 1.0)
     return whole * 10**9 + round((seconds - whole) * 1e9)
-
-
-def write_recording(path: Path | str, recording: Recording, block_size: int = 100,
-                    namespace: str = '') -> Path:
-    """
-    Write a recording as a bag and return its path.
-
-    Columns keep every bit; ``recording.start`` is kept to 1 ns. Raises BagError when ``path``
-    exists or the recording is empty.
-    """
-    if not len(recording):
-        raise BagError(f'{recording.name}: a recording without samples makes no bag')
-    with BagWriter(path, namespace) as bag:
-        start = nanoseconds(recording.start)
-        bag.write_info(start, servo=recording.servo, servo_file=recording.servo_file,
-                       family=recording.family, replicate=recording.replicate, note=recording.note)
-        bag.write_samples(sample_topics(recording), start=start, period=recording.period,
-                          sequence=recording.sequence, block_size=block_size)
-    return bag.path
-
-
-def write_predictions(path: Path | str, predictions: Predictions, recording: Recording,
-                      block_size: int = 100, namespace: str = '') -> Path:
-    """Write the twin's answer to ``recording``, with that recording's samples beside it."""
-    answer = {
-        TWIN_TOPICS['prediction'][0]: Samples(
-            'Prediction', predictions.prediction, {'restarts': predictions.restarts}),
-        TWIN_TOPICS['residual'][0]: Samples(
-            'Residual', predictions.residual,
-            {'channel_noise': predictions.channel_noise,
-             'balance_noise': predictions.balance_noise}),
-    }
-    with BagWriter(path, namespace) as bag:
-        start = nanoseconds(recording.start)
-        bag.write_info(start, servo=recording.servo, servo_file=recording.servo_file,
-                       family=recording.family, replicate=recording.replicate, note=recording.note)
-        bag.write_samples(sample_topics(recording) | answer, start=start,
-                          period=recording.period, sequence=recording.sequence,
-                          block_size=block_size)
-    return bag.path

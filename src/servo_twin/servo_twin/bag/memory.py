@@ -5,10 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from .bag_writing import BagError
-from .mcap_reading import Scan
-
-TAKES = 2.5  # bytes of memory a byte of messages: columns, what they are joined of, one chunk
-_LARGEST_RATIO = 1000  # of a chunk's size to its compressed one: a larger one is a damaged head
 
 
 def free_memory() -> float:
@@ -21,16 +17,10 @@ def free_memory() -> float:
     return 1024.0 * float(told['MemAvailable'].split()[0])
 
 
-def check_fits(path: Path, scans: list[Scan]) -> None:
-    """
-    Raise BagError for a bag that takes more memory than is free.
-
-    A recording is read whole, 0.8 GB an hour at 1 kHz (tests/benchmarks/bench_limits.py).
-    """
-    plain = sum(chunk.plain_size for scan in scans for chunk in scan.chunks
-                if chunk.plain_size <= _LARGEST_RATIO * max(1, chunk.size))
-    needed, free = TAKES * plain, free_memory()
+def check_fits(path: Path, needed: float, advice: str = 'record in parts (each start of the '
+               'recorder makes a bag)') -> None:
+    """Raise BagError, with what to do, where reading takes more bytes of memory than are free."""
+    free = free_memory()
     if needed > free:
         raise BagError(f'{path}: reading it takes about {needed / 2**30:.1f} GiB of memory and '
-                       f'{free / 2**30:.1f} GiB are free; record in parts (each start of the '
-                       f'recorder makes a bag), or use a larger machine')
+                       f'{free / 2**30:.1f} GiB are free; {advice}, or use a larger machine')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -22,15 +23,22 @@ class Run:
     """
     Messages of one topic with the same number of samples and period, in the order of the file.
 
-    ``sequence``, ``stamp`` (ns) have shape (n,), int64; ``period`` is in s; ``values`` maps fields
-    to (n, samples a message); ``constants`` holds what the last message says besides.
+    ``sequence``, ``stamp`` (ns) have shape (n,), int64; ``period`` is in s; ``size`` is the number
+    of samples a message. ``values`` maps fields to (n, size), read where they lie; a field whose
+    list is empty is not in it. ``constants`` holds what the last message says besides.
     """
 
     sequence: np.ndarray
     stamp: np.ndarray
     period: float
-    values: dict[str, np.ndarray]
+    size: int
+    values: Mapping[str, np.ndarray]
     constants: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def head(self) -> Run:
+        """Return the first message without its samples."""
+        return Run(self.sequence[:1].copy(), self.stamp[:1].copy(), self.period, self.size, {},
+                   self.constants)
 
 
 def decode(types: Typestore, kind: str, payloads: np.ndarray) -> list[Run]:
@@ -84,14 +92,12 @@ def _run(kind: str, layout: Layout, records: np.ndarray) -> Run:
     lists = {path: count for path, count in layout.lengths.values()
              if not path.startswith('header.')}
     size = _one_length(kind, lists)
-    count = len(records)
-    values = {path: np.ascontiguousarray(records[path], np.float64) if lists[path]
-              else np.full((count, size), np.nan) for path in lists}
+    values = {path: records[path] for path, count in lists.items() if count}
     constants = {path: np.array(records[path][-1]) for path in layout.fields
                  if path not in lists and path not in _WHOLE and not path.startswith('header.')}
     seconds, rest = (records[path].astype(np.int64) for path in _WHOLE[:2])
     return Run(records['sequence'].astype(np.int64), seconds * 10**9 + rest,
-               float(records['period'][0]), values, constants)
+               float(records['period'][0]), size, values, constants)
 
 
 def _one_length(kind: str, lists: dict[str, int]) -> int:
@@ -111,9 +117,8 @@ def _decode_one(types: Typestore, kind: str, payload: bytes) -> Run:
         target = lists if node.name == 'SEQUENCE' else constants
         target[name] = np.array(getattr(message, name))
     size = _one_length(kind, {name: len(value) for name, value in lists.items()})
-    values = {name: value.astype(np.float64)[None] if len(value) else np.full((1, size), np.nan)
-              for name, value in lists.items()}
+    values = {name: value.astype(np.float64)[None] for name, value in lists.items() if len(value)}
     stamp = message.header.stamp
     return Run(np.array([message.sequence], np.int64),
                np.array([stamp.sec * 10**9 + stamp.nanosec]), float(message.period),
-               values, constants)
+               size, values, constants)

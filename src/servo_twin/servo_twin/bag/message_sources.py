@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 import re
 from typing import Any, Self
@@ -14,8 +15,15 @@ from .bag_writing import BagError
 from .mcap_reading import Channel, Chunk, DAMAGE, rows, Scan, scan
 from .memory import check_fits
 
+_LARGEST_RATIO = 1000  # of a chunk's size to its compressed one: a larger one is a damaged head
+_WINDOW = 10 * 10**9  # ns of messages that are read at once through rosbags
+_MOST_WINDOWS = 10_000  # metadata.yaml may lie about the time
+
 Rows = Iterable[np.ndarray]
 """Payloads of messages, those of equal length together."""
+
+Piece = tuple[Channel, int | None, int | None]
+"""A channel and the time, ns, from which to which its messages are read."""
 
 
 class Source:
@@ -40,6 +48,14 @@ class Source:
     def load(self, piece: Any, topics: list[str]) -> Iterator[tuple[Channel, Rows]]:
         """Yield the channels of ``topics`` in a stretch; raises DAMAGE for a damaged one."""
         raise NotImplementedError
+
+    def glance(self, piece: Any, topics: list[str]) -> Iterator[tuple[Channel, int, np.ndarray]]:
+        """
+        Yield (channel, messages, payload of the first) where that can be had for little.
+
+        Raises DAMAGE.
+        """
+        yield from ()
 
     def describe(self, piece: Any) -> str:
         """Name a stretch for a message."""
@@ -74,7 +90,9 @@ class McapSource(Source):
             self._scans = [scan(file) for file in files]
         except ValueError as error:
             raise BagError(str(error)) from None
-        check_fits(path, self._scans)
+        check_fits(path, max((chunk.plain_size for part in self._scans for chunk in part.chunks
+                              if chunk.plain_size <= _LARGEST_RATIO * max(1, chunk.size)),
+                             default=0))
         by_topic: dict[str, Channel] = {}
         for part in self._scans:
             for channel in part.channels.values():
@@ -93,7 +111,8 @@ class McapSource(Source):
         for part in self._scans:
             wanted = {number for number, c in part.channels.items() if c.topic in topics}
             for chunk in part.chunks:
-                if chunk.index is None or not wanted.isdisjoint(chunk.index):
+                index = part.index(chunk)
+                if index is None or not wanted.isdisjoint(index):
                     yield part, chunk
 
     def load(self, piece: tuple[Scan, Chunk],
@@ -107,6 +126,15 @@ class McapSource(Source):
                 if channel.serialization != 'cdr':
                     raise ValueError(f'{channel.topic} is serialized as {channel.serialization}')
                 yield channel, rows(content, places)
+
+    def glance(self, piece: tuple[Scan, Chunk],
+               topics: list[str]) -> Iterator[tuple[Channel, int, np.ndarray]]:
+        """Yield the channels of a chunk."""
+        part, chunk = piece
+        for number, (count, payload) in part.firsts(chunk).items():
+            channel = part.channels.get(number)
+            if channel is not None and channel.topic in topics:
+                yield channel, count, payload
 
     def describe(self, piece: tuple[Scan, Chunk]) -> str:
         """Name a chunk by its file and place."""
@@ -141,20 +169,28 @@ class ForeignSource(Source):
             self.channels.append(Channel(connection.id, connection.topic, connection.msgtype,
                                          encoding or '', content, 'cdr'))
 
-    def pieces(self, topics: list[str]) -> Iterator[Channel]:
-        """Yield the channels: each is read whole."""
-        yield from (channel for channel in self.channels if channel.topic in topics)
+    def pieces(self, topics: list[str]) -> Iterator[Piece]:
+        """Yield (channel, from, to) of every stretch of time, ns; None: all that is beyond."""
+        begin, end = self._reader.start_time, self._reader.end_time
+        inner = range(begin, end, max(_WINDOW, (end - begin) // _MOST_WINDOWS))[1:]
+        for stretch in pairwise([None, *inner, None]):
+            for channel in self.channels:
+                if channel.topic in topics:
+                    yield channel, *stretch
 
-    def load(self, piece: Channel, topics: list[str]) -> Iterator[tuple[Channel, Rows]]:
-        """Yield one channel, its messages one by one."""
-        chosen = [c for c in self._reader.connections if c.topic == piece.topic]
-        found = (np.frombuffer(bytes(data), np.dtype((np.void, len(data))))
-                 for _, _, data in self._reader.messages(chosen))
-        yield piece, found
+    def load(self, piece: Piece, topics: list[str]) -> Iterator[tuple[Channel, Rows]]:
+        """Yield one channel, its messages of equal length together."""
+        channel, begin, end = piece
+        chosen = [c for c in self._reader.connections if c.topic == channel.topic]
+        found: dict[int, list[bytes]] = {}
+        for _, _, data in self._reader.messages(chosen, begin, end):
+            found.setdefault(len(data), []).append(bytes(data))
+        yield channel, (np.frombuffer(b''.join(several), np.dtype((np.void, length)))
+                        for length, several in found.items())
 
-    def describe(self, piece: Channel) -> str:
-        """Name a channel."""
-        return f'topic {piece.topic}'
+    def describe(self, piece: Piece) -> str:
+        """Name a channel and a time."""
+        return f'topic {piece[0].topic} from {(piece[1] or 0) / 1e9:.3f} s on'
 
     def __exit__(self, *_: object) -> None:
         self._reader.close()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,6 +16,16 @@ _SPARSE = 10
 _TRIMMED = 0.1
 """Seconds that one topic may begin or end besides the others without a warning."""
 
+SPAN = np.dtype([(name, np.int64) for name in (
+    'piece', 'run', 'row', 'rows', 'size', 'first', 'last', 'end', 'stamp', 'late')])
+"""
+Messages that follow each other without a gap, in one run of one piece of a bag.
+
+They are ``rows`` from ``row`` on, of ``size`` samples. ``first`` and ``last`` are the sequence
+numbers of the first and last message, ``end`` that after its last sample; ``stamp`` and ``late``
+are the instants of both messages, ns.
+"""
+
 
 class TimeError(ValueError):
     """Stamps or sequence numbers that cannot be those of one recording."""
@@ -21,48 +33,45 @@ class TimeError(ValueError):
 
 @dataclass
 class Track:
-    """One topic, all its messages in the order of the file; ``values`` are flat over samples."""
+    """One topic: where its samples lie, SPAN by SPAN in the order of the file."""
 
     topic: str
-    sequence: np.ndarray
-    length: np.ndarray
-    stamp: np.ndarray
     period: float
-    values: dict[str, np.ndarray]
-    constants: dict[str, np.ndarray]
+    spans: np.ndarray
 
     @property
-    def end(self) -> int:
-        """Running number after the last sample."""
-        return int((self.sequence + self.length).max())
-
-    def part(self, begin: int, end: int) -> Track:
-        """Return messages number ``begin`` to ``end`` alone."""
-        edges = np.concatenate(([0], np.cumsum(self.length)))
-        chosen = slice(edges[begin], edges[end])
-        return Track(self.topic, self.sequence[begin:end], self.length[begin:end],
-                     self.stamp[begin:end], self.period,
-                     {name: value[chosen] for name, value in self.values.items()}, self.constants)
+    def size(self) -> int:
+        """Number of samples in all messages."""
+        return int((self.spans['end'] - self.spans['first']).sum())
 
 
-def track(topic: str, runs: list[Run]) -> Track:
-    """Put the runs of one topic together; raises TimeError when the period changes."""
-    period = runs[0].period
-    if not period > 0.0:
-        raise TimeError(f'{topic}: period = {period} s, it must be positive')
+def spans_of(runs: list[Run], piece: int) -> np.ndarray:
+    """Return where the messages of one topic in one piece of a bag follow each other."""
+    found = []
+    for number, run in enumerate(runs):
+        broken = (np.diff(run.sequence) != run.size) | (np.diff(run.stamp) <= 0)
+        begin = np.concatenate(([0], np.flatnonzero(broken) + 1))
+        last = np.append(begin[1:], len(run.sequence)) - 1
+        spans = np.empty(len(begin), SPAN)
+        spans['piece'], spans['run'], spans['size'] = piece, number, run.size
+        spans['row'], spans['rows'] = begin, last + 1 - begin
+        spans['first'], spans['last'] = run.sequence[begin], run.sequence[last]
+        spans['end'] = spans['last'] + run.size
+        spans['stamp'], spans['late'] = run.stamp[begin], run.stamp[last]
+        found.append(spans)
+    return np.concatenate(found) if found else np.empty(0, SPAN)
+
+
+def one_period(topic: str, runs: list[Run], known: float | None) -> float | None:
+    """Return the period of a topic in s; raises TimeError where runs change what is ``known``."""
     for run in runs:
-        if run.period != period:
-            raise TimeError(f'{topic}: period changes from {period} s to {run.period} s at '
+        if not run.period > 0.0:
+            raise TimeError(f'{topic}: period = {run.period} s, it must be positive')
+        if known is not None and run.period != known:
+            raise TimeError(f'{topic}: period changes from {known} s to {run.period} s at '
                             f'sequence {run.sequence[0]}; record each rate in a bag of its own')
-    sequence, stamp = (np.concatenate([getattr(run, name) for run in runs])
-                       for name in ('sequence', 'stamp'))
-    size = [next(iter(run.values.values())).shape[1] for run in runs]
-    length = np.repeat(size, [len(run.sequence) for run in runs])
-    columns = np.empty((len(runs[0].values), int(length.sum())))  # one piece: few page faults
-    for name, column in zip(runs[0].values, columns, strict=True):
-        np.concatenate([run.values[name].ravel() for run in runs], out=column)
-    values = dict(zip(runs[0].values, columns, strict=True))
-    return Track(topic, sequence, length, stamp, period, values, runs[-1].constants)
+        known = run.period
+    return known
 
 
 def stretches(item: Track) -> list[Track]:
@@ -71,21 +80,23 @@ def stretches(item: Track) -> list[Track]:
 
     Raises TimeError when time runs backwards, naming the place.
     """
-    ahead, later = np.diff(item.sequence), np.diff(item.stamp)
+    spans = item.spans
+    ahead = spans['first'][1:] - spans['last'][:-1]
+    later = spans['stamp'][1:] - spans['late'][:-1]
     wrong = np.flatnonzero((ahead > 0) & (later <= 0))
     if len(wrong):
-        k = wrong[0]
+        one, other = spans[wrong[0]], spans[wrong[0] + 1]
         raise TimeError(
-            f'{item.topic}: time runs backwards from {item.stamp[k] / 1e9:.9f} s at sequence '
-            f'{item.sequence[k]} to {item.stamp[k + 1] / 1e9:.9f} s at sequence '
-            f'{item.sequence[k + 1]}; a clock was set back, or two rigs publish on this topic')
-    edges = [0, *(np.flatnonzero((ahead < 0) & (later > 0)) + 1), len(item.sequence)]
-    return [item.part(begin, end) for begin, end in zip(edges, edges[1:], strict=False)]
+            f'{item.topic}: time runs backwards from {one["late"] / 1e9:.9f} s at sequence '
+            f'{one["last"]} to {other["stamp"] / 1e9:.9f} s at sequence {other["first"]}; '
+            'a clock was set back, or two rigs publish on this topic')
+    edges = [0, *(np.flatnonzero((ahead < 0) & (later > 0)) + 1), len(spans)]
+    return [Track(item.topic, item.period, spans[begin:end]) for begin, end in pairwise(edges)]
 
 
-def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, dict[str, np.ndarray]]:
+def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, int]:
     """
-    Return (first sequence, ns of that sample, columns) over the samples that all tracks span.
+    Return (first sequence, that after the last, ns of the first) that all tracks span.
 
     A sample that a track lacks is NaN there; one that it has twice counts once, the first time.
     Both, and ends that not all tracks reach, are said in ``warnings``. Raises TimeError when the
@@ -94,13 +105,13 @@ def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, dict[str, 
     periods = {item.topic: item.period for item in tracks}
     if len(set(periods.values())) > 1:
         raise TimeError(f'topics of different periods {periods}, in s')
-    begins = {item.topic: int(item.sequence.min()) for item in tracks}
-    ends = {item.topic: item.end for item in tracks}
+    begins = {item.topic: int(item.spans['first'].min()) for item in tracks}
+    ends = {item.topic: int(item.spans['end'].max()) for item in tracks}
     first, end = max(begins.values()), min(ends.values())
     if first >= end:
         spans = {topic: (begins[topic], ends[topic] - 1) for topic in begins}
         raise TimeError(f'topics without a common sequence number: {spans}')
-    present = min(int(item.length.sum()) for item in tracks)
+    present = min(item.size for item in tracks)
     if end - first > _SPARSE * present:
         raise TimeError(f'sequence runs from {first} to {end - 1} with {present} samples only; '
                         'this is not one recording')
@@ -109,51 +120,84 @@ def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, dict[str, 
     if trimmed * period > _TRIMMED:
         warnings.append(f'topics begin or end apart: {trimmed} samples at an end that not all '
                         f'topics have are left out ({trimmed * period:.3f} s)')
-    columns: dict[str, np.ndarray] = {}
     for item in tracks:
-        columns.update(_place(item, first, end, warnings))
+        warnings += _holes(item, first, end)
     leader = max(tracks, key=lambda item: begins[item.topic])
-    at = int(np.argmin(leader.sequence))
-    _check_rate(leader, warnings)
-    return first, int(leader.stamp[at]), columns
+    at = int(np.argmin(leader.spans['first']))
+    warnings += _off_rate(leader)
+    return first, end, int(leader.spans['stamp'][at])
 
 
-def _place(item: Track, first: int, end: int, warnings: list[str]) -> dict[str, np.ndarray]:
-    edges = item.sequence + item.length
-    if (item.sequence[1:] == edges[:-1]).all():
-        begin = first - int(item.sequence[0])
-        return {name: value[begin:begin + end - first] for name, value in item.values.items()}
-    starts = np.cumsum(item.length) - item.length
-    number = np.arange(int(item.length.sum())) + np.repeat(item.sequence - starts, item.length)
-    stamps = item.stamp[np.argsort(item.sequence, kind='stable')]
-    if (np.diff(stamps) < 0).any():
-        k = int(np.argmax(np.diff(stamps) < 0))
-        raise TimeError(f'{item.topic}: the same sequence numbers at different times near '
-                        f'{stamps[k] / 1e9:.9f} s; these are several recordings in one')
-    inside = np.flatnonzero((number >= first) & (number < end))[::-1]
-    place = number[inside] - first
-    seen = np.zeros(end - first, bool)
-    seen[place] = True
-    twice = len(inside) - int(seen.sum())
+def _holes(item: Track, first: int, end: int) -> list[str]:
+    """Say which samples are there twice or not at all; raises TimeError for two recordings."""
+    spans = item.spans[np.argsort(item.spans['first'], kind='stable')]
+    reached = np.maximum.accumulate(spans['end'])
+    _check_one_time(item, spans, reached)
+    said = []
+    begin = np.clip(spans['first'], first, end)
+    inside = int((np.clip(spans['end'], first, end) - begin).sum())
+    before = np.clip(np.concatenate(([first], reached)), first, end)
+    missing = np.maximum(0, np.append(begin, end) - before)
+    lost = int(missing.sum())
+    twice = inside - (end - first - lost)
     if twice:
-        warnings.append(f'{item.topic}: {twice} samples are there twice; the first is kept')
-    lost = np.flatnonzero(~seen)
-    if len(lost):
-        gaps = 1 + int((np.diff(lost) > 1).sum())
-        warnings.append(f'{item.topic}: {len(lost)} samples lost in {gaps} gaps, the first at '
-                        f'sequence {first + lost[0]} ({lost[0] * item.period:.6g} s); '
-                        'their rows are NaN')
-    columns = {}
-    for name, value in item.values.items():
-        columns[name] = np.full(end - first, np.nan)
-        columns[name][place] = value[inside]
+        said.append(f'{item.topic}: {twice} samples are there twice; the first is kept')
+    if lost:
+        at = int(before[np.argmax(missing > 0)])
+        said.append(f'{item.topic}: {lost} samples lost in {int((missing > 0).sum())} gaps, the '
+                    f'first at sequence {at} ({(at - first) * item.period:.6g} s); '
+                    'their rows are NaN')
+    return said
+
+
+def _check_one_time(item: Track, spans: np.ndarray, reached: np.ndarray) -> None:
+    """Raise TimeError where the same sequence numbers, in their order, have different times."""
+    furthest = np.maximum.accumulate(np.where(spans['end'] == reached, np.arange(len(spans)), 0))
+    one, other = spans[furthest[:-1]], spans[1:]
+    own = one['stamp'] + (other['first'] - one['first']) * (item.period * 1e9)
+    message = one['size'] * (item.period * 1e9)
+    apart = other['first'] >= one['end']
+    wrong = np.where(apart, other['stamp'] < one['late'],
+                     np.abs(other['stamp'] - own) > message + 1e-3 * np.abs(own - one['stamp']))
+    if wrong.any():
+        raise TimeError(f'{item.topic}: the same sequence numbers at different times near '
+                        f'{one["late"][np.argmax(wrong)] / 1e9:.9f} s; these are several '
+                        'recordings in one')
+
+
+def _off_rate(item: Track) -> list[str]:
+    begin, end = item.spans[0], item.spans[-1]
+    samples = int(end['last'] - begin['first'])
+    passed = (end['late'] - begin['stamp']) / 1e9
+    told = samples * item.period
+    if abs(passed - told) <= max(1e-3 * told, 2.0 * item.period):
+        return []
+    return [f'{item.topic}: {samples} samples of {item.period} s took {passed:.6g} s by their '
+            f'stamps where their period makes {told:.6g} s']
+
+
+def place(item: Track, runs_of: RunsOf, first: int, end: int) -> dict[str, np.ndarray]:
+    """
+    Return the columns of one topic over the samples from ``first`` to ``end``, NaN where lost.
+
+    ``runs_of(piece)`` gives the runs of the topic in a piece of the bag.
+    """
+    spans = item.spans
+    columns: dict[str, np.ndarray] = {}
+    for k in np.flatnonzero((spans['first'] < end) & (spans['end'] > first))[::-1]:
+        piece, number, row, rows, size, begin, *_ = spans[k].tolist()
+        run = runs_of(piece)[number]
+        low = max(0, (first - begin) // size)
+        high = min(rows, -(-(end - begin) // size))
+        at = begin + low * size - first
+        skip = max(0, -at)
+        for name, values in run.values.items():
+            flat = values[row + low:row + high].reshape(-1)[skip:end - first - at]
+            column = columns.get(name)
+            if column is None:
+                column = columns[name] = np.full(end - first, np.nan)
+            column[at + skip:at + skip + len(flat)] = flat
     return columns
 
 
-def _check_rate(item: Track, warnings: list[str]) -> None:
-    samples = int(item.sequence[-1] - item.sequence[0])
-    passed = (item.stamp[-1] - item.stamp[0]) / 1e9
-    told = samples * item.period
-    if abs(passed - told) > max(1e-3 * told, 2.0 * item.period):
-        warnings.append(f'{item.topic}: {samples} samples of {item.period} s took {passed:.6g} s '
-                        f'by their stamps where their period makes {told:.6g} s')
+RunsOf = Callable[[int], list[Run]]

@@ -10,6 +10,7 @@ from ..physics.drives import VoltageDrive
 from ..physics.servo import Servo
 from ..recording.recording import BALANCES, COLUMNS, COMPARED, Predictions, Recording
 
+ANGLES = ('motor_position', 'load_position')
 SPEED_WINDOW = 0.02  # s, over which a speed is the difference of an angle
 
 _BALANCE_UNITS = dict(zip(BALANCES, ('A', 'N m', 'rad', 'N m', 'V', 'rad/s', 'N m'), strict=True))
@@ -50,6 +51,39 @@ class Fit:
     balances: tuple[BalanceFit, ...]
 
 
+@dataclass(frozen=True)
+class Pair:
+    """Rig and twin in one channel, shape (n,), from sample number ``first`` of the replay on."""
+
+    first: int
+    rig: np.ndarray
+    twin: np.ndarray
+
+
+@dataclass
+class _Sums:
+    """Of rig and twin where both are known: count, energy of the rig, squares of the gap."""
+
+    count: int = 0
+    energy: float = 0.0
+    squares: float = 0.0
+    largest: float = 0.0
+
+    def add(self, rig: np.ndarray, twin: np.ndarray) -> None:
+        known = np.isfinite(rig) & np.isfinite(twin)
+        gap = (rig - twin)[known]
+        self.count += len(gap)
+        self.energy += float(np.sum(rig[known] ** 2))
+        self.squares += float(np.sum(gap ** 2))
+        self.largest = max(self.largest, float(np.max(np.abs(gap), initial=0.0)))
+
+    @property
+    def goodness(self) -> float:
+        if self.energy == 0.0:
+            return float('nan')
+        return float(1.0 - np.sqrt(self.squares / self.energy))
+
+
 def goodness(rig: np.ndarray, twin: np.ndarray) -> float:
     """
     Return R of paper 000 eq. 13, of samples that are known on both sides.
@@ -58,53 +92,84 @@ def goodness(rig: np.ndarray, twin: np.ndarray) -> float:
 
     NaN when nothing can be compared or the rig reads zero throughout.
     """
-    known = np.isfinite(rig) & np.isfinite(twin)
-    energy = float(np.sum(rig[known] ** 2))
-    if energy == 0.0:
-        return float('nan')
-    return float(1.0 - np.sqrt(np.sum((rig[known] - twin[known]) ** 2) / energy))
+    sums = _Sums()
+    sums.add(rig, twin)
+    return sums.goodness
+
+
+def _half(period: float) -> int:
+    return max(1, round(SPEED_WINDOW / period / 2))
 
 
 def speed_of(angle: np.ndarray, period: float) -> np.ndarray:
     """Return the speed by differences over :data:`SPEED_WINDOW`, as long as the angle, 1/s."""
-    half = max(1, round(SPEED_WINDOW / period / 2))
+    half = _half(period)
     speed = np.full(len(angle), np.nan)
     if len(angle) > 2 * half:
         speed[half:-half] = (angle[2 * half:] - angle[:-2 * half]) / (2 * half * period)
     return speed
 
 
-def fit_of(recording: Recording, answer: Predictions, servo: Servo) -> Fit:
+class Fitting:
     """
-    Compare a recording with the answer of the servo's twin.
+    Compares a recording with the answer of the servo's twin, part by part.
 
     Channels that the rig does not measure, and balances that need them, are left out. The speeds
     of both shafts, which paper 000 compares, are differences of the angles on both sides alike.
     """
-    units = _BALANCE_UNITS | ({'drive': 'V'} if servo.drive is VoltageDrive else {})
-    rig = {name: recording[name][:len(answer)] for name in COMPARED}
-    twin = {name: answer.prediction[name] for name in COMPARED}
-    noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
-    channels = [_channel(name, servo.reads(COLUMNS[name], name), rig[name], twin[name],
-                         noise[name]) for name in COMPARED]
-    for shaft in ('motor', 'load'):
-        pair = [speed_of(side[f'{shaft}_position'], recording.period) for side in (rig, twin)]
-        name = f'{shaft}_speed'
-        channels.append(_channel(name, servo.reads('rad/s', name), *pair, float('nan')))
-    balances = []
-    for name, floor in zip(BALANCES, answer.balance_noise, strict=True):
-        residual = answer.residual[name]
-        known = residual[np.isfinite(residual)]
-        if len(known):
-            balances.append(BalanceFit(name, servo.reads(units[name], name), float(floor),
-                                       float(np.sqrt(np.mean(known**2)))))
-    return Fit(tuple(c for c in channels if c is not None), tuple(balances))
+
+    def __init__(self, servo: Servo, period: float) -> None:
+        self._servo, self._period, self._half = servo, period, _half(period)
+        self._sums = {name: _Sums() for name in (*COMPARED, 'motor_speed', 'load_speed')}
+        self._balances = dict.fromkeys(BALANCES, (0, 0.0))
+        self.seen = 0
+        self._tails = {name: (np.empty(0), np.empty(0)) for name in ANGLES}
+        self._channel_noise: dict[str, float] = {}
+        self._floors: dict[str, float] = {}
+
+    def add(self, recording: Recording, answer: Predictions) -> dict[str, Pair]:
+        """Take in the next part and its answer; return by channel what was compared."""
+        pairs = {name: Pair(self.seen, recording[name], answer.prediction[name])
+                 for name in COMPARED}
+        for name in ANGLES:
+            pairs[name.replace('position', 'speed')] = self._speeds(name, pairs[name])
+        for name, pair in pairs.items():
+            self._sums[name].add(pair.rig, pair.twin)
+        for name, (count, squares) in self._balances.items():
+            residual = answer.residual[name]
+            known = residual[np.isfinite(residual)]
+            self._balances[name] = count + len(known), squares + float(np.sum(known ** 2))
+        self.seen += len(recording)
+        self._channel_noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
+        self._floors = dict(zip(BALANCES, answer.balance_noise, strict=True))
+        return pairs
+
+    @property
+    def fit(self) -> Fit:
+        """What was found so far."""
+        servo = self._servo
+        units = _BALANCE_UNITS | ({'drive': 'V'} if servo.drive is VoltageDrive else {})
+        return Fit(
+            tuple(ChannelFit(name, servo.reads(COLUMNS.get(name, 'rad/s'), name), one.goodness,
+                             float(np.sqrt(one.squares / one.count)), one.largest,
+                             float(self._channel_noise.get(name, np.nan)))
+                  for name, one in self._sums.items() if one.count),
+            tuple(BalanceFit(name, servo.reads(units[name], name), float(self._floors[name]),
+                             float(np.sqrt(squares / count)))
+                  for name, (count, squares) in self._balances.items() if count))
+
+    def _speeds(self, name: str, pair: Pair) -> Pair:
+        """Return the speeds that an angle of this part completes."""
+        tails = self._tails[name]
+        sides = [np.concatenate(both) for both in zip(tails, (pair.rig, pair.twin), strict=True)]
+        self._tails[name] = (sides[0][-2 * self._half:], sides[1][-2 * self._half:])
+        whole = slice(self._half, -self._half)
+        return Pair(self.seen - len(tails[0]) + self._half, *(
+            speed_of(side, self._period)[whole] for side in sides))
 
 
-def _channel(name: str, unit: str, rig: np.ndarray, twin: np.ndarray,
-             noise: float) -> ChannelFit | None:
-    gap = (rig - twin)[np.isfinite(rig) & np.isfinite(twin)]
-    if not len(gap):
-        return None
-    return ChannelFit(name, unit, goodness(rig, twin),
-                      float(np.sqrt(np.mean(gap**2))), float(np.max(np.abs(gap))), float(noise))
+def fit_of(recording: Recording, answer: Predictions, servo: Servo) -> Fit:
+    """Compare a whole recording with the answer of the servo's twin; see :class:`Fitting`."""
+    fitting = Fitting(servo, recording.period)
+    fitting.add(recording, answer)
+    return fitting.fit

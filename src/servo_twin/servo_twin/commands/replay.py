@@ -10,6 +10,8 @@ Run the twin over a bag, and say how well it answers.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 import sys
 from time import perf_counter
@@ -21,9 +23,14 @@ from .any_bag import bag_of
 from .terminal import named_servo, new_bag, new_file, remove_bag, tell, terminal
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..balances.goodness_of_fit import Fit
+    from ..lockstep.whole_recording import Answering
     from ..physics.servo import Servo
-    from ..recording.events import Change
-    from ..recording.recording import Recording
+    from ..recording.events import Change, Happened
+    from ..recording.parts import LongRecording
+    from ..recording.recording import Predictions, Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,74 +80,95 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _answered(arguments: argparse.Namespace) -> int:
-    from ..bag import (
-        read_events,
-        read_predictions,
-        read_recording,
-        write_predictions,
-    )
-    from ..balances.goodness_of_fit import fit_of
+    from ..bag import open_predictions, open_recording, read_events
+    from ..lockstep.live_comparison import began_before, Differences, Seen
     from ..lockstep.lockstep import Settings, warm_up
-    from ..lockstep.whole_recording import answer, began_before, differences, seen_by
-    from ..pages.event_table import event_table
-    from ..pages.fit_table import balance_table, channel_table
+    from ..lockstep.whole_recording import Answering
+    from ..pages.replay_page import Replayed, write_page
 
     console = terminal(quiet=arguments.quiet)
-    begin = perf_counter()
-    recording = read_recording(arguments.bag, arguments.namespace, arguments.stretch,
-                               digest=False)
-    read = perf_counter()
-    servo = servo_of(recording, arguments.servo)
-    changes = _changes(arguments)
-    live, early = None, 0
-    if arguments.compare:
-        live = read_predictions(arguments.bag, arguments.namespace, arguments.stretch)
-        early = began_before(recording, changes)
-        recording = seen_by(recording, live, changes)
-    warm_up(servo)
-    ready = perf_counter()
-    mode = arguments.mode or (changes[0].values['mode'] if changes and changes[0].kind == BEGAN
-                              else LIVE_MODES[0])
-    result = answer(recording, servo, Settings(mode=mode), changes)
-    answered = perf_counter()
-    if arguments.output:
-        write_predictions(remove_bag(arguments.output), result, recording,
-                          namespace=arguments.namespace or '')
-    took = perf_counter() - ready + read - begin
-    console.print(f'[bold]{recording.name}[/]: {recording.duration:.4g} s of {servo.name} at '
-                  f'{1.0 / recording.period:.6g} Hz, {mode}; answered in '
-                  f'{answered - ready:.3g} s, {recording.duration / took:.0f} times as fast as it '
-                  f'was, reading{" and writing" if arguments.output else ""} included')
-    for warning in (*recording.warnings, *result.warnings):
-        console.print(f'[yellow]{warning}[/]')
-    fit = fit_of(recording, result, servo)
-    console.print(channel_table(fit))
-    if fit.balances:
-        console.print(balance_table(fit))
-    happened = read_events(arguments.bag, arguments.namespace)
-    if happened:
-        console.print(event_table(happened, recording.start))
-    tell(arguments, recording=recording.name, servo=servo.name, period=recording.period,
-         duration=recording.duration, channels=[vars(one) for one in fit.channels],
-         balances=[vars(one) for one in fit.balances],
-         warnings=[*recording.warnings, *result.warnings],
-         written=[one for one in (arguments.output, arguments.page) if one])
-    if arguments.page:
-        from ..pages.replay_page import write_page
-        page = write_page(arguments.page, servo, recording, result, mode,
-                          happened=happened)
-        console.print(f'page: {page}', highlight=False, soft_wrap=True)
+    where = arguments.bag, arguments.namespace, arguments.stretch
+    with ExitStack() as opened:
+        begin = perf_counter()
+        recording: LongRecording = opened.enter_context(open_recording(*where))
+        coupled = recording.has('coupled_position')
+        servo = servo_of(recording, arguments.servo)
+        changes = _changes(arguments)
+        compared, early = None, 0
+        if arguments.compare:
+            live = opened.enter_context(open_predictions(*where))
+            early = began_before(recording, changes)
+            recording, compared = Seen(recording, live, changes), Differences(live)
+        looked = perf_counter()
+        warm_up(servo)
+        ready = perf_counter()
+        mode = arguments.mode or (changes[0].values['mode'] if changes and changes[0].kind == BEGAN
+                                  else LIVE_MODES[0])
+        answering = Answering(recording, servo, Settings(mode=mode), changes)
+        replayed = Replayed(servo, recording, drawn=bool(arguments.page))
+        for part, answer in _written(answering, arguments, coupled):
+            replayed.add(part, answer)
+            if compared:
+                compared.add(answer)
+        took = perf_counter() - ready + looked - begin
+        warnings = [*recording.warnings, *answering.warnings]
+        console.print(f'[bold]{recording.name}[/]: {recording.duration:.4g} s of {servo.name} at '
+                      f'{1.0 / recording.period:.6g} Hz, {mode}; read'
+                      f'{", answered and written" if arguments.output else " and answered"} in '
+                      f'{took:.3g} s, {recording.duration / took:.0f} times as fast as it was')
+        happened = read_events(arguments.bag, arguments.namespace)
+        _show(console, recording, replayed.fit, warnings, happened)
+        tell(arguments, recording=recording.name, servo=servo.name, period=recording.period,
+             duration=recording.duration, channels=[vars(one) for one in replayed.fit.channels],
+             balances=[vars(one) for one in replayed.fit.balances], warnings=warnings,
+             written=[one for one in (arguments.output, arguments.page) if one])
+        if arguments.page:
+            page = write_page(arguments.page, servo, recording, replayed, mode, warnings, happened)
+            console.print(f'page: {page}', highlight=False, soft_wrap=True)
     if arguments.output:
         console.print(f'bag: {arguments.output}', highlight=False, soft_wrap=True)
-    if live is None:
+    if compared is None:
         return 0
-    found = differences(live, result)
-    tell(arguments, differences=found)
-    status = say_differences(found, arguments.quiet)
+    tell(arguments, differences=compared.found)
+    status = say_differences(compared.found, arguments.quiet)
     if status and early:
         print(f'the live twin began {early} samples before the bag does, and a replay can only '
               'begin where the bag does: start the recorder before the twin', file=sys.stderr)
     return status
+
+
+def _written(answering: Answering, arguments: argparse.Namespace,
+             coupled: bool) -> Iterator[tuple[Recording, Predictions]]:
+    """Yield the parts of a replay, written as a bag where one is asked for."""
+    from ..bag import RecordingWriter
+    from ..physics.servo import ServoError
+
+    if not arguments.output:
+        yield from answering
+        return
+    try:
+        with RecordingWriter(remove_bag(arguments.output), namespace=arguments.namespace or '',
+                             coupled=coupled) as bag:
+            for part, answer in answering:
+                bag.add(part, answer)
+                yield part, answer
+    except ServoError:
+        remove_bag(arguments.output)
+        raise
+
+
+def _show(console: Console, recording: LongRecording, fit: Fit, warnings: list[str],
+          happened: list[Happened]) -> None:
+    from ..pages.event_table import event_table
+    from ..pages.fit_table import balance_table, channel_table
+
+    for warning in warnings:
+        console.print(f'[yellow]{warning}[/]')
+    console.print(channel_table(fit))
+    if fit.balances:
+        console.print(balance_table(fit))
+    if happened:
+        console.print(event_table(happened, recording.start))
 
 
 def _changes(arguments: argparse.Namespace) -> list[Change]:
@@ -155,7 +183,7 @@ def _changes(arguments: argparse.Namespace) -> list[Change]:
     return changes
 
 
-def servo_of(recording: Recording, given: Path | None) -> Servo:
+def servo_of(recording: LongRecording, given: Path | None) -> Servo:
     """Return the servo of a file, or the one stored with the recording; raises ServoError."""
     from ..description.servo_file import load, loads
     from ..physics.servo import ServoError

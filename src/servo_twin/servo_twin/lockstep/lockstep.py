@@ -64,6 +64,11 @@ class Lockstep:
         self._gather(self.balances.push(samples, y, self.twin.breaks))
         return Answer(sequence, stamp, y), self._due()
 
+    @property
+    def owed(self) -> int | None:
+        """Running number of the first sample whose residual is not complete; None: of none."""
+        return self._owed[0].sequence if self._owed else None
+
     def finish(self) -> list[Answer]:
         """Return the residuals still owed, whose last half window of balances is NaN."""
         self._gather(self.balances.finish())

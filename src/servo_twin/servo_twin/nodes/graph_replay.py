@@ -12,7 +12,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
-from ..bag import namespaces, read_recording
+from ..bag import namespaces, open_recording
+from ..recording.parts import LongRecording, parts_of
 from ..recording.recording import Recording
 from .ending import Ending
 from .message_conversion import SECOND, to_time, TOPICS
@@ -29,10 +30,11 @@ class GraphReplay(Node):
     Blocks leave at absolute deadlines of the wall clock, each when its last sample was taken.
     """
 
-    def __init__(self, recording: Recording, rate: float, namespace: str,
+    def __init__(self, recording: LongRecording, rate: float, namespace: str,
                  ending: Ending | None = None) -> None:
         super().__init__('replay', namespace=namespace)
         self._recording, self._rate, self._ending = recording, rate, ending
+        self._sent = 0
         reliable = QoSProfile(depth=max(1000, round(2.0 / recording.period)),
                               reliability=ReliabilityPolicy.RELIABLE)
         self._topics = {name: (kind, self.create_publisher(kind, name, reliable))
@@ -43,36 +45,41 @@ class GraphReplay(Node):
         """Publish all samples and return how many; stops early when the process is to end."""
         recording = self._recording
         self._wait_for_listener()
-        size = max(1, round(BLOCK / recording.period))
-        fields = {name: list(kind.get_fields_and_field_types()) for name, (kind, _) in
-                  self._topics.items()}
-        start = round(recording.start * SECOND)
         begin = time.monotonic()
-        sent = 0
-        for at in range(0, len(recording), size):
-            end = min(len(recording), at + size)
-            instant = start + round(at * recording.period * SECOND)
-            rest = begin + end * recording.period / self._rate - time.monotonic()
+        for part in parts_of(recording):
+            if not self._play(part, begin):
+                break
+        for _, publisher in self._topics.values():
+            publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=2.0))
+        return self._sent
+
+    def _play(self, part: Recording, begin: float) -> bool:
+        """Publish a part of what began at ``begin``; return whether to go on."""
+        first = part.sequence - self._recording.sequence
+        start = round(self._recording.start * SECOND)
+        size = max(1, round(BLOCK / part.period))
+        for at in range(0, len(part), size):
+            end = min(len(part), at + size)
+            instant = start + round((first + at) * part.period * SECOND)
+            rest = begin + (first + end) * part.period / self._rate - time.monotonic()
             if rest > 0.0:
                 time.sleep(rest)
             if self._over():
-                break
+                return False
             self._clock.publish(Clock(clock=to_time(
-                start + round(end * recording.period * SECOND))))
-            for name, (kind, publisher) in self._topics.items():
+                start + round((first + end) * part.period * SECOND))))
+            for kind, publisher in self._topics.values():
                 message = kind()
                 message.header.stamp = to_time(instant)
-                message.sequence = recording.sequence + at
-                message.period = recording.period
-                for field in fields[name]:
-                    if field in recording.columns:
-                        part = np.ascontiguousarray(recording[field][at:end])
-                        setattr(message, field, array('d', part.tobytes()))
+                message.sequence = part.sequence + at
+                message.period = part.period
+                for field in kind.get_fields_and_field_types():
+                    if field in part.columns:
+                        values = np.ascontiguousarray(part[field][at:end])
+                        setattr(message, field, array('d', values.tobytes()))
                 publisher.publish(message)
-            sent = end
-        for _, publisher in self._topics.values():
-            publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=2.0))
-        return sent
+            self._sent = first + end
+        return True
 
     def _over(self) -> bool:
         return not rclpy.ok() or (self._ending is not None and self._ending.asked)
@@ -90,15 +97,14 @@ def play(bag: Path, rate: float, namespace: str | None, stretch: int | None) -> 
     """Play a bag into the graph and return the exit status; raises ValueError for a bad rate."""
     if not 0.0 < rate <= 1000.0:
         raise ValueError(f'--rate {rate:g} is outside (0, 1000]')
-    recording = read_recording(bag, namespace, stretch)
     where = namespace if namespace is not None else namespaces(bag)[0]
-    ending = started()
-    node = GraphReplay(recording, rate, where, ending)
-    try:
-        sent = node.play()
-        print(f'{recording.name}: {sent} of {len(recording)} samples published at {rate:g} times '
-              f'real time')
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-    return 0 if sent == len(recording) else 1
+    with open_recording(bag, namespace, stretch) as recording:
+        node = GraphReplay(recording, rate, where, started())
+        try:
+            sent = node.play()
+            print(f'{recording.name}: {sent} of {len(recording)} samples published at {rate:g} '
+                  'times real time')
+        finally:
+            node.destroy_node()
+            rclpy.try_shutdown()
+        return 0 if sent == len(recording) else 1

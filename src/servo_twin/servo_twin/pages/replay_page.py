@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from importlib.resources import files
 from math import isfinite, log10
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
-import numpy as np
 
-from ..balances.goodness_of_fit import Fit, fit_of, speed_of
+from ..balances.goodness_of_fit import Fit, Fitting
 from ..physics.servo import Servo
 from ..recording.events import Happened
+from ..recording.parts import LongRecording
 from ..recording.recording import BALANCES, COMPARED, Predictions, Recording
+from .envelopes import Envelopes
 from .event_table import rows_of
 from .svg_charts import line_chart
 
@@ -37,38 +39,68 @@ ANSWERS_TO = {
 """What makes a balance depart, as of GAP_METHOD's table of balances."""
 
 
-def write_page(path: Path | str, servo: Servo, recording: Recording, answer: Predictions,
-               mode: str = 'measured_input', facts: dict[str, str] | None = None,
-               happened: Sequence[Happened] = ()) -> Path:
-    """
-    Write the page and return its path.
+class Replayed:
+    """What is kept of a replay, however long it is: its fit, and curves as a page draws them."""
 
-    ``facts`` are lines for its head, by name; ``happened`` is what was told beside the samples.
-    """
+    def __init__(self, servo: Servo, recording: LongRecording, drawn: bool = True) -> None:
+        self._fitting = Fitting(servo, recording.period)
+        self._drawn, self.curves = drawn, Envelopes(len(recording))
+        self.restarts = 0
+        self.channel_noise: dict[str, float] = {}
+
+    def add(self, recording: Recording, answer: Predictions) -> None:
+        """Take in the next part and its answer."""
+        first = self._fitting.seen
+        pairs = self._fitting.add(recording, answer)
+        self.restarts = answer.restarts
+        self.channel_noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
+        if not self._drawn:
+            return
+        for name, pair in pairs.items():
+            self.curves.add(f'{name} rig', pair.first, pair.rig)
+            self.curves.add(f'{name} twin', pair.first, pair.twin)
+            self.curves.add(f'{name} gap', pair.first, pair.rig - pair.twin)
+        for name in BALANCES:
+            self.curves.add(name, first, answer.residual[name])
+
+    @property
+    def fit(self) -> Fit:
+        """How well the twin answers."""
+        return self._fitting.fit
+
+
+def write_page(path: Path | str, *about: Any, **more: Any) -> Path:
+    """Write the page and return its path; further arguments are those of :func:`page_of`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page_of(servo, recording, answer, mode, facts, happened), 'utf8')
+    path.write_text(page_of(*about, **more), 'utf8')
     return path
 
 
-def page_of(servo: Servo, recording: Recording, answer: Predictions,
-            mode: str = 'measured_input', facts: dict[str, str] | None = None,
+def page_of(servo: Servo, recording: LongRecording, replayed: Replayed,
+            mode: str = 'measured_input', warnings: Sequence[str] = (),
             happened: Sequence[Happened] = ()) -> str:
-    """Return the page as HTML that refers to nothing outside itself."""
-    fit = fit_of(recording, answer, servo)
+    """
+    Return the page as HTML that refers to nothing outside itself.
+
+    ``warnings`` are those of recording and answer; ``happened`` is what was told beside the
+    samples.
+    """
+    fit = replayed.fit
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     text = files(__package__).joinpath('replay_page.html').read_text('utf8')
     template = environment.from_string(text)
     head = {'rig': recording.servo or servo.name, 'recording': recording.name,
-            'length': f'{recording.duration:.4g} s at {1.0 / recording.period:.6g} Hz',
+            'length': f'{recording.duration:.4g} s at '
+                      f'{1.0 / recording.period:.6g} Hz',
             'excitation': recording.family or 'not said', 'twin runs': mode.replace('_', ' ')}
     return template.render(
         title=': '.join(dict.fromkeys((head['rig'], recording.name))),
-        sentence=sentence(fit, mode), facts=head | (facts or {}), fit=fit,
+        sentence=sentence(fit, mode), facts=head, fit=fit,
         chain=Markup(_chain(fit)), colour=colour, spoken=spoken, times=times,
-        width=_bar_width, channels=_channels(recording, answer, fit),
-        balances=_balances(recording, answer), answers_to=ANSWERS_TO,
-        warnings=[*recording.warnings, *answer.warnings], restarts=answer.restarts,
+        width=_bar_width, channels=_channels(replayed, fit, recording.period),
+        balances=_balances(replayed, fit, recording.period), answers_to=ANSWERS_TO,
+        warnings=list(warnings), restarts=replayed.restarts,
         servo_file=recording.servo_file, happened=rows_of(happened, recording.start))
 
 
@@ -131,33 +163,22 @@ def _chain(fit: Fit) -> str:
             f'balance">{"".join(parts)}</svg>')
 
 
-def _channels(recording: Recording, answer: Predictions, fit: Fit) -> list[dict]:
+def _channels(replayed: Replayed, fit: Fit, period: float) -> list[dict]:
     """Return for each compared channel its two charts: rig and twin, and the gap."""
-    time = recording.time[:len(answer)]
-    noise = dict(zip(COMPARED, answer.channel_noise, strict=True))
+    curves, time = replayed.curves, replayed.curves.times(period)
     shown = []
     for row in fit.channels:
-        if row.channel in COMPARED:
-            rig = recording[row.channel][:len(answer)]
-            twin = answer.prediction[row.channel]
-        else:
-            angle = row.channel.replace('speed', 'position')
-            rig, twin = (speed_of(side, recording.period)
-                         for side in (recording[angle][:len(answer)], answer.prediction[angle]))
+        rig, twin, gap = (curves.curve(f'{row.channel} {of}') for of in ('rig', 'twin', 'gap'))
         shown.append({
             'fit': row, 'curves': Markup(line_chart(time, {'rig': rig, 'twin': twin}, row.unit)),
-            'gap': Markup(line_chart(time, {'gap': rig - twin}, row.unit, 110,
-                                     noise.get(row.channel), time_axis=False))})
+            'gap': Markup(line_chart(time, {'gap': gap}, row.unit, 110,
+                                     replayed.channel_noise.get(row.channel), time_axis=False))})
     order = ('load_speed', 'motor_speed', 'load_position', 'motor_position', 'torque', 'current')
     return sorted(shown, key=lambda s: order.index(s['fit'].channel))
 
 
-def _balances(recording: Recording, answer: Predictions) -> list[dict]:
-    time = recording.time[:len(answer)]
-    shown = []
-    for name in BALANCES:
-        residual = answer.residual[name]
-        if np.isfinite(residual).any():
-            chart = line_chart(time, {'residual': residual}, '× noise', 110, 1.0)
-            shown.append({'name': name, 'chart': Markup(chart)})
-    return shown
+def _balances(replayed: Replayed, fit: Fit, period: float) -> list[dict]:
+    time = replayed.curves.times(period)
+    return [{'name': one.balance, 'chart': Markup(line_chart(
+        time, {'residual': replayed.curves.curve(one.balance)}, '× noise', 110, 1.0))}
+        for one in fit.balances]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -68,6 +68,14 @@ class Recording:
         """Seconds from the first sample to the end of the last one."""
         return len(self) * self.period
 
+    def part(self, first: int, end: int) -> Recording:
+        """Return the samples numbered from ``first`` to ``end``, as far as there are."""
+        cut = slice(min(max(0, first - self.sequence), len(self)),
+                    min(max(0, end - self.sequence), len(self)))
+        return replace(self, columns={name: column[cut] for name, column in self.columns.items()},
+                       start=self.start + cut.start * self.period,
+                       sequence=self.sequence + cut.start)
+
     def has(self, column: str) -> bool:
         """Whether a column was measured at all."""
         return bool(np.isfinite(self.columns[column]).any())
@@ -108,3 +116,12 @@ class Predictions:
 
     def __len__(self) -> int:
         return len(self.prediction['voltage'])
+
+    def part(self, first: int, end: int) -> Predictions:
+        """Return the answers to samples number ``first`` to ``end``, as far as there are."""
+        cut = slice(min(max(0, first - self.sequence), len(self)),
+                    min(max(0, end - self.sequence), len(self)))
+        return replace(self, prediction={n: v[cut] for n, v in self.prediction.items()},
+                       residual={n: v[cut] for n, v in self.residual.items()},
+                       start=self.start + cut.start * self.period,
+                       sequence=self.sequence + cut.start)

@@ -13,7 +13,7 @@ import numpy as np
 from ..bag import BagError, read_changes, read_events, read_predictions, read_recording
 from ..description.servo_file import dumps, load, loads
 from ..lockstep.lockstep import warm_up
-from ..lockstep.whole_recording import answer, part_of
+from ..lockstep.whole_recording import answer
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Happened
 from ..recording.joined_samples import CHANNELS
@@ -130,7 +130,7 @@ class PlayedBag(Source):
                              '--servo')
         end = self._recording.sequence + self._reached
         first = end - round(seconds / self._recording.period)
-        return replace(part_of(self._recording, first, end), servo=self._servo.name,
+        return replace(self._recording.part(first, end), servo=self._servo.name,
                        servo_file=dumps(self._servo))
 
     def close(self) -> None:

@@ -1,0 +1,88 @@
+"""What a recording of any length shows at a glance, gathered part by part."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+from servo_twin.recording.parts import parts_of
+from servo_twin.recording.recording import COLUMNS, Recording
+
+from .long_bags import Long
+from .signals import ANGLES
+
+FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
+_COUNTED = 5000  # samples of which the different ones are counted
+
+
+@dataclass(frozen=True)
+class Survey:
+    """
+    A recording at a glance.
+
+    ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
+    that holds none, ``whole_numbers`` the angles that look like counts. ``still`` of ``parts``
+    show no motion. ``at_limit`` is the share of commands at the servo's limit.
+    """
+
+    name: str
+    period: float
+    samples: int
+    warnings: tuple[str, ...]
+    parts: int
+    still: int
+    measured: frozenset[str]
+    lost: dict[str, float]
+    whole_numbers: tuple[str, ...]
+    at_limit: float
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first sample to the end of the last one."""
+        return self.samples * self.period
+
+    @property
+    def moves(self) -> bool:
+        """Whether any part shows a motion."""
+        return self.still < self.parts
+
+
+def survey(one: Long, servo: Servo) -> Survey:
+    """Look at all samples of a recording, part by part."""
+    known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
+    still = at_limit = parts = 0
+    limit = limit_of(servo)
+    for part in parts_of(one):
+        parts += 1
+        angles = {name: part[name][np.isfinite(part[name])] for name in ANGLES}
+        known.update({name: int(np.isfinite(part[name]).sum()) for name in COLUMNS})
+        still += not any(len(x) and np.ptp(x) > 0.0 for x in angles.values())
+        for name, values in angles.items():
+            whole[name] = whole[name] and bool(np.all(values == np.round(values)))
+            if whole[name] and len(np.unique(values[:_COUNTED])) > FEWEST_COUNTS:
+                counts.add(name)
+        at_limit += _at_limit(part, limit)
+    return Survey(
+        one.name, one.period, len(one), one.warnings, parts, still,
+        frozenset(name for name in COLUMNS if known[name]),
+        {name: 1.0 - known[name] / max(1, len(one)) for name in ANGLES},
+        tuple(name for name in ANGLES if whole[name] and name in counts),
+        at_limit / max(1, known['voltage']))
+
+
+def limit_of(servo: Servo) -> float:
+    """Return the limit of the command, V; inf where the servo has none."""
+    return float(servo.values.get('controller.limit') or np.inf)
+
+
+def share_at_limit(one: Recording, servo: Servo) -> tuple[float, float]:
+    """Return the limit of the command, V, and the share of the samples that are at it."""
+    limit, known = limit_of(servo), int(np.isfinite(one['voltage']).sum())
+    return limit, _at_limit(one, limit) / known if known else 0.0
+
+
+def _at_limit(one: Recording, limit: float) -> int:
+    return int(np.sum(np.abs(one['voltage']) >= 0.999 * limit))
