@@ -1,6 +1,5 @@
 """A twin that is simulated over a recording comes down to the noise where nothing is missing."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np

@@ -176,12 +176,8 @@ class Fits:
 
     @staticmethod
     def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
-        """
-        Return how many numbers a hypothesis is worth, by which of its amplitudes work.
-
-        Which parts of a curve of one sign work is a choice of its own, also where it is one alone.
-        """
-        shared = one.signs == 1
+        """Return how many numbers a hypothesis is worth, by which of its amplitudes work."""
+        shared = one.signs == 1  # which of these work is a choice too, also where one does alone
         searched = 1 + len(one.detail) if one.tried > 1 else 0
         return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched
 
