@@ -116,6 +116,17 @@ def test_a_twin_that_matches_its_rig_within_tolerance_has_no_gap_and_comes_back_
     assert patched(FILE.read_text(), SERVO, found.augmented) == FILE.read_text()
 
 
+@pytest.mark.slow
+def test_one_recording_that_contradicts_the_file_is_left_out_and_the_others_are_diagnosed():
+    several = [recorded(SERVO, seed) for seed in (1, 2, 3, 4)]
+    columns = {**several[-1].columns, 'voltage': -several[-1].columns['voltage']}
+    several[-1] = replace(several[-1], name='turned', columns=columns)
+    report = diagnose(several, SERVO).report
+    assert report.verdict['status'] == 'no_gap'
+    assert any('turned is left out' in one for one in report.warnings)
+    assert 'turned' not in sum(report.recordings.values(), [])
+
+
 @pytest.fixture(scope='module')
 def loaded_friction():
     return answered(with_effect('load_dependent_friction', 'load', share=0.12))

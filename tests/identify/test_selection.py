@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from synthetic_recordings import PERIOD, sampled
 
+from servo_identify.diagnose.answer.row_instants import late_command
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
@@ -72,3 +73,22 @@ def test_a_small_effect_in_one_equation_is_found_beside_a_large_one_in_another()
         {'mechanism.load_inertia': 1.3 * SERVO.numbers['mechanism.load_inertia']})
     assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
         ('command_delay', 'command'), ('parameter:load_inertia', 'load')}
+
+
+@pytest.mark.slow
+def test_a_command_that_acts_late_by_less_than_loggers_do_is_told_and_not_named():
+    rig = with_effect('command_delay', 'command', delay=0.9 * PERIOD)
+    found = explained(residual_samples([recorded(rig, seed) for seed in (1, 2)], SERVO))
+    assert not found.chosen
+    told = late_command(found)
+    assert float(told.split('acts ')[1].split()[0]) == pytest.approx(0.9, abs=0.4)
+    on_time = explained(residual_samples([recorded(SERVO, seed) for seed in (1, 2)], SERVO))
+    assert late_command(on_time) == ''
+
+
+@pytest.mark.slow
+def test_an_error_of_many_numbers_is_found_over_the_turns_of_a_motor():
+    rig = with_effect('kinematic_error', 'mesh', order=1.0, cosine=(4e-5, 2e-5, 1e-5),
+                      sine=(2e-5, -3e-5, 1e-5))
+    assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
+        ('transmission_error', 'mesh')}

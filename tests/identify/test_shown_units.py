@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from servo_identify.diagnose.answer.sentences import size_of
 from servo_identify.diagnose.answer.shown_units import channel_unit, curve_units
 from servo_identify.diagnose.mechanisms.hypothesis import Form, Mechanism, UNKNOWN
 from servo_twin.description.servo_file import load
@@ -39,3 +40,15 @@ def test_channels_are_in_the_units_of_their_shafts():
     assert [channel_unit(BELT, name) for name in (
         'motor_position', 'load_position', 'torsion', 'torque', 'current')] == [
             'rad', 'm', 'm', 'N', 'A']
+
+
+@pytest.mark.parametrize(('value', 'std', 'told'), [
+    (628.13253, 0.00366, 'lead 628.133 +- 0.004 m'), (0.0393, 0.89, 'lead 0.0393 +- 0.9 m'),
+    (400.2, None, 'lead 400 m'), (1.5, float('nan'), 'lead 1.5 m'), (0.0, 2.0, 'lead 0 +- 2 m')])
+def test_a_value_has_the_digits_that_its_standard_deviation_leaves(value, std, told):
+    assert size_of({'a.lead': {'value': value, 'std': std, 'unit': 'm'}}, None) == told
+
+
+def test_what_is_rounding_beside_the_rest_of_a_curve_is_zero():
+    curve = {'x': [4.4e-16, 1.0, 7.92], 'y': [8e-17, 0.3, 0.635], 'unit': 'rad/s', 'y_unit': 'N m'}
+    assert size_of({}, curve) == '0 to 0.635 N m from 0 to 7.92 rad/s'

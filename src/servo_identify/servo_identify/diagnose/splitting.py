@@ -41,7 +41,7 @@ def split(recordings: list[Recording], accept: list[Recording],
     if len(recordings) == 1 and not (accept or report):
         return _cut(recordings[0])
     if not (accept or report) and len(recordings) >= FEWEST_PARTS and recordings[0].digest and (
-            len({one.digest for one in recordings}) == 1):
+            len({(one.digest, one.family, one.replicate) for one in recordings}) == 1):
         return _in_turn(recordings)
     pool, held = list(recordings), {'accept': list(accept), 'report': list(report)}
     warnings = []

@@ -187,12 +187,14 @@ class Regression:
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums over all columns, each group weighed: (equations, families)."""
-        parts = []
-        for i, products in enumerate(self.products):
-            p = products.shape[1]
-            table = weight[i, self.family] @ products.reshape(self.blocks, p * p)
-            parts.append((self.inside[i], table.reshape(p, p)))
-        return _summed(parts, self.size)
+        return _summed([(self.inside[i], self.table(i, weight[i]))
+                        for i in range(len(self.products))], self.size)
+
+    def table(self, equation: int, weight: np.ndarray) -> np.ndarray:
+        """Return the sums of one equation (by its place), each family weighed: (p, p)."""
+        products = self.products[equation]
+        size = products.shape[1]
+        return (weight[self.family] @ products.reshape(self.blocks, size**2)).reshape(size, size)
 
     def scores_of(self, columns: np.ndarray, values: np.ndarray,
                   wanted: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ well as the best, the smallest is the answer.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,9 +29,10 @@ class Search(Significance):
         """Return (gain less cost in nats, number, side) of each hypothesis beside a set."""
         regression = self.regression
         sums = self.sums(near.weight)
-        above = self.groups(near.held_out) > self.floor()
-        weight = np.where(above, near.weight, 0.0)
-        before = self._left(near.columns, near.values, weight)
+        weight = np.where(self.groups(near.held_out) > self.floor(), near.weight, 0.0)
+        tables = {i: sums.parts[i][1] if row.all() else regression.table(i, row)
+                  for i, row in enumerate(weight) if row.any()}
+        before = self._left(near.columns, near.values, weight, tables)
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
@@ -46,21 +48,23 @@ class Search(Significance):
                 doubts = self.doubts(near.doubt, sums, columns)
                 prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
                 values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
-                gain = before - self._left(columns, values, weight)
+                gain = before - self._left(columns, values, weight, tables)
                 found.append((gain - 0.5 * worth * np.log(max(2, regression.blocks)), number,
                               side))
         return sorted(found, reverse=True)
 
-    def _left(self, columns: np.ndarray, values: np.ndarray, weight: np.ndarray) -> float:
+    def _left(self, columns: np.ndarray, values: np.ndarray, weight: np.ndarray,
+              tables: Mapping[int, np.ndarray]) -> float:
         """
         Return what values leave, nats: n/2 log of the mean square of each equation.
 
-        Over the groups with a ``weight`` (equations, families): those with more than the floor.
+        Over the groups with a ``weight`` (equations, families), those with more than the floor;
+        ``tables`` are their sums of products, by the place of the equation.
         """
         floor = (weight * self.sizes * self.floor()).sum(axis=1)
         count = ((weight > 0.0) * self.sizes).sum(axis=1) * self.observations
         left = 0.0
-        for i, (_, table) in enumerate(self.sums(weight).parts):
+        for i, table in tables.items():
             place = self.regression.where[i][columns]
             some, inside = values[place >= 0], place[place >= 0]
             square = float(some @ table[inside[:, None], inside] @ some)
