@@ -241,8 +241,8 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
         position = recording['load_position']
         assert recording.family == 'friction'
         # a driver on a busy machine leaves samples out and says so; all others are there
-        assert all('samples lost in' in said for said in recording.warnings)
-        assert np.isfinite(position).all() == (not recording.warnings)
+        lost = [said for said in recording.warnings if 'samples lost in' in said]
+        assert np.isfinite(position).all() == (not lost)
         assert 0.1 < np.nanmax(position) - np.nanmin(position) < 3.0
         assert np.ptp(position[-50:]) < 1e-4
 
