@@ -121,6 +121,8 @@ def _centred(problem: Problem, unknowns: Unknowns) -> Unknowns:
     It is a set-up value, as the starts are. Errors of the angles cannot tell it: there it would
     take up what both shafts have drifted.
     """
+    if not len(problem.zeroed):
+        return unknowns
     y = problem.shooting.simulate([unknowns])[0]
     error, of = _compared(problem, y)[TORSION][1], problem.course
     zeros = unknowns.zeros.copy()

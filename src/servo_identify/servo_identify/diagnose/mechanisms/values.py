@@ -37,16 +37,16 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         section = path.split('.')[0]
         if section not in ('drive', 'mechanism', 'effects') or parameter.row:
             continue
-        if path == 'mechanism.ratio' and not servo.linear:
+        lead = path == 'mechanism.ratio'
+        if lead and not servo.linear:
             continue  # the number of teeth is known; the lead of a screw is measured
         if section == 'effects' and parameter.off is None:
             continue
         value = servo.numbers[path]
         least, most = parameter.bounds
-        share = FINE if path == 'mechanism.ratio' else SLOPE
-        step = share * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
+        step = (FINE if lead else SLOPE) * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
         column = slope(samples, path, step, (least, most))
-        if path == 'mechanism.ratio':  # the firmware counts with the lead of the file
+        if lead:  # the firmware counts with the lead of the file
             column = np.where(samples.rows('controller'), 0.0, column)
         if section != 'effects' and value != 0.0:
             ends = sorted((value / FAR, value * FAR))
