@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from synthetic_recordings import PERIOD, sampled
 
-from servo_identify.diagnose.answer.row_instants import late_command
+from servo_identify.diagnose.answer.row_instants import as_acted, command_late, told_late
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
+from servo_twin.recording.recording import Recording
 
 FILE = Path(__file__).resolve().parents[2] / 'config' / 'servos' / 'rv_bench.yaml'
 SERVO = servo_file.load(FILE)
@@ -23,6 +25,12 @@ def recorded(rig, seed, seconds=5.0):
     time = np.arange(int(seconds / PERIOD)) * PERIOD
     command = sum(1.1 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.5, 1.3, 3.1))
     return replace(sampled(rig, command, seed=seed), name=f'multisine_{seed}', family='multisine')
+
+
+def answered(rig):
+    """Return the report on three recordings of a rig, one for each purpose."""
+    first, second, third = (recorded(rig, seed) for seed in (1, 2, 3))
+    return diagnose([first], SERVO, [second], [third]).report
 
 
 def with_effect(name, site, **values):
@@ -80,10 +88,38 @@ def test_a_command_that_acts_late_by_less_than_loggers_do_is_told_and_not_named(
     rig = with_effect('command_delay', 'command', delay=0.9 * PERIOD)
     found = explained(residual_samples([recorded(rig, seed) for seed in (1, 2)], SERVO))
     assert not found.chosen
-    told = late_command(found)
+    told = told_late(found)
     assert float(told.split('acts ')[1].split()[0]) == pytest.approx(0.9, abs=0.4)
     on_time = explained(residual_samples([recorded(SERVO, seed) for seed in (1, 2)], SERVO))
-    assert late_command(on_time) == ''
+    assert told_late(on_time) == ''
+    assert command_late(on_time) == 0.0
+
+
+@pytest.mark.slow
+def test_a_command_that_acts_late_is_simulated_when_it_acts():
+    rig = with_effect('command_delay', 'command', delay=0.9 * PERIOD)
+    gap = answered(rig).gap
+    assert gap['within_tolerance'] < 1.5 * gap['floor']
+
+
+def test_a_command_stands_where_it_acts():
+    one = Recording('steps', 1e-3, {'voltage': np.array([0.0, 0.0, 4.0, 4.0, 1.0, 1.0])})
+    assert as_acted(one, 0.0) is one
+    assert as_acted(one, 1.25).columns['voltage'] == pytest.approx([0.0, 0.0, 0.0, 3.0, 4.0, 1.75])
+    still = replace(one, columns={'current': np.ones(6)})
+    assert as_acted(still, 1.25) is still
+
+
+@pytest.mark.slow
+def test_friction_that_builds_up_within_few_samples_is_found_beside_the_coulomb_friction():
+    rig = with_effect('presliding_friction', 'load', level=12.0, breakaway=1e-4, lag=0.0)
+    report = answered(rig)
+    assert report.verdict['effects'] == ['presliding_friction']
+    values = {name: one['value'] for name, one in report.which[0].parameters.items()}
+    assert values['level'] == pytest.approx(12.0, rel=0.2)
+    assert values['breakaway'] == pytest.approx(1e-4, rel=0.3)
+    assert values['effects.coulomb.level'] == pytest.approx(
+        SERVO.numbers['effects.coulomb.level'], rel=0.1)
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from ..data.finding import Finding as Said
 from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
+from .answer.row_instants import as_acted, command_late
 from .answer.verdict import report_of
 from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
@@ -69,24 +70,27 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
         named, added_of(found, [one.part for one in named]), strict=True)]
     acting = [_waved(one, found) for one in acting]
     acting = [one for one in acting if _stands(found, several, one)]
-    accept = list(parts.accept) or selecting
-    fitting = [one for one in selecting if all(one is not other for other in accept)] or selecting
+    late = command_late(found)
+    accept = [as_acted(one, late) for one in parts.accept or selecting]
+    fitting = [as_acted(one, late) for one in selecting
+               if all(one is not other for other in parts.accept)] or accept
+    report = [as_acted(one, late) for one in parts.report]
     try:
         handover = handed_over(servo, [one.added for one in acting], fitting, accept,
                                stages.share)
         stages.begin('comparison')
-        evidence = _compared(servo, parts, found, acting, several, handover, accept)
+        evidence = _compared(servo, parts, found, acting, several, handover, accept, report)
     except Diverged as problem:
         raise CannotDiagnose(str(problem)) from None
     stages.begin('next experiment')
     following = next_experiment(evidence, reach or {})
     stages.end()
-    report = replace(
+    answer = replace(
         report_of(evidence, following, [*warnings, *handover.warnings], stages.seconds),
         findings=tuple(asdict(one) for one in findings),
         defaults=tuple(asdict(one) for one in defaults(servo)))
     augmented = servo if evidence.worse else handover.patch
-    return Diagnosis(report, augmented, evidence.refit, evidence)
+    return Diagnosis(answer, augmented, evidence.refit, evidence)
 
 
 def _checked(recordings: Sequence[Recording], accepting: Sequence[Recording],
@@ -168,9 +172,8 @@ def _stands(found: Explained, several: list[set[tuple[str, ...]]], one: Finding)
 
 def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding],
               several: list[set[tuple[str, ...]]], handover: Handover,
-              accept: Sequence[Recording]) -> Evidence:
+              accept: Sequence[Recording], report: Sequence[Recording]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
-    report = list(parts.report)
     reported = {'given': simulated(servo, report), 'within': _or(handover.within, servo, report)}
     reported['patch'] = simulated(handover.patch, report) if handover.added else reported['given']
     reported['refit'] = _or(handover.refit, handover.patch, report)

@@ -1,26 +1,61 @@
-"""At which instants the channels of a recording would have to be read for the twin to match."""
+"""When the command of a row acts, as the recordings show it."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from servo_twin.recording.recording import Recording
 
 from ..decisions import EVEN
 from ..selection.explain import Explained
 
 
-def late_command(found: Explained) -> str:
+def command_late(found: Explained) -> float:
+    """
+    Return by how many sample periods the command acts after its row; 0.0 up to half a period.
+
+    A delay that is named counts from the row, so that there it is 0.0.
+    """
+    fit, labels = found.explanation.smallest, found.nuisance.labels
+    if any(found.hypotheses[n].mechanism.name == 'command_delay' for n in fit.choice.numbers):
+        return 0.0
+    values = {labels[column - 1]: value for column, value in zip(
+        fit.columns[1:], fit.values[1:], strict=True) if column <= len(labels)}
+    late = -(values.get('late:drive', 0.0) + values.get('late:current', 0.0))
+    return float(late) if 'late:drive' in values and late > EVEN else 0.0
+
+
+def told_late(found: Explained) -> str:
     """
     Return a sentence where the command acts more than half a sample period after its row, or ''.
 
     Loggers write rows in many ways, so that this may be one of them and is no fault by itself. A
     command that truly comes late looks the same, and the twin has to be told of it.
     """
-    fit, labels = found.explanation.smallest, found.nuisance.labels
-    values = {labels[column - 1]: value for column, value in zip(
-        fit.columns[1:], fit.values[1:], strict=True) if column <= len(labels)}
-    late = -(values.get('late:drive', 0.0) + values.get('late:current', 0.0))
-    if 'late:drive' not in values or late <= EVEN:
+    late = command_late(found)
+    if not late:
         return ''
     period = min(one.measured.period for one in found.samples.errors)
     return (f'the recordings fit where the command acts {late:.1f} sample periods '
-            f'({1e3 * late * period:.3g} ms) after its row. A logger that writes the command '
-            'before it acts does that; otherwise the drive lacks a delay of that size '
-            '(command_delay)')
+            f'({1e3 * late * period:.3g} ms) after its row, and are simulated so. A logger that '
+            'writes the command before it acts does that; otherwise the drive lacks a delay of '
+            'that size (command_delay)')
+
+
+def as_acted(recording: Recording, late: float) -> Recording:
+    """
+    Return a recording whose command stands in the rows in which it acts.
+
+    It acts ``late`` sample periods, at least zero, after its row and holds until the next. In a
+    row in which it changes stands its mean.
+    """
+    if not late or not recording.has('voltage'):
+        return recording
+    given = recording.columns['voltage']
+    rows = np.arange(len(given)) - int(late)
+    share = late - int(late)
+    held, before = (given[np.maximum(rows - one, 0)] for one in (0, 1))
+    return replace(recording, columns={**recording.columns,
+                                       'voltage': (1.0 - share) * held + share * before})

@@ -19,7 +19,7 @@ from ..selection.fits import Fitted
 from ..selection.stability import shares
 from .evidence import Evidence, Finding
 from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
-from .row_instants import late_command
+from .row_instants import told_late
 from .sentences import sentence, size_of
 from .shown_units import channel_unit, curve_units
 from .telling import confirmations, tell
@@ -39,7 +39,7 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     balance = _place(evidence, located)
     unknown = _unknown(evidence, located)
     status = _status(evidence, which, gap, squares)
-    late = late_command(evidence.found)
+    late = told_late(evidence.found)
     verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
                'sentence': sentence(status, which, balance, gap, unknown, late),
                'remains': _remains(evidence, gap, status)}
@@ -204,13 +204,13 @@ def _parameters(evidence: Evidence, added: Added) -> dict[str, dict[str, Any]]:
     """
     Return the values of a missing effect: value, standard deviation and unit.
 
-    Of values that the file has, the one that changes most in proportion comes first.
+    What is added comes first, then the values of the file: what changes most in proportion first.
     """
     patch, found, given = evidence.handover.patch, {}, evidence.servo.numbers
 
     def change(path: str) -> float:
         if path not in given:
-            return 0.0
+            return np.inf
         return abs(float(patch.numbers[path]) - given[path]) / max(abs(given[path]), 1e-12)
 
     for path in sorted(added.free, key=change, reverse=True):

@@ -67,17 +67,28 @@ def servo_with(servo: Servo, several: Sequence[Added]) -> Servo:
 def added_of(found: Explained, parts: Sequence[Part]) -> list[Added]:
     """Return the parts of an answer as effects of the servo."""
     taken = {placed.name for placed in found.samples.servo.effects}
-    return [_added(found, part, taken) for part in parts]
+    changed = {path: value for part in parts for path, value in _value_of(found, part).items()}
+    several = [_added(found, part, taken, changed) for part in parts]
+    left = {path: value for one in several if one.placed for path, value in one.values.items()}
+    return [replace(one, values={path: left.get(path, value) for path, value in one.values.items()})
+            for one in several]
 
 
-def _added(found: Explained, part: Part, taken: set[str]) -> Added:
+def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
+    """Return the value of the servo file that a part stands for, by path; empty for others."""
+    servo, one = found.samples.servo, found.hypotheses[part.number]
+    if part.path:
+        return _changed(servo, part, {part.path: part.change}).values
+    return _changed(servo, part, {one.path: float(part.amplitudes[0])}).values if one.path else {}
+
+
+def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, Value]) -> Added:
     servo, one = found.samples.servo, found.hypotheses[part.number]
     name, site = part.mechanism.name, part.mechanism.site
     amplitudes = part.amplitudes
-    if part.path:
-        return _changed(servo, part, {part.path: part.change})
-    if one.path:
-        return _changed(servo, part, {one.path: float(amplitudes[0])})
+    value = _value_of(found, part)
+    if value:
+        return Added(part, (), value, tuple(value), True)
     if name == 'controller_mismatch':
         return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
     if 'effect' in one.detail:
@@ -87,8 +98,8 @@ def _added(found: Explained, part: Part, taken: set[str]) -> Added:
                        taken)
     if name == 'stiffness_error':
         return _sprung(servo, part, amplitudes)
-    if name == 'presliding_friction' and part.curve is not None:
-        return _presliding(servo, part, part.curve, taken)
+    if name == 'presliding_friction':
+        return _presliding(replace(servo, values={**servo.values, **changed}), part, one, taken)
     waves = _by_orders(part, one)
     if waves:
         mean = amplitudes[np.asarray(one.knots) == 0.0][:1] if len(one.knots) else []
@@ -249,26 +260,29 @@ def _loops(part: Part, one: Hypothesis) -> Formed:
                   ('level', 'travel'), True)
 
 
-def _presliding(servo: Servo, part: Part, curve: Curve, taken: set[str]) -> Added:
+def _presliding(servo: Servo, part: Part, one: Hypothesis, taken: set[str]) -> Added:
     """
     Return friction that builds up over the travel, LuGre, from what it lacks after a reversal.
 
-    What builds up is friction that the servo has: it is taken from the Coulomb friction there.
+    An element that slips after the travel s lacks twice its level, falling over 2 s; a decay what
+    it is, over s. What builds up is friction that the servo has: it is taken from the Coulomb
+    friction there, which moves with it.
     """
     effect = find('presliding_friction')
-    lacks = np.maximum(curve.y, 0.0)
-    level = 0.5 * float(lacks[0])
-    travel = float(np.trapezoid(lacks, curve.x)) / max(2.0 * level, 1e-300)
+    lacks = part.amplitudes * np.repeat((2.0, 1.0), len(part.amplitudes) // 2)
+    level = 0.5 * float(lacks.sum())
+    travel = float(lacks @ np.asarray(one.knots)) / max(2.0 * level, 1e-300)
     name = _named(effect.name, part.mechanism.site, taken)
     instance = Placed(name, effect, part.mechanism.site)
     values = instance.paths({n: p.default for n, p in effect.parameters.items()})
     values |= instance.paths({'level': level, 'breakaway': max(travel, 1e-8)})
+    free = list(instance.paths({'level': 0.0, 'breakaway': 0.0}))
     for placed in servo.effects:
         path = f'effects.{placed.name}.level'
         if placed.effect.name == 'coulomb_friction' and placed.site == part.mechanism.site:
             values[path] = max(0.0, servo.numbers[path] - level)
-    return Added(part, (instance,), values, tuple(instance.paths(
-        {'level': 0.0, 'breakaway': 0.0})), True)
+            free.append(path)
+    return Added(part, (instance,), values, tuple(free), True)
 
 
 def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:

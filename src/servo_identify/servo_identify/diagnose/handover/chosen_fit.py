@@ -18,6 +18,7 @@ from .simulated_gap import Diverged, Gap, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
+ROWS = 16000  # that it runs over in any case: slow recordings are cheap
 JUDGED = 60.0  # s of the accept recordings that a choice is judged on
 
 
@@ -101,7 +102,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'lies within the tolerance of the servo file')
             added = left_out(best.added, known)
             continue
-        needless = _needless(best, moved, PRACTICAL * given.total if helps else np.inf, trial)
+        needless = _needless(best, moved, PRACTICAL if helps else np.inf, trial)
         if needless is None:
             added, chosen, base = best.added, best.estimate, best.base
             break
@@ -222,16 +223,17 @@ def _tolerated(best: Tried, servo: Servo) -> int | None:
 
 def _needless(best: Tried, moved: Tried | None, spare: float, trial: Trial) -> int | None:
     """
-    Return which effect hurts least to remove, if that adds at most ``spare`` to what is left.
+    Return which effect hurts least to remove, if the errors grow by at most ``spare`` of them.
 
-    What one effect does shows where nothing else is off: in the nearer of two files.
+    What one effect does shows where nothing else is off: in the nearer of two files. It counts in
+    proportion in each channel, or the one that drifts most would decide alone.
     """
     at = moved if moved is not None and moved.total < best.total else best
     rests = []
     for number in range(len(at.added) if len(at.added) > 1 else 0):
         rest = trial.of(at.base, left_out(at.added, number))
-        if rest is not None and rest.total <= at.total + spare:
-            rests.append((rest.total, number))
+        if rest is not None and rest.gap.further(at.gap) <= spare:
+            rests.append((rest.gap.further(at.gap), number))
     return min(rests)[1] if rests else None
 
 
@@ -256,6 +258,7 @@ def shortened(recordings: Sequence[Recording], seconds: float = SECONDS) -> list
     and of what is left each is cut to its first part.
     """
     several = list(recordings)
+    seconds = max(seconds, ROWS * max((one.period for one in several), default=0.0))
     if sum(one.duration for one in several) > seconds:
         several = list({one.family or one.name: one for one in reversed(several)}.values())[::-1]
     together = sum(one.duration for one in several)

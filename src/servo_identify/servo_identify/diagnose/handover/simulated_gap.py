@@ -70,6 +70,11 @@ class Gap:
                  for c in self.squares]
         return float(np.sqrt(np.mean(np.square(sizes)))) if sizes else 0.0
 
+    def further(self, other: Gap) -> float:
+        """Return the mean over the channels of the logarithm of the error over another's."""
+        ratios = [self.rms(c) / max(other.rms(c), 1e-300) for c in self.squares]
+        return float(np.mean(np.log(np.maximum(ratios, 1e-300)))) if ratios else 0.0
+
     def noise(self) -> float:
         """Return the noise floor in the same measure as :meth:`total`."""
         sizes = [self.floor[c] / self.signal[c] for c in self.squares]

@@ -22,7 +22,7 @@ SPEEDS = (0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
 POWERS = (1.5, 2.0, 3.0)  # of the speed, with which drag may grow
 FADES = 6  # speeds within which friction may fall
 TIMES = (0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which friction may settle
-STOPS = 6  # travels over which friction may build up
+STOPS = 10  # travels over which friction may build up, from what a sample resolves
 PLACES = 12  # of a part of a turn at which friction has a value of its own
 
 
@@ -90,16 +90,11 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
 
 
 def _asymmetric(builder: Builder, site: str) -> Hypothesis | None:
-    """Friction with another level, and growth, in one direction."""
+    """Friction whose level, and growth, differ by direction, about the same mean."""
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-
-    def torque(one: EquationErrors) -> np.ndarray:
-        return -np.column_stack((np.ones(len(one.motion.rows)), _speed(one, site),
-                                 one.motion.direction))
-
-    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, np.zeros(len(x)))))
-    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque), [0] * 3,
-                              form=form)
+    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x)))
+    columns = builder.place(f'{site}_torque', lambda one: -form.shape(form.of(one)))
+    return builder.hypothesis(mechanism, columns, [0, 0], form=form)
 
 
 def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
@@ -164,8 +159,8 @@ def _presliding(builder: Builder, site: str) -> Hypothesis | None:
     decay over the travel, which builds up as slowly as any element does.
     """
     name = f'{site}_angle'
-    least, most = builder.scales.strokes(name)
-    low, high = 0.002 * least, 0.05 * most
+    low = builder.scales.slowest(f'{site}_speed') * builder.scales.period
+    high = 0.05 * builder.scales.strokes(name)[1]
     if not 0.0 < low < high:
         return None
     stops = np.geomspace(low, high, STOPS)
