@@ -82,6 +82,7 @@ class Fits:
         self.regression = regression
         self._known: dict[Choice, Fitted] = {}
         self._sums: dict[bytes, Sums] = {}
+        self._bounds = [one.bounds() for one in regression.hypotheses]
         one = np.zeros((regression.blocks, len(regression.families)))
         one[np.arange(regression.blocks), regression.family] = 1.0
         self._family = one
@@ -117,7 +118,7 @@ class Fits:
         """Return the bounds of the nuisances and the amplitudes of a set."""
         low, high = [self.regression.low[kept]], [self.regression.high[kept]]
         for number, side in choice.members:
-            one = self.regression.hypotheses[number].bounds()[side]
+            one = self._bounds[number][side]
             low.append(one[0])
             high.append(one[1])
         return np.concatenate(low), np.concatenate(high)
@@ -156,8 +157,8 @@ class Fits:
         for k, fold in enumerate(products.folds(last)):
             blocks = regression.fold == k
             if blocks.any():
-                there = np.concatenate(([1.0], self._solved(total - fold, prior, low, high)))
-                held_out[:, blocks] = products.errors(there)[:, blocks]
+                there = self._solved(total - fold, prior, low, high, values[1:])
+                held_out[:, blocks] = products.errors(np.concatenate(([1.0], there)), blocks)
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(used.sum())
         count, at = float(used.sum()), len(kept)
@@ -188,19 +189,16 @@ class Fits:
         return doubt @ share / np.maximum(share.sum(axis=0), 1e-300)
 
     @staticmethod
-    def _solved(gram: np.ndarray, prior: np.ndarray, low: np.ndarray,
-                high: np.ndarray) -> np.ndarray:
+    def _solved(gram: np.ndarray, prior: np.ndarray, low: np.ndarray, high: np.ndarray,
+                near: np.ndarray | None = None) -> np.ndarray:
         gram = gram.copy()
         gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
-        return solve(gram, low, high)
+        return solve(gram, low, high, near)
 
     def room(self, kept: np.ndarray, size: int) -> np.ndarray:
         """Return the tolerance of each unknown, infinite where the servo file gives none."""
-        regression, room = self.regression, np.full(size, np.inf)
-        labels, values = regression.nuisance.labels, regression.samples.servo.values
-        for i, column in enumerate(kept):
-            if labels[column - 1] in values:
-                room[i] = 0.5 * (regression.high[column] - regression.low[column])
+        room = np.full(size, np.inf)
+        room[:len(kept)] = self.regression.room[kept]
         return room
 
     def _doubt(self, left: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -242,8 +240,13 @@ class Fits:
         It is that of noise and the practical margin, and how far the best form may be off the gap
         of its equation.
         """
-        gap = self.groups(self.nothing.held_out) if gap is None else gap
+        if gap is None:
+            return self._floor
         size = self.sizes.sum(axis=1, keepdims=True)
         whole = (gap * self.sizes).sum(axis=1, keepdims=True) / np.maximum(size, 1.0)
         return np.broadcast_to(CALIBRATED + FORM**2 * np.maximum(0.0, whole - 1.0),
                                self.sizes.shape)
+
+    @cached_property
+    def _floor(self) -> np.ndarray:
+        return self.floor(self.groups(self.nothing.held_out))

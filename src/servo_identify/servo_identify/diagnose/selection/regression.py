@@ -42,18 +42,20 @@ class Products:
     The products of a few columns, block by block: what one fit needs.
 
     ``parts`` by equation: the places of the columns that move it among the columns asked for, and
-    their products (blocks, n, n). ``family`` and ``fold`` (blocks,) say what each block is of.
+    their products (blocks, n, n); ``by_family`` by equation these summed, (families, n, n).
+    ``family`` and ``fold`` (blocks,) say what each block is of.
     """
 
     parts: list[tuple[np.ndarray, np.ndarray]]
+    by_family: list[np.ndarray]
     family: np.ndarray
     fold: np.ndarray
     size: int
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums with each group weighed, ``weight`` (equations, families)."""
-        return _summed([(good, np.tensordot(weight[i, self.family], part, axes=1))
-                        for i, (good, part) in enumerate(self.parts)], self.size)
+        return _summed([(good, np.tensordot(weight[i], self.by_family[i], axes=1))
+                        for i, (good, _) in enumerate(self.parts)], self.size)
 
     def folds(self, weight: np.ndarray) -> np.ndarray:
         """Return the weighted sums by fold, (FOLDS, columns, columns)."""
@@ -71,9 +73,9 @@ class Products:
             total[np.ix_(good, good)] += np.tensordot(times * weight[i, self.family], part, axes=1)
         return total
 
-    def errors(self, values: np.ndarray) -> np.ndarray:
+    def errors(self, values: np.ndarray, blocks: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the squared error by equation and block; ``values`` (columns,), the first 1."""
-        return np.array([np.einsum('bij,i,j->b', part, values[good], values[good])
+        return np.array([part[blocks] @ values[good] @ values[good]
                          for good, part in self.parts])
 
 
@@ -84,7 +86,8 @@ class Regression:
 
     Column 0 is the residual; then come the nuisances, then the columns of each hypothesis
     (``members``). A group is one equation in one family of excitation. ``products[e]`` has shape
-    (blocks, p_e, p_e) over the columns ``inside[e]`` that move equation e.
+    (blocks, p_e, p_e) over the columns ``inside[e]`` that move equation e, ``by_family[e]`` their
+    sums over the blocks of each family.
     """
 
     samples: ResidualSamples
@@ -115,8 +118,13 @@ class Regression:
             self.members.append(np.arange(size, size + one.columns.size))
             size += one.columns.size
         self.size = size
+        self.values = np.array([label.partition(':')[0] for label in self.nuisance.labels], str)
         self.low = np.concatenate(([0.0], self.nuisance.low))
         self.high = np.concatenate(([0.0], self.nuisance.high))
+        self.room = np.full(size, np.inf)  # half the tolerance that the servo file gives
+        told = 1 + np.flatnonzero([label in samples.servo.values
+                                   for label in self.nuisance.labels])
+        self.room[told] = 0.5 * (self.high[told] - self.low[told])
         self._sum_up()
 
     def _sum_up(self) -> None:
@@ -146,6 +154,7 @@ class Regression:
             self.inside.append(kept)
             self.products.append(products)
             self.where.append(where)
+        self.by_family = self._family_sums()
 
     def narrowed(self, kept: np.ndarray, numbers: Collection[int]) -> Regression:
         """Return the regression of some of the blocks on some of the hypotheses, by number."""
@@ -156,7 +165,7 @@ class Regression:
         sizes = np.cumsum([1 + self.nuisance.columns.shape[1],
                            *(len(self.members[n]) for n in chosen)])
         part.members = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True)]
-        part.size = len(columns)
+        part.size, part.room = len(columns), self.room[columns]
         part.products, part.where, part.inside = [], [], []
         for products, where in zip(self.products, self.where, strict=True):
             at = where[columns]
@@ -168,22 +177,30 @@ class Regression:
         part.family, part.recording = self.family[kept], self.recording[kept]
         part.counts, part.blocks = self.counts[:, kept], len(kept)
         part.fold = np.arange(part.blocks) % FOLDS
+        part.by_family = part._family_sums()
         return part
 
     def nuisances(self, chosen: Sequence[int]) -> np.ndarray:
         """Return the nuisance columns beside some hypotheses: a value that is freed is none."""
-        freed = {self.hypotheses[c].path for c in chosen if self.hypotheses[c].path}
-        return np.array([1 + i for i, label in enumerate(self.nuisance.labels)
-                         if label.partition(':')[0] not in freed], dtype=int)
+        freed = [self.hypotheses[c].path for c in chosen if self.hypotheses[c].path]
+        if not freed:
+            return np.arange(1, 1 + len(self.values))
+        return 1 + np.flatnonzero(~np.isin(self.values, freed))
+
+    def _family_sums(self) -> list[np.ndarray]:
+        """Return the products of each equation summed by family, (families, p, p)."""
+        inside = np.arange(len(self.families))[:, None] == self.family
+        return [np.tensordot(inside.astype(float), one, axes=1) for one in self.products]
 
     def of(self, columns: np.ndarray) -> Products:
         """Return the products of a few columns."""
-        parts = []
-        for products, where in zip(self.products, self.where, strict=True):
+        parts, together = [], []
+        for products, whole, where in zip(self.products, self.by_family, self.where, strict=True):
             at = where[columns]
             good = np.flatnonzero(at >= 0)
             parts.append((good, products[:, at[good][:, None], at[good]]))
-        return Products(parts, self.family, self.fold, len(columns))
+            together.append(whole[:, at[good][:, None], at[good]])
+        return Products(parts, together, self.family, self.fold, len(columns))
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums over all columns, each group weighed: (equations, families)."""
@@ -192,9 +209,7 @@ class Regression:
 
     def table(self, equation: int, weight: np.ndarray) -> np.ndarray:
         """Return the sums of one equation (by its place), each family weighed: (p, p)."""
-        products = self.products[equation]
-        size = products.shape[1]
-        return (weight[self.family] @ products.reshape(self.blocks, size**2)).reshape(size, size)
+        return np.tensordot(weight, self.by_family[equation], axes=1)
 
     def scores_of(self, columns: np.ndarray, values: np.ndarray,
                   wanted: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -219,6 +234,11 @@ def _summed(parts: list[tuple[np.ndarray, np.ndarray]], size: int) -> Sums:
     return Sums(whole, power, parts)
 
 
-def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the amplitudes of a fit: ``gram`` of the residual (first) and the columns."""
-    return bounded(gram[1:, 1:], gram[1:, 0], low, high)
+def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray,
+          near: np.ndarray | None = None) -> np.ndarray:
+    """
+    Return the amplitudes of a fit: ``gram`` of the residual (first) and the columns.
+
+    ``near``: a guess of them.
+    """
+    return bounded(gram[1:, 1:], gram[1:, 0], low, high, near)
