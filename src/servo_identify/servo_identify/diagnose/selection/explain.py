@@ -67,9 +67,8 @@ def _explained(samples: ResidualSamples, without: Collection[str]) -> Explained:
     start = samples.base + nuisance.columns @ bounded(
         nuisance.columns.T @ nuisance.columns, nuisance.columns.T @ samples.base,
         nuisance.low, nuisance.high)
-    several = hypotheses_of(Builder(samples), start, without)
-    search = Search(Regression(samples, nuisance, several))
-    return Explained(samples, nuisance, several, search, search.explain())
+    search = Search(Regression(samples, nuisance, hypotheses_of(Builder(samples), start, without)))
+    return Explained(samples, nuisance, search.regression.hypotheses, search, search.explain())
 
 
 def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:

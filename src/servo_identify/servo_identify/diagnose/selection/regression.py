@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..mechanisms.hypothesis import Hypothesis
+from ..mechanisms.hypothesis import Columns, Hypothesis
 from ..residuals.nuisance import Nuisance
 from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
@@ -129,16 +129,16 @@ class Regression:
 
     def _sum_up(self) -> None:
         samples = self.samples
-        tables = [samples.base[:, None], self.nuisance.columns,
-                  *(one.columns.table for one in self.hypotheses)]
-        firsts = np.cumsum([0, *(table.shape[1] for table in tables[:-1])])
+        tables = [Columns(samples.base[:, None]), Columns(self.nuisance.columns),
+                  *(one.columns for one in self.hypotheses)]
+        firsts = np.cumsum([0, *(table.size for table in tables[:-1])])
         self.inside, self.products, self.where = [], [], []
         for e in self.equations:
             rows = np.flatnonzero(samples.equation == e)
             rows = rows[np.argsort(samples.block[rows], kind='stable')]
             used, several = [], []
             for table, first in zip(tables, firsts, strict=True):
-                some = table[rows]
+                some = table.at(rows)
                 moved = np.flatnonzero(some.any(axis=0) | (first == 0))
                 used.append(first + moved)
                 several.append(some[:, moved])
@@ -155,6 +155,7 @@ class Regression:
             self.products.append(products)
             self.where.append(where)
         self.by_family = self._family_sums()
+        self.hypotheses = [replace(one, columns=one.columns.summed()) for one in self.hypotheses]
 
     def narrowed(self, kept: np.ndarray, numbers: Collection[int]) -> Regression:
         """Return the regression of some of the blocks on some of the hypotheses, by number."""
