@@ -61,6 +61,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     found = explained(samples, without, stages.share)
     stages.begin('confidence')
     found, rivals = preferred(found)
+    found = found.slim()
     named = _named(found, rivals, without)
     stages.begin('stability')
     several = halves(found)

@@ -93,7 +93,7 @@ class Columns:
         return self.table if self.rows is None else self.at(np.arange(self.samples))
 
     def summed(self) -> Columns:
-        """Return the columns without their table, which nobody needs once it is summed up."""
+        """Return the columns without their table, for once it is summed up."""
         return replace(self, table=np.empty((0, self.size)), rows=None)
 
     @property

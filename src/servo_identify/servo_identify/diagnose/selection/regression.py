@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -155,7 +155,6 @@ class Regression:
             self.products.append(products)
             self.where.append(where)
         self.by_family = self._family_sums()
-        self.hypotheses = [replace(one, columns=one.columns.summed()) for one in self.hypotheses]
 
     def narrowed(self, kept: np.ndarray, numbers: Collection[int]) -> Regression:
         """Return the regression of some of the blocks on some of the hypotheses, by number."""
