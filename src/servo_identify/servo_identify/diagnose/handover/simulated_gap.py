@@ -98,6 +98,7 @@ def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
         nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
         problem = Problem(shooting, nothing, False, False)
         problem.be_modest()
+        both, problem.zeroed = problem.zeroed, np.zeros(0, dtype=int)  # they are centred instead
         unknowns = shooting.beginning(servo.theta)
         with np.errstate(over='ignore', invalid='ignore'):
             cost = problem.evaluate(unknowns)[1]
@@ -107,26 +108,28 @@ def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
             held = np.ones(problem.size, dtype=bool)
             for _ in range(TURNS):
                 unknowns, _ = solved(problem, unknowns, 1, 0.0, held, lambda *_: None)
-                unknowns = _centred(problem, unknowns)
+                unknowns = _centred(problem, unknowns, both)
             y = shooting.simulate([unknowns])[0]
         return _collected(problem, y)
     finally:
         shooting.close()
 
 
-def _centred(problem: Problem, unknowns: Unknowns) -> Unknowns:
+def _centred(problem: Problem, unknowns: Unknowns, both: np.ndarray) -> Unknowns:
     """
     Return the unknowns with the zero between the encoders where the torsion has no mean error.
+
+    Of the recordings that have ``both`` encoders, by their numbers.
 
     It is a set-up value, as the starts are. Errors of the angles cannot tell it: there it would
     take up what both shafts have drifted.
     """
-    if not len(problem.zeroed):
+    if not len(both):
         return unknowns
     y = problem.shooting.simulate([unknowns])[0]
     error, of = _compared(problem, y)[TORSION][1], problem.course
     zeros = unknowns.zeros.copy()
-    for number in problem.zeroed:
+    for number in both:
         mine = error[(of == number) & np.isfinite(error)]
         zeros[number] += mine.mean() if len(mine) else 0.0
     return replace(unknowns, zeros=zeros)
