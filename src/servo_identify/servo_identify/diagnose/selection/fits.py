@@ -146,7 +146,7 @@ class Fits:
             sums = products.sums(weight)
             total, doubts = sums.whole, self.doubts(doubt, sums, unknowns)
             prior = SURE**2 * doubts / room**2
-            values = np.concatenate(([1.0], self._solved(total, prior, low, high)))
+            values = np.concatenate(([1.0], solve(total, low, high, prior)))
             left = self.groups(products.errors(values))
             floor = self.floor(left if not choice.members else None)
             last = weight
@@ -154,10 +154,11 @@ class Fits:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
         held_out = np.zeros((len(regression.equations), regression.blocks))
+        near = values[1:] if choice.members else None
         for k, fold in enumerate(products.folds(last)):
             blocks = regression.fold == k
             if blocks.any():
-                there = self._solved(total - fold, prior, low, high, values[1:])
+                there = solve(total - fold, low, high, prior, near)
                 held_out[:, blocks] = products.errors(np.concatenate(([1.0], there)), blocks)
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(used.sum())
@@ -187,13 +188,6 @@ class Fits:
         """Return for each unknown how many samples count as one, by the equations it shows in."""
         share = sums.power[:, columns[1:]]
         return doubt @ share / np.maximum(share.sum(axis=0), 1e-300)
-
-    @staticmethod
-    def _solved(gram: np.ndarray, prior: np.ndarray, low: np.ndarray, high: np.ndarray,
-                near: np.ndarray | None = None) -> np.ndarray:
-        gram = gram.copy()
-        gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
-        return solve(gram, low, high, near)
 
     def room(self, kept: np.ndarray, size: int) -> np.ndarray:
         """Return the tolerance of each unknown, infinite where the servo file gives none."""

@@ -42,20 +42,18 @@ class Products:
     The products of a few columns, block by block: what one fit needs.
 
     ``parts`` by equation: the places of the columns that move it among the columns asked for, and
-    their products (blocks, n, n); ``by_family`` by equation these summed, (families, n, n).
-    ``family`` and ``fold`` (blocks,) say what each block is of.
+    their products (blocks, n, n). ``family`` and ``fold`` (blocks,) say what each block is of.
     """
 
     parts: list[tuple[np.ndarray, np.ndarray]]
-    by_family: list[np.ndarray]
     family: np.ndarray
     fold: np.ndarray
     size: int
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums with each group weighed, ``weight`` (equations, families)."""
-        return _summed([(good, np.tensordot(weight[i], self.by_family[i], axes=1))
-                        for i, (good, _) in enumerate(self.parts)], self.size)
+        return _summed([(good, np.tensordot(weight[i, self.family], part, axes=1))
+                        for i, (good, part) in enumerate(self.parts)], self.size)
 
     def folds(self, weight: np.ndarray) -> np.ndarray:
         """Return the weighted sums by fold, (FOLDS, columns, columns)."""
@@ -75,7 +73,7 @@ class Products:
 
     def errors(self, values: np.ndarray, blocks: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the squared error by equation and block; ``values`` (columns,), the first 1."""
-        return np.array([part[blocks] @ values[good] @ values[good]
+        return np.array([np.einsum('bij,i,j->b', part[blocks], values[good], values[good])
                          for good, part in self.parts])
 
 
@@ -194,13 +192,12 @@ class Regression:
 
     def of(self, columns: np.ndarray) -> Products:
         """Return the products of a few columns."""
-        parts, together = [], []
-        for products, whole, where in zip(self.products, self.by_family, self.where, strict=True):
+        parts = []
+        for products, where in zip(self.products, self.where, strict=True):
             at = where[columns]
             good = np.flatnonzero(at >= 0)
             parts.append((good, products[:, at[good][:, None], at[good]]))
-            together.append(whole[:, at[good][:, None], at[good]])
-        return Products(parts, together, self.family, self.fold, len(columns))
+        return Products(parts, self.family, self.fold, len(columns))
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums over all columns, each group weighed: (equations, families)."""
@@ -234,11 +231,13 @@ def _summed(parts: list[tuple[np.ndarray, np.ndarray]], size: int) -> Sums:
     return Sums(whole, power, parts)
 
 
-def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray,
+def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray, prior: np.ndarray | float = 0.0,
           near: np.ndarray | None = None) -> np.ndarray:
     """
     Return the amplitudes of a fit: ``gram`` of the residual (first) and the columns.
 
-    ``near``: a guess of them.
+    ``prior`` is added to the squares of the columns; ``near`` is a guess of the amplitudes.
     """
-    return bounded(gram[1:, 1:], gram[1:, 0], low, high, near)
+    inner = np.array(gram[1:, 1:])
+    inner[np.diag_indices_from(inner)] += prior
+    return bounded(inner, np.ascontiguousarray(gram[1:, 0]), low, high, near)
