@@ -23,7 +23,9 @@ from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over, Handover
 from .handover.curves import parts_of
+from .handover.cut import Cut
 from .handover.simulated_gap import Diverged, Simulated, simulated
+from .handover.trial import content
 from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
 from .selection.confidence import preferred, redrawn, Rival
@@ -171,16 +173,21 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
               several: list[set[tuple[str, ...]]], handover: Handover,
               accept: Sequence[Recording]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
-    report = list(parts.report)
-    reported = {'given': simulated(servo, report), 'within': _or(handover.within, servo, report)}
-    reported['patch'] = simulated(handover.patch, report) if handover.added else reported['given']
-    reported['refit'] = _or(handover.refit, handover.patch, report)
+    report, cut = list(parts.report), Cut()
+    reported = {'given': simulated(servo, report, cut),
+                'within': _or(handover.within, servo, report, cut)}
+    reported['patch'] = reported['given']
+    if handover.added:
+        reported['patch'] = simulated(handover.patch, report, cut)
+    same = content(handover.refit) == content(handover.patch)
+    reported['refit'] = reported['patch'] if same else _or(
+        handover.refit, handover.patch, report, cut)
     dropped, accepted = {}, {}
     for one in handover.added:
         rest = handover.without(one)
         known = rest is servo
-        dropped[id(one.part)] = reported['given'] if known else simulated(rest, report)
-        before = handover.gaps['given'] if known else simulated(rest, accept).gap
+        dropped[id(one.part)] = reported['given'] if known else simulated(rest, report, cut)
+        before = handover.gaps['given'] if known else simulated(rest, accept, cut).gap
         first = handover.gaps['given'].total() or 1.0
         accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
     by_part = {id(one.part): one for one in handover.added}
@@ -189,8 +196,8 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
                     dropped, accepted)
 
 
-def _or(first: Servo, second: Servo, recordings: Sequence[Recording]) -> Simulated:
+def _or(first: Servo, second: Servo, recordings: Sequence[Recording], cut: Cut) -> Simulated:
     try:
-        return simulated(first, recordings)
+        return simulated(first, recordings, cut)
     except Diverged:
-        return simulated(second, recordings)
+        return simulated(second, recordings, cut)

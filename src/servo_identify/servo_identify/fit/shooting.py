@@ -186,7 +186,8 @@ class Shooting:
         keys = [None if only is not None else one.key for one in several]
         fresh = [one for one, key in zip(several, keys, strict=True) if key not in self._rolled]
         jobs = [(i, u) for u in fresh for i in range(len(self.courses))]
-        done, size = list(self.pool.map(lambda job: self._roll(*job, only), jobs)), len(self.courses)
+        done = list(self.pool.map(lambda job: self._roll(*job, only), jobs))
+        size = len(self.courses)
         rolled = (done[k * size:(k + 1) * size] for k in range(len(fresh)))
         answer = [self._rolled[key] if key in self._rolled else next(rolled) for key in keys]
         for key, y in zip(keys[:KEPT], answer, strict=False):

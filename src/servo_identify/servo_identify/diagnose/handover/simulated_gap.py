@@ -20,9 +20,10 @@ from ...fit.fit_problem import Problem
 from ...fit.free_values import Freedom
 from ...fit.levenberg_marquardt import solved
 from ...fit.output_error import fit
-from ...fit.segments import CHANNELS, courses_of
+from ...fit.segments import CHANNELS
 from ...fit.shooting import Shooting, Unknowns
 from ..decisions import CALIBRATED
+from .cut import Cut
 
 TURNS = 3  # of estimating the starts
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
@@ -90,10 +91,14 @@ def mode_of(recordings: Sequence[Recording]) -> str:
     return 'measured_input' if commanded else 'forced_current'
 
 
-def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
-    """Run a twin over recordings from estimated starts; raises Diverged."""
+def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = None) -> Simulated:
+    """
+    Run a twin over recordings from estimated starts; raises Diverged.
+
+    ``cut`` has those that are cut into horizons already.
+    """
     mode = mode_of(recordings)
-    shooting = Shooting(servo, courses_of(servo, recordings, mode, None, None), mode)
+    shooting = Shooting(servo, (cut or Cut()).courses(servo, recordings, mode), mode)
     try:
         nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
         problem = Problem(shooting, nothing, False, False)
