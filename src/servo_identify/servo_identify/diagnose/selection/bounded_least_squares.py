@@ -8,12 +8,10 @@ import numpy as np
 RIDGE = 1e-9  # share of each column's own square that keeps like columns apart
 
 
-def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray,
-            near: np.ndarray | None = None) -> np.ndarray:
+def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
+            high: np.ndarray) -> np.ndarray:
     """
     Minimise ``b' gram b / 2 + slope' b`` for ``low <= b <= high``, shape (unknowns,) each.
-
-    ``near`` is a guess, which saves steps.
 
     Active set (Stark and Parker: Computational Statistics 10, 1995): on its way to the least of
     what is free an unknown that meets its bound is held there. It is let go when the slope says
@@ -21,14 +19,13 @@ def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarr
     """
     if not len(slope):
         return np.zeros(0)
-    return least(gram, slope, low, high, np.zeros(len(slope)) if near is None else near,
-                 near is not None)
+    return least(gram, slope, low, high, np.zeros(len(slope)), False)
 
 
 @njit(cache=True, nogil=True)
 def least(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray,
           near: np.ndarray, sure: bool) -> np.ndarray:
-    """Return what :func:`bounded` does; ``sure``: unknowns of ``near`` at a bound stay there."""
+    """Return what :func:`bounded` does, from ``near``; ``sure``: its unknowns at bounds are held."""
     size = len(slope)
     weight = np.empty(size)
     for i in range(size):
@@ -40,6 +37,24 @@ def least(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray
         scaled[i, i] += RIDGE
     found = _active_set(scaled, slope / weight, low * weight, high * weight, near * weight, sure)
     return np.minimum(np.maximum(found / weight, low), high)
+
+
+@njit(cache=True, nogil=True)
+def every_least(grams: np.ndarray, prior: np.ndarray, low: np.ndarray, high: np.ndarray,
+                near: np.ndarray, sure: bool) -> np.ndarray:
+    """
+    Return the least of several sums of products, (sums, unknowns).
+
+    ``grams`` (sums, 1 + unknowns, 1 + unknowns) of the residual (first) and the columns, ``prior``
+    (unknowns,) is added to the squares of these; the others as :func:`least` has them.
+    """
+    answer = np.empty((len(grams), len(prior)))
+    for k in range(len(grams) if len(prior) else 0):
+        inner = np.ascontiguousarray(grams[k, 1:, 1:])
+        for i in range(len(prior)):
+            inner[i, i] += prior[i]
+        answer[k] = least(inner, np.ascontiguousarray(grams[k, 1:, 0]), low, high, near, sure)
+    return answer
 
 
 @njit(cache=True, nogil=True)

@@ -17,7 +17,8 @@ import numpy as np
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
-from .regression import Regression, solve, Sums
+from .bounded_least_squares import every_least
+from .regression import FOLDS, Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
@@ -153,13 +154,11 @@ class Fits:
             if turn + 1 < REWEIGHTED:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
-        held_out = np.zeros((len(regression.equations), regression.blocks))
-        near = values[1:] if choice.members else None
-        for k, fold in enumerate(products.folds(last)):
-            blocks = regression.fold == k
-            if blocks.any():
-                there = solve(total - fold, low, high, prior, near)
-                held_out[:, blocks] = products.errors(np.concatenate(([1.0], there)), blocks)
+        near = values[1:] if choice.members else np.zeros(len(values) - 1)
+        there = np.ones((FOLDS, len(values)))
+        there[:, 1:] = every_least(total - products.folds(last), prior, low, high, near,
+                                   bool(choice.members))
+        held_out = products.errors(there[regression.fold])
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(used.sum())
         count, at = float(used.sum()), len(kept)

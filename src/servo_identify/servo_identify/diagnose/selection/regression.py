@@ -52,7 +52,7 @@ class Products:
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums with each group weighed, ``weight`` (equations, families)."""
-        return _summed([(good, np.tensordot(weight[i, self.family], part, axes=1))
+        return _summed([(good, _taken(weight[i, self.family][None], part)[0])
                         for i, (good, part) in enumerate(self.parts)], self.size)
 
     def folds(self, weight: np.ndarray) -> np.ndarray:
@@ -60,8 +60,7 @@ class Products:
         inside = np.arange(FOLDS)[:, None] == self.fold
         folds = np.zeros((FOLDS, self.size, self.size))
         for i, (good, part) in enumerate(self.parts):
-            folds[:, good[:, None], good] += np.tensordot(
-                inside * weight[i, self.family], part, axes=1)
+            folds[:, good[:, None], good] += _taken(inside * weight[i, self.family], part)
         return folds
 
     def drawn(self, times: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -71,9 +70,10 @@ class Products:
             total[np.ix_(good, good)] += np.tensordot(times * weight[i, self.family], part, axes=1)
         return total
 
-    def errors(self, values: np.ndarray, blocks: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return the squared error by equation and block; ``values`` (columns,), the first 1."""
-        return np.array([np.einsum('bij,i,j->b', part[blocks], values[good], values[good])
+    def errors(self, values: np.ndarray) -> np.ndarray:
+        """Return squared errors by equation and block; ``values`` ([blocks,] columns), first 1."""
+        form = 'bij,i,j->b' if values.ndim == 1 else 'bij,bi,bj->b'
+        return np.array([np.einsum(form, part, values[..., good], values[..., good])
                          for good, part in self.parts])
 
 
@@ -231,13 +231,18 @@ def _summed(parts: list[tuple[np.ndarray, np.ndarray]], size: int) -> Sums:
     return Sums(whole, power, parts)
 
 
-def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray, prior: np.ndarray | float = 0.0,
-          near: np.ndarray | None = None) -> np.ndarray:
+def _taken(weight: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Return sums over blocks, (sums, n, n), of products (blocks, n, n) by ``weight``."""
+    return np.dot(weight, part.reshape(len(part), -1)).reshape(len(weight), *part.shape[1:])
+
+
+def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray,
+          prior: np.ndarray | float = 0.0) -> np.ndarray:
     """
     Return the amplitudes of a fit: ``gram`` of the residual (first) and the columns.
 
-    ``prior`` is added to the squares of the columns; ``near`` is a guess of the amplitudes.
+    ``prior`` is added to the squares of the columns.
     """
     inner = np.array(gram[1:, 1:])
     inner[np.diag_indices_from(inner)] += prior
-    return bounded(inner, np.ascontiguousarray(gram[1:, 0]), low, high, near)
+    return bounded(inner, np.ascontiguousarray(gram[1:, 0]), low, high)
