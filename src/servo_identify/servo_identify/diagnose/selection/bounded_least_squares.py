@@ -25,7 +25,7 @@ def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
 @njit(cache=True, nogil=True)
 def least(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray,
           near: np.ndarray, sure: bool) -> np.ndarray:
-    """Return what :func:`bounded` does, from ``near``; ``sure``: its unknowns at bounds are held."""
+    """Return what :func:`bounded` does, from ``near``; ``sure``: what is at a bound is held."""
     size = len(slope)
     weight = np.empty(size)
     for i in range(size):
