@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from servo_twin.physics.servo import Servo
-from servo_twin.recording.recording import Recording
 
-from .excitation import excitation
+from .excitation import Excitation, excitation
 from .finding import Finding, LEVELS
 from .long_bags import Long, looked_at
 from .scales import scale_findings, untold
@@ -53,12 +52,13 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green', f'{parts[0].warnings[-1]}. These tell scales and '
                                  'excitation, all parts the rest: nothing moves in '
                                  f'{seen.still} of them.'))
+    shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
-        found += scale_findings(looked, servo)
+        found += scale_findings(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
         found.append(Finding('green', 'No unit, scale or sign contradicts the servo file.'))
-        found += untold(looked, servo)
-    found += [*_excitation(looked, servo), *_replicates(recordings), *_channels(surveys)]
+        found += untold(looked, servo, shown)
+    found += [*_excitation(shown.values()), *_replicates(recordings), *_channels(surveys)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 
 
@@ -111,11 +111,10 @@ def _to_do(warning: str) -> str:
     return 'docs/recordings.md says what happens with such data'
 
 
-def _excitation(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
+def _excitation(shown: Iterable[Excitation | None]) -> list[Finding]:
     best: dict[str, float] = {}
-    for one in recordings:
-        shown = excitation(one, servo)
-        for name, share in (shown.share if shown else {}).items():
+    for one in shown:
+        for name, share in (one.share if one else {}).items():
             best[name] = max(best.get(name, 0.0), share)
     tells = {'inertia': 'record faster accelerations', 'Coulomb friction': 'record reversals',
              'viscous friction': 'record several speeds'}

@@ -8,7 +8,7 @@ a threshold on a factor; where two mistakes close them alike, both are told.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,6 +22,8 @@ from .likelihood import Closed, closed
 from .mistakes import Mistake, mistakes, TURN
 from .rough_balances import balances
 from .signals import Signals, signals
+
+Known = Mapping[int, Excitation | None]
 
 SURE = 5.0
 """Nats by which a mistake must beat its absence, its rarity counted: 150 to 1."""
@@ -52,9 +54,14 @@ class Evidence:
         return answer
 
 
-def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
-    """Return what units, scales, signs and shafts look wrong; none where all is well."""
-    chosen, shown, seen = _seen(recordings, servo)
+def scale_findings(recordings: Sequence[Recording], servo: Servo,
+                   known: Known | None = None) -> list[Finding]:
+    """
+    Return what units, scales, signs and shafts look wrong; none where all is well.
+
+    ``known`` is what recordings excite, by their identity, where that was found already.
+    """
+    chosen, shown, seen = _seen(recordings, servo, known)
     usable = [(one, at) for one, at in zip(chosen, seen, strict=True) if at is not None]
     if not usable:
         return []
@@ -71,13 +78,14 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo) -> list[Findin
                      for finding in _far_off(one, found, servo)]
 
 
-def untold(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
+def untold(recordings: Sequence[Recording], servo: Servo,
+           known: Known | None = None) -> list[Finding]:
     """
     Return which mistakes these recordings cannot tell from none, where they all share one.
 
     No equation closes worse once such a mistake is undone: the channels are alike, or hardly move.
     """
-    seen = [at for at in _seen(recordings, servo)[2] if at is not None]
+    seen = [at for at in _seen(recordings, servo, known)[2] if at is not None]
     if not seen:
         return []
     evidence = Evidence(servo)
@@ -92,11 +100,12 @@ def untold(recordings: Sequence[Recording], servo: Servo) -> list[Finding]:
                     + '.', 'look at the source of these columns')]
 
 
-def _seen(recordings: Sequence[Recording], servo: Servo) -> tuple[
+def _seen(recordings: Sequence[Recording], servo: Servo, known: Known | None) -> tuple[
         list[Recording], list[Excitation | None], list[Signals | None]]:
     """Return the recordings that are looked at, what each excites, and its smoothed channels."""
     chosen = _spread(recordings, MOST_RECORDINGS)
-    shown = [excitation(one, servo) for one in chosen]
+    known = known or {}
+    shown = [known[id(one)] if id(one) in known else excitation(one, servo) for one in chosen]
     return chosen, shown, [found.signals if found else signals(one, WIDTHS[1])
                            for one, found in zip(chosen, shown, strict=True)]
 

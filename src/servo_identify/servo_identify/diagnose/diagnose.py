@@ -22,9 +22,11 @@ from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
 from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
-from .handover.chosen_fit import handed_over, Handover
+from .handover.chosen_fit import handed_over, Handover, judging
 from .handover.curves import parts_of
+from .handover.cut import Cut
 from .handover.simulated_gap import Diverged, Simulated, simulated
+from .handover.trial import content
 from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
 from .selection.confidence import preferred, redrawn, Rival
@@ -62,12 +64,14 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     found = explained(samples, without, stages.share)
     stages.begin('confidence')
     found, rivals = preferred(found)
+    found = found.slim()
     named = _named(found, rivals, without)
     stages.begin('stability')
     several = halves(found)
     stages.begin('refit')
-    acting = [replace(one, added=added) for one, added in zip(
-        named, added_of(found, [one.part for one in named]), strict=True)]
+    acting = [replace(one, added=replace(added, evidence=_evidence(found, named, one)))
+              for one, added in zip(named, added_of(found, [one.part for one in named]),
+                                    strict=True)]
     acting = [_waved(one, found) for one in acting]
     acting = [one for one in acting if _stands(found, several, one)]
     late = command_late(found)
@@ -149,6 +153,14 @@ def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
     return several
 
 
+def _evidence(found: Explained, named: Sequence[Finding], one: Finding) -> float:
+    """Return what the equations lose without an effect, nats; 0.0 for a part of a pattern."""
+    if sum(other.part.number == one.part.number for other in named) > 1:
+        return 0.0
+    fit = found.explanation.smallest
+    return found.search.fitted(fit.choice.minus(one.part.number)).total - fit.total
+
+
 def _waved(one: Finding, found: Explained) -> Finding:
     """Return a finding with the wave behind the controller, where that is what it stands for."""
     if one.part.mechanism.site != 'controller':
@@ -174,15 +186,21 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
               several: list[set[tuple[str, ...]]], handover: Handover,
               accept: Sequence[Recording], report: Sequence[Recording]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
-    reported = {'given': simulated(servo, report), 'within': _or(handover.within, servo, report)}
-    reported['patch'] = simulated(handover.patch, report) if handover.added else reported['given']
-    reported['refit'] = _or(handover.refit, handover.patch, report)
+    cut, judged = Cut(), judging(accept)
+    reported = {'given': simulated(servo, report, cut),
+                'within': _or(handover.within, servo, report, cut)}
+    reported['patch'] = reported['given']
+    if handover.added:
+        reported['patch'] = simulated(handover.patch, report, cut)
+    same = content(handover.refit) == content(handover.patch)
+    reported['refit'] = reported['patch'] if same else _or(
+        handover.refit, handover.patch, report, cut)
     dropped, accepted = {}, {}
     for one in handover.added:
         rest = handover.without(one)
         known = rest is servo
-        dropped[id(one.part)] = reported['given'] if known else simulated(rest, report)
-        before = handover.gaps['given'] if known else simulated(rest, accept).gap
+        dropped[id(one.part)] = reported['given'] if known else simulated(rest, report, cut)
+        before = handover.gaps['given'] if known else simulated(rest, judged, cut).gap
         first = handover.gaps['given'].total() or 1.0
         accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
     by_part = {id(one.part): one for one in handover.added}
@@ -191,8 +209,8 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
                     dropped, accepted)
 
 
-def _or(first: Servo, second: Servo, recordings: Sequence[Recording]) -> Simulated:
+def _or(first: Servo, second: Servo, recordings: Sequence[Recording], cut: Cut) -> Simulated:
     try:
-        return simulated(first, recordings)
+        return simulated(first, recordings, cut)
     except Diverged:
-        return simulated(second, recordings)
+        return simulated(second, recordings, cut)

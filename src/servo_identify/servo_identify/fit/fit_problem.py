@@ -61,6 +61,7 @@ class Problem:
         self.measured = shooting.stacked([c.measured for c in courses])
         self.noise = shooting.stacked([np.broadcast_to(c.noise, c.measured.shape)
                                        for c in courses])
+        self.blind = ~np.isfinite(self.measured)
         self.inverse = np.where(np.isfinite(self.measured), 1.0 / self.noise, 0.0)
         self.lengths = np.diff(np.append(self.firsts, len(self.measured)))
         self.course = np.repeat(self.owner, self.lengths)
@@ -128,10 +129,10 @@ class Problem:
     def raw(self, y: list[np.ndarray]) -> np.ndarray:
         """Twin minus rig of rolled-out outputs, in units of the noise floor, (rows, channels)."""
         error = (self.shooting.stacked(y) - self.measured) / self.noise
-        blind = ~np.isfinite(self.measured)
-        if not np.isfinite(error[~blind]).all():
-            error[~np.isfinite(error)] = np.inf
-        error[blind] = 0.0
+        error[self.blind] = 0.0
+        finite = np.isfinite(error)
+        if not finite.all():
+            error[~finite] = np.inf
         return error
 
     def costs(self, residual: np.ndarray, unknowns: Unknowns) -> np.ndarray:

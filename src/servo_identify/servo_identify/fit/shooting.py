@@ -26,6 +26,8 @@ from .segments import CHANNELS, Course
 OFFSETS = ('angle', 'speed', 'wind_up', 'wind_up_rate')
 """Unknowns of a start, rad and rad/s at the load; a rigid mechanism has the first two only."""
 
+KEPT = 4  # rollouts: that of a point and of the trials of a step
+
 _DIRECTIONS = ((state.MOTOR_DIRECTION, state.MOTOR_REVERSAL, state.MOTOR_ANGLE, state.MOTOR_SPEED),
                (state.LOAD_DIRECTION, state.LOAD_REVERSAL, state.LOAD_ANGLE, state.LOAD_SPEED))
 
@@ -45,6 +47,11 @@ class Unknowns:
     zeros: np.ndarray
     delays: np.ndarray
 
+    @property
+    def key(self) -> tuple[bytes, ...]:
+        """What tells these values from others."""
+        return tuple(x.tobytes() for x in (self.theta, self.starts, self.zeros, self.delays))
+
 
 class Shooting:
     """The rollouts of one servo over its courses."""
@@ -62,6 +69,7 @@ class Shooting:
         self.offsets = len(OFFSETS) if servo.mechanism.compliant else 2
         self.threads = cpu_count() or 1
         self.pool = ThreadPoolExecutor(self.threads)
+        self._rolled: dict[tuple[bytes, ...] | None, list[np.ndarray]] = {}
 
     def beginning(self, theta: np.ndarray) -> Unknowns:
         """Return the unknowns to start from: no offsets, zeros as the readings have them."""
@@ -172,12 +180,23 @@ class Shooting:
         """
         Roll several unknowns over all courses: one list of (samples, channels) for each.
 
-        ``only`` (horizons,) names those to roll; the others are NaN.
+        ``only`` (horizons,) names those to roll; the others are NaN. What was rolled in the last
+        few calls, as a point or a trial of a step, is not rolled again.
         """
-        jobs = [(i, u) for u in several for i in range(len(self.courses))]
+        keys = [None if only is not None else one.key for one in several]
+        fresh = [one for one, key in zip(several, keys, strict=True) if key not in self._rolled]
+        jobs = [(i, u) for u in fresh for i in range(len(self.courses))]
         done = list(self.pool.map(lambda job: self._roll(*job, only), jobs))
         size = len(self.courses)
-        return [done[k * size:(k + 1) * size] for k in range(len(several))]
+        rolled = (done[k * size:(k + 1) * size] for k in range(len(fresh)))
+        answer = [self._rolled[key] if key in self._rolled else next(rolled) for key in keys]
+        for key, y in zip(keys[:KEPT], answer, strict=False):
+            if key is not None:
+                self._rolled.pop(key, None)
+                self._rolled[key] = y
+        for key in list(self._rolled)[:-KEPT]:
+            del self._rolled[key]
+        return answer
 
     def stacked(self, columns: Sequence[np.ndarray]) -> np.ndarray:
         """Put what the horizons hold of each course below each other, (rows, channels)."""

@@ -58,8 +58,13 @@ def searched(problem: Problem, unknowns: Unknowns) -> tuple[Unknowns, bool]:
 def _chosen(problem: Problem, trials: list[Unknowns], only: np.ndarray | None = None
             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rolled = problem.shooting.simulate(trials, only)
-    costs = np.array([problem.costs(problem.residual(y), trial)
-                      for trial, y in zip(trials, rolled, strict=True)])
+    known = np.geterr()  # a thread has its own
+
+    def cost(trial: Unknowns, y: list[np.ndarray]) -> np.ndarray:
+        with np.errstate(**known):
+            return problem.costs(problem.residual(y), trial)
+
+    costs = np.array(list(problem.shooting.pool.map(cost, trials, rolled)))
     best = np.argmin(np.where(np.isfinite(costs), costs, np.inf), axis=0)
     horizon = np.arange(len(best))
     starts = np.array([trial.starts for trial in trials])[best, horizon]

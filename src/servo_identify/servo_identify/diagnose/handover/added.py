@@ -32,8 +32,9 @@ class Added:
 
     ``placed`` are its effects, ``values`` those of their parameters and of what it changes, by
     path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue;
-    ``as_law`` the same mechanism with that formula, where its curve lies outside. An empty one
-    stands for a mechanism that no effect of the twin can show.
+    ``as_law`` the same mechanism with that formula, where its curve lies outside; ``evidence``
+    what the equations would lose without it, nats. An empty one stands for a mechanism that no
+    effect of the twin can show.
     """
 
     part: Part
@@ -44,6 +45,7 @@ class Added:
     mechanism: type | None = None
     step: float | None = None
     as_law: Added | None = None
+    evidence: float = 0.0
 
     @property
     def acts(self) -> bool:
@@ -70,7 +72,7 @@ def added_of(found: Explained, parts: Sequence[Part]) -> list[Added]:
     changed = {path: value for part in parts for path, value in _value_of(found, part).items()}
     several = [_added(found, part, taken, changed) for part in parts]
     left = {path: value for one in several if one.placed for path, value in one.values.items()}
-    return [replace(one, values={path: left.get(path, value) for path, value in one.values.items()})
+    return [replace(one, values={p: left.get(p, value) for p, value in one.values.items()})
             for one in several]
 
 

@@ -11,7 +11,6 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
-from ..decisions import PRACTICAL
 from .added import Added, servo_with
 from .certainty import signed, spread, within_spread
 from .simulated_gap import Diverged, Gap, refitted
@@ -62,10 +61,11 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     They are fitted together with the values within tolerance, so that neither hides in the other.
     On the accept recordings the better of these values and those of the equations are kept, and
     of a law and its flexible form the one that predicts better, the law where they are alike. An
-    effect whose removal does not hurt there is dropped. What the controller does otherwise is
-    taken as its equation shows it: the plant runs under the recorded command.
+    effect is dropped where the simulation speaks against it by more than the equations speak for
+    it. What the controller does otherwise is taken as its equation shows it: the plant runs under
+    the recorded command.
     """
-    trial, warnings = Trial(shortened(fitting), shortened(accepting, JUDGED)), []
+    trial, warnings = Trial(shortened(fitting), judging(accepting)), []
     loop = [one for one in several if one.part.mechanism.site == 'controller']
     several = [one for one in several if one.acts and one not in loop]
     tolerated = [path for path in servo.tolerance
@@ -102,7 +102,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'lies within the tolerance of the servo file')
             added = left_out(best.added, known)
             continue
-        needless = _needless(best, moved, PRACTICAL if helps else np.inf, trial)
+        needless = _needless(best, moved, 0.0 if helps else np.inf, trial)
         if needless is None:
             added, chosen, base = best.added, best.estimate, best.base
             break
@@ -165,7 +165,8 @@ def _lawful(starts: Sequence[Servo], best: Tried, joint: Estimate | None,
     for number, one in enumerate(best.added):
         if one.as_law is None:
             continue
-        lawful = (*best.added[:number], one.as_law, *best.added[number + 1:])
+        law = replace(one.as_law, evidence=one.evidence)
+        lawful = (*best.added[:number], law, *best.added[number + 1:])
         fitted = _together(starts, lawful, tolerated, trial)
         tried = _best(starts[0], lawful, fitted, trial)
         if tried is not None and tried.total <= best.total:
@@ -223,17 +224,19 @@ def _tolerated(best: Tried, servo: Servo) -> int | None:
 
 def _needless(best: Tried, moved: Tried | None, spare: float, trial: Trial) -> int | None:
     """
-    Return which effect hurts least to remove, if the errors grow by at most ``spare`` of them.
+    Return which effect to remove: that with the least evidence, if it is at most ``spare`` nats.
 
-    What one effect does shows where nothing else is off: in the nearer of two files. It counts in
-    proportion in each channel, or the one that drifts most would decide alone.
+    The evidence of the equations and that of the simulation add up. What one effect does in a
+    simulation shows where nothing else is off: in the nearer of two files. Where all drifts it
+    shows little, and the equations decide.
     """
     at = moved if moved is not None and moved.total < best.total else best
     rests = []
     for number in range(len(at.added) if len(at.added) > 1 else 0):
         rest = trial.of(at.base, left_out(at.added, number))
-        if rest is not None and rest.gap.further(at.gap) <= spare:
-            rests.append((rest.gap.further(at.gap), number))
+        if rest is not None:
+            rests.append((at.added[number].evidence + rest.gap.evidence(at.gap), number))
+    rests = [one for one in rests if one[0] <= spare]
     return min(rests)[1] if rests else None
 
 
@@ -248,6 +251,11 @@ def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
     """Return effects at the values of a servo; a law that it has as a curve keeps its own."""
     return tuple(replace(one, values={path: servo.values.get(path, value)
                                       for path, value in one.values.items()}) for one in added)
+
+
+def judging(accepting: Sequence[Recording]) -> list[Recording]:
+    """Return as much of the accept recordings as a choice is judged on."""
+    return shortened(accepting, JUDGED)
 
 
 def shortened(recordings: Sequence[Recording], seconds: float = SECONDS) -> list[Recording]:

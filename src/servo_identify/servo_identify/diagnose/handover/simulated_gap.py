@@ -20,9 +20,10 @@ from ...fit.fit_problem import Problem
 from ...fit.free_values import Freedom
 from ...fit.levenberg_marquardt import solved
 from ...fit.output_error import fit
-from ...fit.segments import CHANNELS, courses_of
+from ...fit.segments import CHANNELS
 from ...fit.shooting import Shooting, Unknowns
 from ..decisions import CALIBRATED
+from .cut import Cut
 
 TURNS = 3  # of estimating the starts
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
@@ -70,10 +71,15 @@ class Gap:
                  for c in self.squares]
         return float(np.sqrt(np.mean(np.square(sizes)))) if sizes else 0.0
 
-    def further(self, other: Gap) -> float:
-        """Return the mean over the channels of the logarithm of the error over another's."""
+    def evidence(self, other: Gap) -> float:
+        """
+        Return by how much the simulation speaks for another twin, nats.
+
+        Blocks count as observations, and all channels together as one: they show the same motion.
+        """
         ratios = [self.rms(c) / max(other.rms(c), 1e-300) for c in self.squares]
-        return float(np.mean(np.log(np.maximum(ratios, 1e-300)))) if ratios else 0.0
+        nearer = float(np.mean(np.log(np.maximum(ratios, 1e-300)))) if ratios else 0.0
+        return len(self.recording) * nearer
 
     def noise(self) -> float:
         """Return the noise floor in the same measure as :meth:`total`."""
@@ -95,14 +101,19 @@ def mode_of(recordings: Sequence[Recording]) -> str:
     return 'measured_input' if commanded else 'forced_current'
 
 
-def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
-    """Run a twin over recordings from estimated starts; raises Diverged."""
+def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = None) -> Simulated:
+    """
+    Run a twin over recordings from estimated starts; raises Diverged.
+
+    ``cut`` has those that are cut into horizons already.
+    """
     mode = mode_of(recordings)
-    shooting = Shooting(servo, courses_of(servo, recordings, mode, None, None), mode)
+    shooting = Shooting(servo, (cut or Cut()).courses(servo, recordings, mode), mode)
     try:
         nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
         problem = Problem(shooting, nothing, False, False)
         problem.be_modest()
+        both, problem.zeroed = problem.zeroed, np.zeros(0, dtype=int)  # they are centred instead
         unknowns = shooting.beginning(servo.theta)
         with np.errstate(over='ignore', invalid='ignore'):
             cost = problem.evaluate(unknowns)[1]
@@ -112,26 +123,28 @@ def simulated(servo: Servo, recordings: Sequence[Recording]) -> Simulated:
             held = np.ones(problem.size, dtype=bool)
             for _ in range(TURNS):
                 unknowns, _ = solved(problem, unknowns, 1, 0.0, held, lambda *_: None)
-                unknowns = _centred(problem, unknowns)
+                unknowns = _centred(problem, unknowns, both)
             y = shooting.simulate([unknowns])[0]
         return _collected(problem, y)
     finally:
         shooting.close()
 
 
-def _centred(problem: Problem, unknowns: Unknowns) -> Unknowns:
+def _centred(problem: Problem, unknowns: Unknowns, both: np.ndarray) -> Unknowns:
     """
     Return the unknowns with the zero between the encoders where the torsion has no mean error.
+
+    Of the recordings that have ``both`` encoders, by their numbers.
 
     It is a set-up value, as the starts are. Errors of the angles cannot tell it: there it would
     take up what both shafts have drifted.
     """
-    if not len(problem.zeroed):
+    if not len(both):
         return unknowns
     y = problem.shooting.simulate([unknowns])[0]
     error, of = _compared(problem, y)[TORSION][1], problem.course
     zeros = unknowns.zeros.copy()
-    for number in problem.zeroed:
+    for number in both:
         mine = error[(of == number) & np.isfinite(error)]
         zeros[number] += mine.mean() if len(mine) else 0.0
     return replace(unknowns, zeros=zeros)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,15 +14,23 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from ..decisions import WORTH
 from .added import Added, servo_with
+from .cut import Cut
 from .simulated_gap import Diverged, Gap, shrink_interval, simulated
 
 
 @dataclass(frozen=True)
 class Trial:
-    """The recordings that effects are fitted to, and those on which they are accepted."""
+    """
+    The recordings that effects are fitted to, and those on which they are accepted.
+
+    ``known`` holds the gaps of the files that were simulated already, ``cut`` the recordings in
+    horizons.
+    """
 
     fitting: Sequence[Recording]
     accepting: Sequence[Recording]
+    known: dict[tuple[object, ...], Gap | None] = field(default_factory=dict)
+    cut: Cut = field(default_factory=Cut)
 
     def of(self, base: Servo, added: tuple[Added, ...] = (),
            estimate: Estimate | None = None) -> Tried | None:
@@ -32,12 +40,27 @@ class Trial:
 
     def gap(self, servo: Servo | None) -> Gap | None:
         """Return the gap of a file on the accept recordings; None where it cannot run."""
-        return _gap(servo, self.accepting)
+        return self._gap(servo, self.accepting)
+
+    def fitted(self, servo: Servo | None) -> Gap | None:
+        """Return the gap of a file where it is fitted; None where it cannot run."""
+        return self._gap(servo, self.fitting)
 
     def misfit(self, servo: Servo) -> float:
         """Return the gap of a file where it is fitted as one number; infinite: it cannot run."""
-        gap = _gap(servo, self.fitting)
+        gap = self.fitted(servo)
         return np.inf if gap is None else gap.total()
+
+    def _gap(self, servo: Servo | None, recordings: Sequence[Recording]) -> Gap | None:
+        if servo is None:
+            return None
+        key = (recordings is self.fitting, content(servo))
+        if key not in self.known:
+            try:
+                self.known[key] = simulated(servo, recordings, self.cut).gap
+            except (Diverged, ServoError, np.linalg.LinAlgError):
+                self.known[key] = None
+        return self.known[key]
 
 
 @dataclass(frozen=True)
@@ -62,7 +85,7 @@ class Tried:
     @cached_property
     def fitted(self) -> Gap | None:
         """The gap on the recordings of the fit."""
-        return _gap(built(self.base, self.added), self.trial.fitting)
+        return self.trial.fitted(built(self.base, self.added))
 
 
 def alike(before: Tried, after: Tried) -> bool:
@@ -102,10 +125,6 @@ def built(servo: Servo, added: Sequence[Added]) -> Servo | None:
         return None
 
 
-def _gap(servo: Servo | None, recordings: Sequence[Recording]) -> Gap | None:
-    if servo is None:
-        return None
-    try:
-        return simulated(servo, recordings).gap
-    except (Diverged, ServoError, np.linalg.LinAlgError):
-        return None
+def content(servo: Servo) -> tuple[object, ...]:
+    """Return what tells the simulation of a file from those of the others of one diagnosis."""
+    return servo.mechanism, servo.effects, servo.step, servo.theta.tobytes()

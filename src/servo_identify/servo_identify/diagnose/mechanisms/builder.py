@@ -34,7 +34,8 @@ class Builder:
 
     def place(self, signal: str, of: Series, factor: float = 1.0) -> Columns:
         """Return what a signal, times a factor, does to all residuals."""
-        return Columns(factor * placed(self.samples, signal, of), signal, of, factor)
+        table = placed(self.samples, signal, of)
+        return Columns(table if factor == 1.0 else factor * table, signal, of, factor)
 
     def of_form(self, signal: str, form: Form) -> Columns:
         """Return what a curve over one variable, added to a signal, does to all residuals."""
@@ -55,8 +56,8 @@ class Builder:
                    knots: Sequence[Any] | np.ndarray = (), form: Form | None = None,
                    **more: Any) -> Hypothesis | None:
         """Return a hypothesis without the columns that move nothing; None when none is left."""
-        size = np.sqrt(np.mean(columns.table**2, axis=0)) if len(columns.table) else np.zeros(
-            columns.size)
+        columns = columns.packed()
+        size = np.sqrt((columns.table**2).sum(axis=0) / max(1, columns.samples))
         kept = np.flatnonzero(size > VANISHING)
         if not len(kept):
             return None

@@ -52,7 +52,7 @@ def _is_value(one: Hypothesis, value: Hypothesis) -> bool:
     if one.path or not value.path or one.mechanism.site != value.mechanism.site or (
             one.columns.size > 1 or value.columns.size > 1):
         return False
-    x, y = one.columns.table[:, 0], value.columns.table[:, 0]
+    x, y = one.columns.whole()[:, 0], value.columns.whole()[:, 0]
     return bool((x @ y) ** 2 > (1.0 - FORM**2) * (x @ x) * (y @ y))
 
 

@@ -51,19 +51,50 @@ class Columns:
     What a signal of the equations does to all residuals for one unit of each of its amplitudes.
 
     ``table`` (samples, n); ``signal`` names the signal and ``of`` returns it, times ``factor``;
-    an empty ``signal`` stands for a value of the servo file.
+    an empty ``signal`` stands for a value of the servo file. Packed columns have the samples that
+    they move alone in their table: ``rows``, of ``samples``.
     """
 
     table: np.ndarray
     signal: str = ''
     of: Series | None = None
     factor: float = 1.0
+    rows: np.ndarray | None = None
+    samples: int = 0
 
     def only(self, kept: np.ndarray) -> Columns:
         """Return some of the columns; ``kept`` are their numbers."""
         of = self.of
         chosen = None if of is None else (lambda one: of(one)[:, kept])
-        return Columns(np.asfortranarray(self.table[:, kept]), self.signal, chosen, self.factor)
+        return replace(self, table=np.asfortranarray(self.table[:, kept]), of=chosen)
+
+    def packed(self) -> Columns:
+        """Return the columns with the samples that they move: most move one equation of five."""
+        if self.rows is not None:
+            return self
+        rows = np.flatnonzero(self.table.any(axis=1))
+        return replace(self, table=np.asfortranarray(self.table[rows]), rows=rows,
+                       samples=len(self.table))
+
+    def at(self, samples: np.ndarray) -> np.ndarray:
+        """Return the columns at some samples, by their numbers, (numbers, n)."""
+        if self.rows is None:
+            return self.table[samples]
+        place = np.full(self.samples, -1)
+        place[self.rows] = np.arange(len(self.rows))
+        place = place[samples]
+        moved = np.flatnonzero(place >= 0)
+        some = np.zeros((len(samples), self.size))
+        some[moved] = self.table[place[moved]]
+        return some
+
+    def whole(self) -> np.ndarray:
+        """Return the columns at all samples, (samples, n)."""
+        return self.table if self.rows is None else self.at(np.arange(self.samples))
+
+    def summed(self) -> Columns:
+        """Return the columns without their table, for once it is summed up."""
+        return replace(self, table=np.empty((0, self.size)), rows=None)
 
     @property
     def size(self) -> int:

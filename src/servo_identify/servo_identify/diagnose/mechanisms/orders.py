@@ -118,16 +118,14 @@ def _periodogram(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
     wave = turn ** int(orders[0])
     weight, cross = factor**2, factor * target
     total = weight.sum()
-    power = np.empty(len(orders))
+    grams, both = np.empty((len(orders), 2, 2)), np.empty((len(orders), 2))
     for i in range(len(orders)):
         twice = np.vdot(np.conj(wave * wave), weight)
-        gram = 0.5 * np.array([[total + twice.real, twice.imag],
-                               [twice.imag, total - twice.real]])
+        grams[i] = ((total + twice.real, twice.imag), (twice.imag, total - twice.real))
         taken = np.vdot(np.conj(wave), cross)
-        both = np.array([taken.real, taken.imag])
-        power[i] = both @ np.linalg.pinv(gram, rcond=1e-6) @ both
+        both[i] = taken.real, taken.imag
         wave = wave * turn
-    return power
+    return np.einsum('oi,oij,oj->o', both, np.linalg.pinv(0.5 * grams, rcond=1e-6), both)
 
 
 def _fitted(table: np.ndarray, target: np.ndarray) -> np.ndarray:

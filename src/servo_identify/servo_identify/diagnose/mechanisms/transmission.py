@@ -66,8 +66,8 @@ def _without_energy(builder: Builder, one: Hypothesis) -> Hypothesis:
         return errors.transmitted()[:, None] * slopes
 
     back = builder.place('motor_torque', torque)
-    return replace(one, columns=replace(one.columns, table=one.columns.table + back.table),
-                   detail={'law': 'kinematic_error'})
+    both = replace(one.columns, table=one.columns.whole() + back.table, rows=None)
+    return replace(one, columns=both.packed(), detail={'law': 'kinematic_error'})
 
 
 def _torsion(builder: Builder, of: Series) -> Columns:

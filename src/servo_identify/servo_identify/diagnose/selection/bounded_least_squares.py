@@ -17,23 +17,55 @@ def bounded(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
     what is free an unknown that meets its bound is held there. It is let go when the slope says
     that it wants back inside. No step leads up.
     """
-    size = len(slope)
-    if not size:
+    if not len(slope):
         return np.zeros(0)
-    weight = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    scaled = gram / np.outer(weight, weight)
-    scaled[np.diag_indices(size)] += RIDGE
-    found = _active_set(scaled, slope / weight, low * weight, high * weight)
-    return np.clip(found / weight, low, high)
+    return least(gram, slope, low, high, np.zeros(len(slope)), False)
 
 
 @njit(cache=True, nogil=True)
-def _active_set(gram: np.ndarray, slope: np.ndarray, low: np.ndarray,
-                high: np.ndarray) -> np.ndarray:
+def least(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray,
+          near: np.ndarray, sure: bool) -> np.ndarray:
+    """Return what :func:`bounded` does, from ``near``; ``sure``: what is at a bound is held."""
+    size = len(slope)
+    weight = np.empty(size)
+    for i in range(size):
+        weight[i] = np.sqrt(max(gram[i, i], 1e-300))
+    scaled = np.empty((size, size))
+    for i in range(size):
+        for j in range(size):
+            scaled[i, j] = gram[i, j] / (weight[i] * weight[j])
+        scaled[i, i] += RIDGE
+    found = _active_set(scaled, slope / weight, low * weight, high * weight, near * weight, sure)
+    return np.minimum(np.maximum(found / weight, low), high)
+
+
+@njit(cache=True, nogil=True)
+def every_least(grams: np.ndarray, prior: np.ndarray, low: np.ndarray, high: np.ndarray,
+                near: np.ndarray, sure: bool) -> np.ndarray:
+    """
+    Return the least of several sums of products, (sums, unknowns).
+
+    ``grams`` (sums, 1 + unknowns, 1 + unknowns) of the residual (first) and the columns, ``prior``
+    (unknowns,) is added to the squares of these; the others as :func:`least` has them.
+    """
+    answer = np.empty((len(grams), len(prior)))
+    for k in range(len(grams) if len(prior) else 0):
+        inner = np.ascontiguousarray(grams[k, 1:, 1:])
+        for i in range(len(prior)):
+            inner[i, i] += prior[i]
+        answer[k] = least(inner, np.ascontiguousarray(grams[k, 1:, 0]), low, high, near, sure)
+    return answer
+
+
+@njit(cache=True, nogil=True)
+def _active_set(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray,
+                near: np.ndarray, sure: bool) -> np.ndarray:
     size = len(slope)
     flat = 1e-10 * np.abs(slope).max()
     free = np.ones(size, dtype=np.bool_)
-    b = np.minimum(np.maximum(np.zeros(size), low), high)
+    b = np.minimum(np.maximum(near, low), high)
+    if sure:
+        free = (b > low) & (b < high)
     for _ in range(10 * size):
         inner = np.flatnonzero(free)
         there = b.copy()

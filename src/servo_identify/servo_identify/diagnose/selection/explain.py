@@ -40,6 +40,14 @@ class Explained:
         """The hypotheses of the smallest set, in the order in which they were found."""
         return [self.hypotheses[n] for n in self.explanation.smallest.choice.numbers]
 
+    def slim(self) -> Explained:
+        """Return the same without the columns of what is not in the smallest set: much memory."""
+        chosen = self.explanation.smallest.choice.numbers
+        several = [one if number in chosen else replace(one, columns=one.columns.summed())
+                   for number, one in enumerate(self.hypotheses)]
+        self.search.regression.hypotheses = several
+        return replace(self, hypotheses=several)
+
     def amplitudes(self, number: int, fit: Fitted | None = None) -> np.ndarray:
         """Return the amplitudes of a hypothesis (by its number) in a fit."""
         fit = fit or self.explanation.smallest

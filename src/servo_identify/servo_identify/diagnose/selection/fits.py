@@ -17,7 +17,8 @@ import numpy as np
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
-from .regression import Regression, solve, Sums
+from .bounded_least_squares import every_least
+from .regression import FOLDS, Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
@@ -82,6 +83,7 @@ class Fits:
         self.regression = regression
         self._known: dict[Choice, Fitted] = {}
         self._sums: dict[bytes, Sums] = {}
+        self._bounds = [one.bounds() for one in regression.hypotheses]
         one = np.zeros((regression.blocks, len(regression.families)))
         one[np.arange(regression.blocks), regression.family] = 1.0
         self._family = one
@@ -117,7 +119,7 @@ class Fits:
         """Return the bounds of the nuisances and the amplitudes of a set."""
         low, high = [self.regression.low[kept]], [self.regression.high[kept]]
         for number, side in choice.members:
-            one = self.regression.hypotheses[number].bounds()[side]
+            one = self._bounds[number][side]
             low.append(one[0])
             high.append(one[1])
         return np.concatenate(low), np.concatenate(high)
@@ -145,19 +147,18 @@ class Fits:
             sums = products.sums(weight)
             total, doubts = sums.whole, self.doubts(doubt, sums, unknowns)
             prior = SURE**2 * doubts / room**2
-            values = np.concatenate(([1.0], self._solved(total, prior, low, high)))
+            values = np.concatenate(([1.0], solve(total, low, high, prior)))
             left = self.groups(products.errors(values))
             floor = self.floor(left if not choice.members else None)
             last = weight
             if turn + 1 < REWEIGHTED:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
-        held_out = np.zeros((len(regression.equations), regression.blocks))
-        for k, fold in enumerate(products.folds(last)):
-            blocks = regression.fold == k
-            if blocks.any():
-                there = np.concatenate(([1.0], self._solved(total - fold, prior, low, high)))
-                held_out[:, blocks] = products.errors(there)[:, blocks]
+        near = values[1:] if choice.members else np.zeros(len(values) - 1)
+        there = np.ones((FOLDS, len(values)))
+        there[:, 1:] = every_least(total - products.folds(last), prior, low, high, near,
+                                   bool(choice.members))
+        held_out = products.errors(there[regression.fold])
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(used.sum())
         count, at = float(used.sum()), len(kept)
@@ -187,20 +188,10 @@ class Fits:
         share = sums.power[:, columns[1:]]
         return doubt @ share / np.maximum(share.sum(axis=0), 1e-300)
 
-    @staticmethod
-    def _solved(gram: np.ndarray, prior: np.ndarray, low: np.ndarray,
-                high: np.ndarray) -> np.ndarray:
-        gram = gram.copy()
-        gram[np.arange(1, len(gram)), np.arange(1, len(gram))] += prior
-        return solve(gram, low, high)
-
     def room(self, kept: np.ndarray, size: int) -> np.ndarray:
         """Return the tolerance of each unknown, infinite where the servo file gives none."""
-        regression, room = self.regression, np.full(size, np.inf)
-        labels, values = regression.nuisance.labels, regression.samples.servo.values
-        for i, column in enumerate(kept):
-            if labels[column - 1] in values:
-                room[i] = 0.5 * (regression.high[column] - regression.low[column])
+        room = np.full(size, np.inf)
+        room[:len(kept)] = self.regression.room[kept]
         return room
 
     def _doubt(self, left: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -242,8 +233,13 @@ class Fits:
         It is that of noise and the practical margin, and how far the best form may be off the gap
         of its equation.
         """
-        gap = self.groups(self.nothing.held_out) if gap is None else gap
+        if gap is None:
+            return self._floor
         size = self.sizes.sum(axis=1, keepdims=True)
         whole = (gap * self.sizes).sum(axis=1, keepdims=True) / np.maximum(size, 1.0)
         return np.broadcast_to(CALIBRATED + FORM**2 * np.maximum(0.0, whole - 1.0),
                                self.sizes.shape)
+
+    @cached_property
+    def _floor(self) -> np.ndarray:
+        return self.floor(self.groups(self.nothing.held_out))

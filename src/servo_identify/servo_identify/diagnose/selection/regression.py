@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..mechanisms.hypothesis import Hypothesis
+from ..mechanisms.hypothesis import Columns, Hypothesis
 from ..residuals.nuisance import Nuisance
 from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
@@ -52,7 +52,7 @@ class Products:
 
     def sums(self, weight: np.ndarray) -> Sums:
         """Return the sums with each group weighed, ``weight`` (equations, families)."""
-        return _summed([(good, np.tensordot(weight[i, self.family], part, axes=1))
+        return _summed([(good, _taken(weight[i, self.family][None], part)[0])
                         for i, (good, part) in enumerate(self.parts)], self.size)
 
     def folds(self, weight: np.ndarray) -> np.ndarray:
@@ -60,8 +60,7 @@ class Products:
         inside = np.arange(FOLDS)[:, None] == self.fold
         folds = np.zeros((FOLDS, self.size, self.size))
         for i, (good, part) in enumerate(self.parts):
-            folds[:, good[:, None], good] += np.tensordot(
-                inside * weight[i, self.family], part, axes=1)
+            folds[:, good[:, None], good] += _taken(inside * weight[i, self.family], part)
         return folds
 
     def drawn(self, times: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -72,8 +71,9 @@ class Products:
         return total
 
     def errors(self, values: np.ndarray) -> np.ndarray:
-        """Return the squared error by equation and block; ``values`` (columns,), the first 1."""
-        return np.array([np.einsum('bij,i,j->b', part, values[good], values[good])
+        """Return squared errors by equation and block; ``values`` ([blocks,] columns), first 1."""
+        form = 'bij,i,j->b' if values.ndim == 1 else 'bij,bi,bj->b'
+        return np.array([np.einsum(form, part, values[..., good], values[..., good])
                          for good, part in self.parts])
 
 
@@ -84,7 +84,8 @@ class Regression:
 
     Column 0 is the residual; then come the nuisances, then the columns of each hypothesis
     (``members``). A group is one equation in one family of excitation. ``products[e]`` has shape
-    (blocks, p_e, p_e) over the columns ``inside[e]`` that move equation e.
+    (blocks, p_e, p_e) over the columns ``inside[e]`` that move equation e, ``by_family[e]`` their
+    sums over the blocks of each family.
     """
 
     samples: ResidualSamples
@@ -115,22 +116,27 @@ class Regression:
             self.members.append(np.arange(size, size + one.columns.size))
             size += one.columns.size
         self.size = size
+        self.values = np.array([label.partition(':')[0] for label in self.nuisance.labels], str)
         self.low = np.concatenate(([0.0], self.nuisance.low))
         self.high = np.concatenate(([0.0], self.nuisance.high))
+        self.room = np.full(size, np.inf)  # half the tolerance that the servo file gives
+        told = 1 + np.flatnonzero([label in samples.servo.values
+                                   for label in self.nuisance.labels])
+        self.room[told] = 0.5 * (self.high[told] - self.low[told])
         self._sum_up()
 
     def _sum_up(self) -> None:
         samples = self.samples
-        tables = [samples.base[:, None], self.nuisance.columns,
-                  *(one.columns.table for one in self.hypotheses)]
-        firsts = np.cumsum([0, *(table.shape[1] for table in tables[:-1])])
+        tables = [Columns(samples.base[:, None]), Columns(self.nuisance.columns),
+                  *(one.columns for one in self.hypotheses)]
+        firsts = np.cumsum([0, *(table.size for table in tables[:-1])])
         self.inside, self.products, self.where = [], [], []
         for e in self.equations:
             rows = np.flatnonzero(samples.equation == e)
             rows = rows[np.argsort(samples.block[rows], kind='stable')]
             used, several = [], []
             for table, first in zip(tables, firsts, strict=True):
-                some = table[rows]
+                some = table.at(rows)
                 moved = np.flatnonzero(some.any(axis=0) | (first == 0))
                 used.append(first + moved)
                 several.append(some[:, moved])
@@ -146,6 +152,7 @@ class Regression:
             self.inside.append(kept)
             self.products.append(products)
             self.where.append(where)
+        self.by_family = self._family_sums()
 
     def narrowed(self, kept: np.ndarray, numbers: Collection[int]) -> Regression:
         """Return the regression of some of the blocks on some of the hypotheses, by number."""
@@ -156,7 +163,7 @@ class Regression:
         sizes = np.cumsum([1 + self.nuisance.columns.shape[1],
                            *(len(self.members[n]) for n in chosen)])
         part.members = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True)]
-        part.size = len(columns)
+        part.size, part.room = len(columns), self.room[columns]
         part.products, part.where, part.inside = [], [], []
         for products, where in zip(self.products, self.where, strict=True):
             at = where[columns]
@@ -168,13 +175,20 @@ class Regression:
         part.family, part.recording = self.family[kept], self.recording[kept]
         part.counts, part.blocks = self.counts[:, kept], len(kept)
         part.fold = np.arange(part.blocks) % FOLDS
+        part.by_family = part._family_sums()
         return part
 
     def nuisances(self, chosen: Sequence[int]) -> np.ndarray:
         """Return the nuisance columns beside some hypotheses: a value that is freed is none."""
-        freed = {self.hypotheses[c].path for c in chosen if self.hypotheses[c].path}
-        return np.array([1 + i for i, label in enumerate(self.nuisance.labels)
-                         if label.partition(':')[0] not in freed], dtype=int)
+        freed = [self.hypotheses[c].path for c in chosen if self.hypotheses[c].path]
+        if not freed:
+            return np.arange(1, 1 + len(self.values))
+        return 1 + np.flatnonzero(~np.isin(self.values, freed))
+
+    def _family_sums(self) -> list[np.ndarray]:
+        """Return the products of each equation summed by family, (families, p, p)."""
+        inside = np.arange(len(self.families))[:, None] == self.family
+        return [np.tensordot(inside.astype(float), one, axes=1) for one in self.products]
 
     def of(self, columns: np.ndarray) -> Products:
         """Return the products of a few columns."""
@@ -192,9 +206,7 @@ class Regression:
 
     def table(self, equation: int, weight: np.ndarray) -> np.ndarray:
         """Return the sums of one equation (by its place), each family weighed: (p, p)."""
-        products = self.products[equation]
-        size = products.shape[1]
-        return (weight[self.family] @ products.reshape(self.blocks, size**2)).reshape(size, size)
+        return np.tensordot(weight, self.by_family[equation], axes=1)
 
     def scores_of(self, columns: np.ndarray, values: np.ndarray,
                   wanted: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -219,6 +231,18 @@ def _summed(parts: list[tuple[np.ndarray, np.ndarray]], size: int) -> Sums:
     return Sums(whole, power, parts)
 
 
-def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the amplitudes of a fit: ``gram`` of the residual (first) and the columns."""
-    return bounded(gram[1:, 1:], gram[1:, 0], low, high)
+def _taken(weight: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Return sums over blocks, (sums, n, n), of products (blocks, n, n) by ``weight``."""
+    return np.dot(weight, part.reshape(len(part), -1)).reshape(len(weight), *part.shape[1:])
+
+
+def solve(gram: np.ndarray, low: np.ndarray, high: np.ndarray,
+          prior: np.ndarray | float = 0.0) -> np.ndarray:
+    """
+    Return the amplitudes of a fit: ``gram`` of the residual (first) and the columns.
+
+    ``prior`` is added to the squares of the columns.
+    """
+    inner = np.array(gram[1:, 1:])
+    inner[np.diag_indices_from(inner)] += prior
+    return bounded(inner, np.ascontiguousarray(gram[1:, 0]), low, high)

@@ -7,14 +7,15 @@ well as the best, the smallest is the answer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import UNKNOWN
+from .candidate_gains import Leavings
 from .fits import Choice, Fitted
 from .significance import Significance
 
@@ -32,7 +33,15 @@ class Search(Significance):
         weight = np.where(self.groups(near.held_out) > self.floor(), near.weight, 0.0)
         tables = {i: sums.parts[i][1] if row.all() else regression.table(i, row)
                   for i, row in enumerate(weight) if row.any()}
-        before = self._left(near.columns, near.values, weight, tables)
+        prior = np.zeros(regression.size)
+        every = np.arange(regression.size)
+        prior[1:] = SURE**2 * self.doubts(near.doubt, sums, every) / regression.room[1:] ** 2
+        floor = (weight * self.sizes * self.floor()).sum(axis=1)
+        count = ((weight > 0.0) * self.sizes).sum(axis=1) * self.observations
+        leavings = Leavings.of(sums, prior, tables, regression.where, floor, count)
+        before = leavings.left(near.columns, near.values)
+        known = np.zeros(regression.size)
+        known[near.columns] = near.values
         found = []
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
@@ -40,36 +49,13 @@ class Search(Significance):
             if one.mechanism.key in taken or (one.path and one.path in paths):
                 continue
             worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
-            for side in range(len(one.bounds())):
-                choice = near.choice.plus(number, side)
-                columns, kept = self.columns_of(choice)
-                gram = sums.whole[columns[:, None], columns]
-                low, high = self.bounds_of(choice, kept)
-                doubts = self.doubts(near.doubt, sums, columns)
-                prior = SURE**2 * doubts / self.room(kept, len(columns) - 1) ** 2
-                values = np.concatenate(([1.0], self._solved(gram, prior, low, high)))
-                gain = before - self._left(columns, values, weight, tables)
+            columns, kept = self.columns_of(near.choice.plus(number, 0))
+            for side in range(len(self._bounds[number])):
+                low, high = self.bounds_of(near.choice.plus(number, side), kept)
+                gain = before - leavings.fitted(columns, low, high, known[columns[1:]])
                 found.append((gain - 0.5 * worth * np.log(max(2, regression.blocks)), number,
                               side))
         return sorted(found, reverse=True)
-
-    def _left(self, columns: np.ndarray, values: np.ndarray, weight: np.ndarray,
-              tables: Mapping[int, np.ndarray]) -> float:
-        """
-        Return what values leave, nats: n/2 log of the mean square of each equation.
-
-        Over the groups with a ``weight`` (equations, families), those with more than the floor;
-        ``tables`` are their sums of products, by the place of the equation.
-        """
-        floor = (weight * self.sizes * self.floor()).sum(axis=1)
-        count = ((weight > 0.0) * self.sizes).sum(axis=1) * self.observations
-        left = 0.0
-        for i, table in tables.items():
-            place = self.regression.where[i][columns]
-            some, inside = values[place >= 0], place[place >= 0]
-            square = float(some @ table[inside[:, None], inside] @ some)
-            left += 0.5 * count[i] * np.log(max(square, floor[i], 1e-12))
-        return left
 
     def explain(self) -> Explanation:
         """Return the smallest set that predicts as well as the best, and what rivals it."""
@@ -107,6 +93,15 @@ class Search(Significance):
         return list(unique.values())
 
     def short_list(self, near: Fitted) -> list[Choice]:
+        if near.choice not in self._listed:
+            self._listed[near.choice] = self._short_list(near)
+        return self._listed[near.choice]
+
+    @cached_property
+    def _listed(self) -> dict[Choice, list[Choice]]:
+        return {}
+
+    def _short_list(self, near: Fitted) -> list[Choice]:
         listed: list[Choice] = []
         counted: dict[tuple[str, ...], int] = {}
         for _, number, side in self.candidates(near):

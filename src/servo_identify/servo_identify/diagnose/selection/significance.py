@@ -9,9 +9,10 @@ import numpy as np
 from servo_twin.balances.equation_terms import EQUATIONS
 
 from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, OPEN, WORTH
-from .fits import Fits, Fitted
+from .fits import Choice, Fits, Fitted
 
 DRAWS = 400  # sign flips behind the null distribution
+KEPT = 64  # sets whose resampled errors are kept
 APART = 1e-4  # share of its square that a column must have beside others to count as its own
 
 
@@ -30,14 +31,27 @@ class Significance(Fits):
         As seen, then resampled: shape (equations, 1 + DRAWS). What either leaves below the floor
         does not count. Blocks are resampled within each family of excitation.
         """
-        floor = self.floor()[:, None, :]
-        sizes = self._drawn(self.regression.counts)
-        several = []
-        for one in (fit, best):
+        apart = self._logs(fit) - self._logs(best)
+        return 0.5 * self.observations[:, None] * (self._drawn_sizes * apart).sum(axis=2)
+
+    def _logs(self, fit: Fitted) -> np.ndarray:
+        """Log of what a set leaves by equation, draw and family; the last few are kept."""
+        if fit.choice not in self._known_logs:
+            while len(self._known_logs) >= KEPT:
+                self._known_logs.pop(next(iter(self._known_logs)))
+            sizes = self._drawn_sizes
             with np.errstate(invalid='ignore', divide='ignore'):
-                left = np.where(sizes > 0, self._drawn(one.held_out) / sizes, 0.0)
-            several.append(np.log(np.maximum(left, floor)))
-        return 0.5 * self.observations[:, None] * (sizes * (several[0] - several[1])).sum(axis=2)
+                left = np.where(sizes > 0, self._drawn(fit.held_out) / sizes, 0.0)
+            self._known_logs[fit.choice] = np.log(np.maximum(left, self.floor()[:, None, :]))
+        return self._known_logs[fit.choice]
+
+    @cached_property
+    def _known_logs(self) -> dict[Choice, np.ndarray]:
+        return {}
+
+    @cached_property
+    def _drawn_sizes(self) -> np.ndarray:
+        return self._drawn(self.regression.counts)
 
     def _drawn(self, errors: np.ndarray) -> np.ndarray:
         """Sum by equation, draw and family what is known by equation and block."""
@@ -71,15 +85,20 @@ class Significance(Fits):
     def beyond(self, fit: Fitted) -> bool:
         """Tell whether all values that a set moves leave the tolerance of the servo file."""
         regression = self.regression
-        spans = {label: (low, high) for label, low, high in zip(
-            regression.nuisance.labels, regression.nuisance.low, regression.nuisance.high,
-            strict=True)}
         for number in fit.choice.numbers:
-            low, high = spans.get(regression.hypotheses[number].path, (0.0, 0.0))
-            change = fit.values[np.isin(fit.columns, regression.members[number])]
-            if low < high and len(change) and low <= change[0] <= high:
-                return False
+            low, high = self._spans.get(regression.hypotheses[number].path, (0.0, 0.0))
+            if low < high:
+                change = fit.values[np.isin(fit.columns, regression.members[number])]
+                if len(change) and low <= change[0] <= high:
+                    return False
         return True
+
+    @cached_property
+    def _spans(self) -> dict[str, tuple[float, float]]:
+        """The tolerances of the values of the servo file, by path."""
+        nuisance = self.regression.nuisance
+        return {label: (low, high) for label, low, high in zip(
+            nuisance.labels, nuisance.low, nuisance.high, strict=True)}
 
     @cached_property
     def off(self) -> set[str]:
@@ -132,8 +151,7 @@ class Significance(Fits):
         several = [np.setdiff1d(members, known) for members in regression.members]
         wanted = np.concatenate([known, *several]).astype(int)
         scores = regression.scores_of(after.columns, after.values, wanted, weight)
-        flips = np.random.default_rng(0).choice((-1.0, 1.0), (DRAWS, regression.blocks))
-        drawn = flips @ scores
+        drawn = self._flips @ scores
         gram = whole[wanted[:, None], wanted]
         size = len(known)
         inner = gram[:size, :size] + 1e-9 * np.diag(np.maximum(np.diag(gram)[:size], 1e-300))
@@ -153,5 +171,10 @@ class Significance(Fits):
             scaled = np.linalg.pinv(square[np.ix_(own, own)] / np.outer(weight, weight),
                                     rcond=APART)
             part = left[:, mine][:, own] / weight
-            most = np.maximum(most, 0.5 * np.einsum('di,ij,dj->d', part, scaled, part))
+            most = np.maximum(most, 0.5 * (part @ scaled * part).sum(axis=1))
         return float(np.quantile(most, 1.0 - level))
+
+    @cached_property
+    def _flips(self) -> np.ndarray:
+        """The sign of each block in each draw, (DRAWS, blocks)."""
+        return np.random.default_rng(0).choice((-1.0, 1.0), (DRAWS, self.regression.blocks))
