@@ -25,7 +25,6 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
 
@@ -197,8 +196,7 @@ def main(arguments: list[str] | None = None) -> int:
     executor = EventsExecutor()
     executor.add_node(node)
     try:
-        while not ending.asked:
-            executor.spin_until_future_complete(Future(), LOOK_EVERY)
+        ending.spin(executor)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
