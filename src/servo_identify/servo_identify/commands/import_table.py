@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
+from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 
 SAID_FROM = 2**30  # bytes of memory from which on they are said
 
@@ -59,7 +59,8 @@ def main(arguments: argparse.Namespace) -> int:
             print(f'warning: {line}', file=sys.stderr)
         elif not arguments.quiet:
             print(f'note: {line}', file=sys.stderr)
-    write_recording(remove_bag(arguments.output), recording, arguments.block_size)
+    with whole_bag(arguments.output) as place:
+        write_recording(place, recording, arguments.block_size)
     channels = [name for name in recording.columns if recording.has(name)]
     say(arguments, f'{arguments.output}: {len(recording)} samples of {recording.period:.9g} s '
         f'({recording.duration:.6g} s), {", ".join(channels)}'
