@@ -66,7 +66,8 @@ raise SystemExit(driver_node.main())
 
 def test_a_driver_that_tries_to_open_its_bus_for_longer_than_it_pauses_can_be_led_and_ended():
     ears = Listener('trying')
-    driver = DriverProcess('trying', start=('-c', SLOW), bus__channel='not_there.can', retry_period=0.05)
+    driver = DriverProcess('trying', start=('-c', SLOW), bus__channel='not_there.can',
+                           retry_period=0.05)
     try:
         hands = Hands(ears)
         wait_for(lambda: ears.diagnoses, 'it tries')
