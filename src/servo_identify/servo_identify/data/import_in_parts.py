@@ -27,7 +27,7 @@ from .tables import from_arrow, Table
 
 ROWS = 100_000  # that are held at once, about
 LOOKED_AT = 100_000  # rows at least by which angles are held against each other
-_BLOCK = 1 << 23  # bytes of text
+_BLOCK = 1 << 20  # bytes of text; Arrow reads some thirty of them ahead
 
 Columns = dict[str, np.ndarray]
 

@@ -194,8 +194,8 @@ def main(arguments: list[str] | None = None) -> int:
         rclpy.try_shutdown()
         return 2
     executor = EventsExecutor()
-    executor.add_node(node)
     try:
+        executor.add_node(node)
         ending.spin(executor)
     finally:
         node.destroy_node()

@@ -18,8 +18,8 @@ class OtherRigs:
 
     Who boots comes after who speaks already. A rig that has been on the bus for ``slowest`` s, the
     longest time between two beats, was first. A kind that speaks only when it is asked is heard
-    as soon as a driver asks: who comes to a rig that is driven leaves; of two that were not driven
-    yet neither knows who was first, and the driver leaves both off.
+    as soon as a driver asks. So a rig that comes to one that is driven leaves. Of two that were
+    not driven yet neither knows who was first; the driver leaves both off.
     """
 
     def __init__(self, own: Callable[[int, bytes], str], slowest: float, where: str) -> None:
