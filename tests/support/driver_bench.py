@@ -53,7 +53,8 @@ class DriverProcess:
         values = {'autostart': 'true', **values}
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
-            [sys.executable, *start, '--ros-args', '--params-file', str(CONFIG), *(['--params-file', str(file)] if file else []),
+            [sys.executable, *start, '--ros-args', '--params-file', str(CONFIG),
+             *(['--params-file', str(file)] if file else []),
              '-r', f'__ns:=/{namespace}',
              *[word for parameter in told for word in ('-p', parameter)]],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ))
