@@ -5,6 +5,7 @@ import json
 import tracemalloc
 
 from bench_recording import bench_recording, SERVO
+from mcap.reader import make_reader
 import numpy as np
 import pyarrow
 from pyarrow import csv, parquet
@@ -12,11 +13,12 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.commands import import_table
-from servo_identify.data import long_bags
+from servo_identify.commands.online import followed
+from servo_identify.data import import_in_parts, long_bags
 from servo_identify.data.check import check
 from servo_identify.data.import_memory import memory_of
 from servo_identify.data.long_bags import looked_at
-from servo_identify.data.reading import open_one, read_looked_at
+from servo_identify.data.reading import open_one, read_looked_at, read_one
 from servo_identify.data.survey import survey
 from servo_identify.diagnose.checks import check as said_before
 from servo_identify.diagnose.splitting import split
@@ -120,6 +122,25 @@ def tells_what_it_holds(bag):
     assert main(['info', str(bag), '--quiet']) == 0
 
 
+def test_what_is_followed_online_in_parts_is_that_of_the_whole(motion, tmp_path):
+    bag = written(tmp_path / 'bag', motion, 11)
+    with open_one(bag, SERVO) as opened:
+        found = followed(load(SERVO), opened, 5.0, 0.3)
+    whole = followed(load(SERVO), read_one(bag), 5.0, 0.3)
+    assert [one.sequence for one in found] == [one.sequence for one in whole]
+    np.testing.assert_array_equal(found[-1].values, whole[-1].values)
+
+
+def test_what_is_followed_online_is_read_part_by_part(motion, tmp_path, monkeypatch):
+    bag, spans = written(tmp_path / 'bag', motion, 6), []
+    with open_one(bag, SERVO) as opened:
+        part = opened.part
+        monkeypatch.setattr(opened, 'part', lambda *span: spans.append(span) or part(*span))
+        followed(load(SERVO), opened, 5.0, 0.3)
+    assert max(end - first for first, end in spans) <= PART
+    assert spans[-1][1] == opened.sequence + 6 * PART
+
+
 @pytest.mark.parametrize('looks', [looks_at_all, tells_what_it_holds])
 def test_what_is_held_does_not_grow_with_the_bag(motion, tmp_path, looks):
     peaks = []
@@ -146,6 +167,81 @@ def test_the_whole_of_what_is_in_memory_is_parted_alike(motion):
     whole = replace(motion, columns={
         name: np.tile(column, 20) for name, column in motion.columns.items()})
     assert [len(one) for one in looked_at(whole)] == [PART] * 10
+
+
+def table_of(path, motion, count):
+    """Write a table of so many motions, with counts, a hole and a unit; return the path."""
+    long = replace(motion, columns={
+        name: np.tile(column, count) for name, column in motion.columns.items()})
+    columns = {'t': long.time, **{name: long[name] for name in COMPARED},
+               'voltage': np.round(long['voltage']).astype(int),
+               'coupled_position [deg]': np.where(np.arange(len(long)) % 7, long.time, np.nan)}
+    table = pyarrow.table(columns)
+    {'.csv': csv.write_csv, '.parquet': parquet.write_table}[path.suffix](table, path)
+    return path
+
+
+def samples_of_bag(bag):
+    """Return all that a bag's messages hold, by topic."""
+    found = {}
+    with (bag / f'{bag.name}_0.mcap').open('rb') as file:
+        for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            found.setdefault(channel.topic, []).append(
+                (message.log_time, message.sequence, message.data))
+    return found
+
+
+@pytest.mark.parametrize('suffix', ['csv', 'parquet'])
+def test_an_import_in_parts_is_that_of_the_whole(motion, monkeypatch, tmp_path, capsys, suffix):
+    path, told = table_of(tmp_path / f'table.{suffix}', motion, 3), []
+    monkeypatch.setattr(import_in_parts, 'ROWS', 1234)
+    monkeypatch.setattr(import_in_parts, '_BLOCK', 1 << 16)
+    for least in (np.inf, 0.0):
+        monkeypatch.setattr(import_table, 'IN_PARTS_FROM', least)
+        out = tmp_path / str(least) / 'out'
+        words = ['import', str(path), '--servo', str(SERVO), '-o', str(out), '--family', 'sine']
+        assert main([*words, '--json', '-']) == 0
+        said = capsys.readouterr()
+        facts = json.loads(said.out)['recording']
+        for channel in facts['channels'].values():
+            channel['mean'] = pytest.approx(channel['mean'], rel=1e-12)
+        told.append((samples_of_bag(out), facts | {'path': ''},
+                     said.err.replace(str(out), 'out')))
+    assert told[0] == told[1]
+    assert 'is missing in' in told[0][2] and 'is converted to' in told[0][2]
+
+
+@pytest.mark.parametrize('spoil', [
+    lambda t: t + 0.3 * (np.arange(len(t)) > 3000), lambda t: np.where(t == t[5000], t[4999], t)],
+    ids=['a hole', 'a time twice'])
+def test_a_table_that_has_to_be_changed_is_imported_whole(motion, monkeypatch, tmp_path, spoil):
+    long = {name: np.tile(motion[name], 3) for name in ('motor_position', 'voltage')}
+    time = spoil(np.arange(3 * PART) * motion.period)
+    csv.write_csv(pyarrow.table({'t': time, **long}), tmp_path / 'table.csv')
+    monkeypatch.setattr(import_in_parts, '_BLOCK', 1 << 16)
+    found = []
+    for least in (np.inf, 0.0):
+        monkeypatch.setattr(import_table, 'IN_PARTS_FROM', least)
+        out = tmp_path / str(least) / 'out'
+        assert main(['import', str(tmp_path / 'table.csv'), '--servo', str(SERVO), '-o',
+                     str(out), '--quiet']) == 0
+        found.append(samples_of_bag(out))
+    assert found[0] == found[1]
+
+
+def test_an_import_in_parts_holds_no_more_of_a_longer_table(motion, monkeypatch, tmp_path):
+    monkeypatch.setattr(import_table, 'IN_PARTS_FROM', 0.0)
+    monkeypatch.setattr(import_in_parts, 'LOOKED_AT', 1000)
+    monkeypatch.setattr(import_in_parts, '_BLOCK', 1 << 18)
+    peaks = []
+    for count in (3, 12):
+        path = table_of(tmp_path / f'table{count}.csv', motion, count)
+        tracemalloc.start()
+        assert main(['import', str(path), '--servo', str(SERVO), '-o',
+                     str(tmp_path / f'out{count}'), '--quiet']) == 0
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.5 * peaks[0]
 
 
 @pytest.mark.parametrize('suffix', ['csv', 'parquet', 'mcap'])

@@ -283,7 +283,7 @@ def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_
 
 
 @pytest.mark.parametrize('asked', ASKED)
-def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path):
+def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
     with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:
         other.rig.stop()
         other._serving.join(5.0)
@@ -299,10 +299,25 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path):
             link.link.start()
             link.says('two nodes of one id')
             assert not made.pushes and not second.nodes.gives_torque
+            wait_for(lambda: 'end it, or give one' in caplog.text, 'a rig hears the other one')
         finally:
             link.link.close()
             second.stop()
             serving.join(5.0)
+
+
+@pytest.mark.parametrize('asked', ASKED)
+def test_a_rig_that_comes_to_a_bus_with_another_of_its_id_leaves_and_says_why(asked, tmp_path,
+                                                                             caplog):
+    with driven(asked, tmp_path) as (made, link):
+        second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel),
+                             driver=made.of)
+        second.listens = 10.0  # until the first answer on a busy machine
+        assert second.serve() is False
+        assert 'end the other rig, or give one of the two another --channel or id' in caplog.text
+        said = len(link.blocks)
+        wait_for(lambda: len(link.blocks) > said + 20, 'the first rig goes on')
+        assert made.rig.nodes.gives_torque
 
 
 @pytest.mark.parametrize('asked', ASKED)

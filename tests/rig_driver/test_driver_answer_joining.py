@@ -9,8 +9,8 @@ from servo_rig_driver.driver.answer_joining import SampleJoiner, sync_counter
 def test_it_joins_the_answers_to_one_sync():
     join = SampleJoiner(2)
     join.ask(7)
-    assert join.answer(1, 'b', sync_counter(7)) is None
-    assert join.answer(0, 'a', sync_counter(7)) == (7, ['a', 'b'])
+    assert join.answer(1, 'b', sync_counter(7)) == []
+    assert join.answer(0, 'a', sync_counter(7)) == [(7, ['a', 'b'])]
 
 
 def test_it_counts_syncs_from_1_to_240_as_cia_301_says():
@@ -28,8 +28,7 @@ def test_it_joins_by_counter_however_late_the_answers_come(data, kinds, start):
             asked += 1
             continue
         kind = data.draw(st.sampled_from(behind))
-        sample = join.answer(kind, (kind, answered[kind]), sync_counter(answered[kind]))
-        out += [sample] if sample else []
+        out += join.answer(kind, (kind, answered[kind]), sync_counter(answered[kind]))
         answered[kind] += 1
     assert [number for number, _ in out] == list(range(start, start + 30))
     assert all(row == [(kind, number) for kind in range(kinds)] for number, row in out)
@@ -41,17 +40,9 @@ def test_it_keeps_the_order_through_a_stall_longer_than_the_counter_is_wide():
     for number in range(1000):
         join.ask(number)
     for kind in (1, 0):
-        out += [join.answer(kind, number, sync_counter(number)) for number in range(1000)]
-    assert out[1000:] == [(number, [number, number]) for number in range(1000)]
-
-
-def test_it_takes_no_answer_for_that_to_a_request_that_reached_nobody():
-    join = SampleJoiner(1, in_order=True)
-    for number in (1, 2, 3):
-        join.ask(number)
-    join.withdraw(2)
-    assert [join.answer(0, word, None) for word in ('a', 'c')] == [(1, ['a']), (3, ['c'])]
-    assert (join.lost, join.waiting) == (1, 0)
+        for number in range(1000):
+            out += join.answer(kind, number, sync_counter(number))
+    assert out == [(number, [number, number]) for number in range(1000)]
 
 
 @given(st.sets(st.tuples(st.integers(0, 1), st.integers(0, 59)), max_size=40), st.booleans())
@@ -61,8 +52,7 @@ def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
         join.ask(number)
         for kind in (0, 1):
             if (kind, number) not in lost:
-                sample = join.answer(kind, number, sync_counter(number) if counted else None)
-                out += [sample] if sample else []
+                out += join.answer(kind, number, sync_counter(number) if counted else None)
     join.restart()
     gone = {number for _, number in lost}
     assert out == [(k, [k, k]) for k in range(60) if k not in gone]
@@ -71,19 +61,8 @@ def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
 
 def test_it_counts_answers_that_nobody_asked_for():
     join = SampleJoiner(1)
-    assert join.answer(0, 'x', 1) is None
+    assert join.answer(0, 'x', 1) == []
     join.ask(0)
-    assert join.answer(0, 'y', 1) == (0, ['y'])
-    assert join.answer(0, 'y', None) is None
+    assert join.answer(0, 'y', 1) == [(0, ['y'])]
+    assert join.answer(0, 'y', None) == []
     assert join.unasked == 2
-
-
-def test_a_drive_asked_by_frames_of_its_own_answers_the_oldest_request_first():
-    join = SampleJoiner(1, in_order=True)
-    for number in (3, 4, 5):
-        join.ask(number)
-    assert join.answer(0, 'a', None) == (3, ['a'])
-    join.give_up()
-    assert join.answer(0, 'b', None) == (5, ['b'])
-    assert join.answer(0, 'c', None) is None
-    assert (join.lost, join.unasked) == (1, 1)

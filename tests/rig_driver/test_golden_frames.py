@@ -86,8 +86,8 @@ def test_odrive_is_enabled_and_taken_down_by_axis_states_asked_for_once(axis):
 
 
 def test_odrive_answers_are_read_as_its_example_program_does(axis):
-    assert axis.hear(0x29, struct.pack('<ff', 0.25, -1.5)) is False
-    assert axis.hear(0x34, struct.pack('<ff', 2.0, 1.75)) is True
+    assert axis.hear(0x29, struct.pack('<ff', 0.25, -1.5)) == 0
+    assert axis.hear(0x34, struct.pack('<ff', 2.0, 1.75)) == 1
     assert axis.reading.motor_position == pytest.approx(0.25 * tau)
     assert axis.reading.load_speed == pytest.approx(-1.5 * tau / 10.0)
     assert (axis.reading.current_reference, axis.reading.current) == (2.0, 1.75)
@@ -150,13 +150,13 @@ def test_robstride_feedback_is_read_with_its_mode_and_its_faults():
     # 0xBFFF: 49151 * 8 pi / 65535 - 4 pi = 6.283; 0x4000: 16384 * 88 / 65535 - 44 = -22.0;
     # 0xFFFF: 17 N m; 271 tenths of a degree
     data = struct.pack('>HHHH', 0xBFFF, 0x4000, 0xFFFF, 271)
-    assert drive.hear(run, data) is True
+    assert drive.hear(run, data) == 0
     assert drive.state is DriveState.OPERATION_ENABLED
     assert drive.reading.motor_position == pytest.approx(10.0 * 6.283, abs=0.005)
     assert drive.reading.load_speed == pytest.approx(-22.0, abs=1e-3)
     assert drive.reading.current == pytest.approx(17.0)
     assert drive.reading.temperature == pytest.approx(27.1)
-    assert drive.hear(run | 0b000101 << 16, data) is True
+    assert drive.hear(run | 0b000101 << 16, data) == 0
     assert drive.state is DriveState.FAULT
     assert drive.fault == 'under-voltage, over-temperature'
     assert drive.hear(run ^ 3 << 8, data) is None  # of motor 2
@@ -192,7 +192,7 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     drive._sent = 'enable'
     # drive 1, position 0, speed 0x8F5: 2293 * 100 / 4095 - 50 = 5.99, torque 0xBFF: 9.0 N m,
     # 41 degC, no error
-    assert drive.hear(0, bytes.fromhex('01 7fff 8f 5b ff 29 00')) is True
+    assert drive.hear(0, bytes.fromhex('01 7fff 8f 5b ff 29 00')) == 0
     assert drive.state is DriveState.OPERATION_ENABLED
     assert drive.reading.load_speed == pytest.approx(5.99, abs=0.01)
     assert drive.reading.current == pytest.approx(9.0, abs=0.01)

@@ -38,6 +38,7 @@ def bench(tmp_path_factory):
         rig = subprocess.Popen([*EMULATOR, channel], stderr=subprocess.DEVNULL)
         watcher = CanWatcher(channel)
         try:
+            wait_for(lambda: watcher.beaten, 'the drive beats', 60.0)
             yield channel, watcher
         finally:
             watcher.close()

@@ -18,7 +18,8 @@ class CanWatcher:
     """
     Keeps, each once as it changes, controlwords and statuswords (masked), and all NMT frames.
 
-    ``ask`` reads the statusword by SDO, for a drive that gets no SYNC.
+    ``ask`` reads the statusword by SDO, for a drive that gets no SYNC. ``beaten``: whether the
+    drive was heard at all.
     """
 
     def __init__(self, channel: str) -> None:
@@ -26,6 +27,7 @@ class CanWatcher:
         self.controls: list[int] = []
         self.states: list[int] = []
         self.managed: list[bytes] = []
+        self.beaten = False
         self._answer: list[int] = []
         table = load_frames()
         self._control, self._status = table['drive.rpdo1'], table['drive.tpdo2']
@@ -44,6 +46,8 @@ class CanWatcher:
                     self._keep(self.controls, int(self._control.decode(data)['controlword']))
                 elif identifier == self._status.cob_id:
                     self._keep(self.states, masked(int(self._status.decode(data)['statusword'])))
+                elif identifier == 0x701:
+                    self.beaten = True
                 elif identifier == NMT_ID:
                     self.managed.append(data)
                 elif identifier == 0x581 and data[1:3] == b'\x41\x60':

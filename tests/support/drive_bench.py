@@ -224,10 +224,10 @@ class Link:
 class Bench:
     """Hub, emulated drive and wiretap of one protocol; ``rig`` is the emulated rig."""
 
-    def __init__(self, name: str, channel: str) -> None:
+    def __init__(self, name: str, channel: str, **changed: Any) -> None:
         self.name = name
         self.channel = channel
-        self.of = parameters(name)
+        self.of = parameters(name, **changed)
         self.rig = EmulatedRig(rig_file(name), BusSettings('unix_bus', channel), seed=1,
                                driver=self.of, period=self.of['sync_period'])
         self.rig.listens = 0.0  # there is no other rig
@@ -248,11 +248,11 @@ class Bench:
 
 
 @contextmanager
-def bench(name: str, folder: Path) -> Iterator[Bench]:
+def bench(name: str, folder: Path, **changed: Any) -> Iterator[Bench]:
     """Give a bus with the emulated drive of a protocol on it."""
     channel = str(folder / f'{name}{next(_channels)}.can')
     with CanHub(channel):
-        made = Bench(name, channel)
+        made = Bench(name, channel, **changed)
         try:
             yield made
         finally:

@@ -43,16 +43,18 @@ class DriverProcess:
     """
     The driver with the shipped parameters, and others on top of them, in a namespace.
 
-    ``file`` is the driver file of a shipped drive, on top of driver.yaml.
+    ``file`` is the driver file of a shipped drive, on top of driver.yaml; ``start`` is what Python
+    is to run.
     """
 
-    def __init__(self, namespace: str, file: Path | None = None, **values: Any) -> None:
+    def __init__(self, namespace: str, file: Path | None = None,
+                 start: tuple[str, str] = ('-m', 'servo_rig_driver.driver.driver_node'),
+                 **values: Any) -> None:
         values = {'autostart': 'true', **values}
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
-            [sys.executable, '-m', 'servo_rig_driver.driver.driver_node', '--ros-args',
-             '--params-file',
-             str(CONFIG), *(['--params-file', str(file)] if file else []),
+            [sys.executable, *start, '--ros-args', '--params-file', str(CONFIG),
+             *(['--params-file', str(file)] if file else []),
              '-r', f'__ns:=/{namespace}',
              *[word for parameter in told for word in ('-p', parameter)]],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ))

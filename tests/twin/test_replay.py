@@ -11,6 +11,7 @@ import pytest
 from servo_twin.bag import read_predictions, read_recording, write_predictions, write_recording
 from servo_twin.balances.goodness_of_fit import fit_of, goodness, speed_of
 from servo_twin.cli import main
+from servo_twin.commands.terminal import whole_bag
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.live_comparison import differences
 from servo_twin.lockstep.lockstep import Lockstep, Settings
@@ -209,3 +210,42 @@ def test_the_three_real_machines_have_servo_files():
         assert machine.tolerance
         assert all(path in machine.provenance for path, _ in machine.declarations()
                    if not path.startswith(('observer', 'sensors', 'controller', 'effects')))
+
+
+def contents(folder):
+    return {str(one.relative_to(folder)): one.read_bytes() for one in folder.rglob('*')
+            if one.is_file()}
+
+
+def test_a_replay_that_fails_late_leaves_the_bag_that_it_was_to_write_over(recording, tmp_path,
+                                                                          monkeypatch):
+    bag, out = write_recording(tmp_path / 'bag', recording, 1), tmp_path / 'out'
+    assert main(['replay', str(bag), '-o', str(out)]) == 0
+    before, written = contents(tmp_path), []
+
+    def fails(writer, *part):
+        written.append(writer.path)
+        raise OSError(28, 'No space left on device')
+    with monkeypatch.context() as full:
+        full.setattr('servo_twin.bag.RecordingWriter.add', fails)
+        assert main(['replay', str(bag), '-o', str(out), '--force', '--quiet']) == 2
+    assert written
+    assert contents(tmp_path) == before
+    assert main(['replay', str(bag), '-o', str(out), '--force', '--quiet']) == 0
+    assert contents(tmp_path).keys() == before.keys()
+    assert read_recording(out).has('motor_position')
+
+
+def test_a_bag_takes_the_place_of_another_when_it_is_whole(tmp_path):
+    place = tmp_path / 'bag'
+    for number in range(2):
+        with whole_bag(place) as new:
+            new.mkdir()
+            (new / 'bag_0.mcap').write_text(str(number))
+            assert number == 0 or (place / 'bag_0.mcap').read_text() == '0'
+        assert contents(tmp_path) == {'bag/bag_0.mcap': str(number).encode()}
+    with pytest.raises(KeyboardInterrupt), whole_bag(place) as new:
+        new.mkdir()
+        (new / 'bag_0.mcap').write_text('half')
+        raise KeyboardInterrupt
+    assert contents(tmp_path) == {'bag/bag_0.mcap': b'1'}

@@ -23,7 +23,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.bringup.processes import ProcessError, Processes, wait_until
-from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
+from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 from servo_twin.description.nearest_name import or_what
 from servo_twin.nodes.ending import SIGNALS
 from servo_twin.physics.straight_units import straightened
@@ -97,8 +97,6 @@ def main(arguments: argparse.Namespace) -> int:
     tell(arguments, runs=[{'name': run.name, 'family': run.family, 'mode': run.mode,
                            'replicate': run.replicate, 'duration': run.duration}
                           for run in runs])
-    for run in runs:
-        remove_bag(arguments.output / run.name)
     if arguments.headless:
         return _headless(arguments, runs, servo, path)
     try:
@@ -150,10 +148,12 @@ def _headless(arguments: argparse.Namespace, runs: Sequence[Run], servo: Servo, 
     text = path.read_text()
     with _bar(Console(stderr=True)) as bar, ThreadPoolExecutor(2) as workers:
         task, written = bar.add_task('emulating', total=len(runs)), []
-        futures = [workers.submit(make, run, arguments.output, rig, servo.name, text,
-                                  arguments.set, arguments.seed + k,
-                                  arguments.namespace.strip('/'))
-                   for k, run in enumerate(runs)]
+        def made(k: int, run: Run) -> Path:
+            with whole_bag(arguments.output / run.name) as place:
+                make(run, place.parent, rig, servo.name, text, arguments.set, arguments.seed + k,
+                     arguments.namespace.strip('/'))
+            return arguments.output / run.name
+        futures = [workers.submit(made, k, run) for k, run in enumerate(runs)]
         try:
             for future in futures:
                 written.append(future.result())
@@ -188,7 +188,10 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
             performer.begin(START if arguments.bringup else _WAIT)
             for run in runs:
                 performer.home()
-                written.append(_record(run, arguments, performer, processes, bar, servo))
+                with whole_bag(arguments.output / run.name) as place:
+                    _record(run, place, arguments, performer, processes, bar, servo)
+                written.append(arguments.output / run.name)
+                say(arguments, str(written[-1]))
                 tell(arguments, written=written)
         except Stopped as problem:
             tell(arguments, ended_early=str(problem))
@@ -202,11 +205,10 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
     return 0
 
 
-def _record(run: Run, arguments: argparse.Namespace, performer, processes: Processes,
-            bar: Progress, servo: Path) -> Path:
+def _record(run: Run, bag: Path, arguments: argparse.Namespace, performer,
+            processes: Processes, bar: Progress, servo: Path) -> None:
     from ..experiment.live_bench import python, ros
 
-    bag = arguments.output / run.name
     name = f'recorder_{run.name}'
     processes.start(name, [*python('servo_rig_driver.record.recorder_node'), *ros(
         arguments.namespace.strip('/'), {
@@ -220,7 +222,5 @@ def _record(run: Run, arguments: argparse.Namespace, performer, processes: Proce
         performer.recorded(bag, _WAIT)
         say(arguments, f'playing {run.name}')
         performer.perform(run, lambda share: bar.update(task, completed=share))
-        say(arguments, str(bag))
-        return bag
     finally:
         processes.stop(name)

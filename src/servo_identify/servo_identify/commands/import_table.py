@@ -13,10 +13,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+import shutil
 import sys
+from typing import Any
 
-from servo_twin.commands.terminal import named_servo, new_bag, remove_bag, say, tell
+from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 
+IN_PARTS_FROM = 2**27  # bytes of memory from which on a table is not held whole, if it can be
 SAID_FROM = 2**30  # bytes of memory from which on they are said
 
 
@@ -39,30 +42,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Make the bag and say what is in it."""
-    from servo_twin.bag import write_recording
+    if arguments.block_size < 1:
+        raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
+    new_bag(arguments.output, arguments.force)
+    with whole_bag(arguments.output) as place:
+        found = _written(place, arguments)
+    for line in found['note'].splitlines():
+        if line in found['warnings']:
+            print(f'warning: {line}', file=sys.stderr)
+        elif not arguments.quiet:
+            print(f'note: {line}', file=sys.stderr)
+    say(arguments, f'{arguments.output}: {found["samples"]} samples of {found["period"]:.9g} s '
+        f'({found["duration"]:.6g} s), {", ".join(found["channels"])}'
+        + (f'; family {found["family"]}' if found['family'] else ''))
+    tell(arguments, recording=found, written=[arguments.output])
+    return 0
 
+
+def _written(place: Path, arguments: argparse.Namespace) -> dict[str, Any]:
+    """Write the bag, part by part where that can be, and return what is in it."""
+    from servo_twin.bag import open_recording, write_recording
+
+    from ..data.import_in_parts import import_in_parts, NotPlain
     from ..data.import_memory import memory_of
     from ..data.recording_facts import facts_of
     from ..data.table_import import import_table
 
-    if arguments.block_size < 1:
-        raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
-    new_bag(arguments.output, arguments.force)
-    if arguments.file.exists() and (needed := memory_of(arguments.file)) > SAID_FROM:
-        print(f'note: {arguments.file} is held whole while it is imported, which takes about '
+    table, said = arguments.file, {
+        'mapping': arguments.mapping, 'family': arguments.family,
+        'replicate': arguments.replicate, 'note': arguments.note, 'period': arguments.period}
+    needed = memory_of(table) if table.exists() else 0.0
+    if needed > IN_PARTS_FROM:
+        try:
+            head = import_in_parts(table, arguments.servo, place, arguments.block_size, **said)
+            with open_recording(place) as whole:
+                return facts_of(arguments.output, whole) | {
+                    'warnings': list(head.warnings), 'sha256': head.digest}
+        except NotPlain:
+            shutil.rmtree(place, ignore_errors=True)
+    if needed > SAID_FROM:
+        print(f'note: {table} is held whole while it is imported, which takes about '
               f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
-    recording = import_table(
-        arguments.file, arguments.servo, mapping=arguments.mapping, family=arguments.family,
-        replicate=arguments.replicate, note=arguments.note, period=arguments.period)
-    for line in recording.note.splitlines():
-        if line in recording.warnings:
-            print(f'warning: {line}', file=sys.stderr)
-        elif not arguments.quiet:
-            print(f'note: {line}', file=sys.stderr)
-    write_recording(remove_bag(arguments.output), recording, arguments.block_size)
-    channels = [name for name in recording.columns if recording.has(name)]
-    say(arguments, f'{arguments.output}: {len(recording)} samples of {recording.period:.9g} s '
-        f'({recording.duration:.6g} s), {", ".join(channels)}'
-        + (f'; family {recording.family}' if recording.family else ''))
-    tell(arguments, recording=facts_of(arguments.output, recording), written=[arguments.output])
-    return 0
+    recording = import_table(table, arguments.servo, **said)
+    write_recording(place, recording, arguments.block_size)
+    return facts_of(arguments.output, recording)

@@ -10,21 +10,24 @@ squares over windows of one time constant beside it, and the temperature where i
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, say, tell
 
-from ..data.arguments import add_data, files, recordings
+from ..data.arguments import add_data, files
 
 if TYPE_CHECKING:
-    from servo_twin.physics.servo import Servo
-    from servo_twin.recording.recording import Recording
+    import numpy as np
 
+    from servo_twin.physics.servo import Servo
+
+    from ..data.long_bags import Long
     from ..watch.estimator.online_estimator import Snapshot
 
+SELDOM = 100  # samples from one drawn temperature to the next
 _FOREVER = 1e9  # s, a time constant that forgets nothing
 
 
@@ -42,14 +45,20 @@ def main(arguments: argparse.Namespace) -> int:
     """Replay and draw; 1 when the bag said nothing about any quantity."""
     from servo_twin.description import servo_file
 
+    from ..data.reading import open_one
+
     given = {'--time-constant': arguments.time_constant, '--every': arguments.every}
     for name, value in given.items():
         if not value > 0.0:
             raise ValueError(f'{name} = {value:g} s; it must be positive')
     servo = servo_file.load(arguments.servo)
-    files([arguments.bag])
+    path, = files([arguments.bag])
     new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
-    recording, = recordings(arguments, [arguments.bag])
+    with open_one(path, arguments.servo, arguments.mapping, arguments.namespace) as recording:
+        return _followed(servo, recording, arguments)
+
+
+def _followed(servo: Servo, recording: Long, arguments: argparse.Namespace) -> int:
     snapshots = followed(servo, recording, arguments.time_constant, arguments.every)
     if not snapshots or not snapshots[-1].names:
         raise ValueError(f'{servo.name} has nothing that is tracked online, or '
@@ -71,38 +80,43 @@ def main(arguments: argparse.Namespace) -> int:
     return 0 if last.rows.any() else 1
 
 
-def followed(servo: Servo, recording: Recording, time_constant: float, every: float
+def followed(servo: Servo, recording: Long, time_constant: float, every: float
              ) -> list[Snapshot]:
-    """Return what the estimator knew after each ``every`` s of a recording."""
-    from servo_twin.recording.joined_samples import samples_of
-
+    """Return what the estimator knew after each ``every`` s of a recording of any length."""
     from ..watch.estimator.online_estimator import OnlineEstimator
 
     estimator = OnlineEstimator(servo, recording.period, time_constant)
-    samples, size = samples_of(recording.columns), max(1, round(every / recording.period))
     snapshots = []
-    for at in range(0, len(samples) - size + 1, size):
-        estimator.push(at, samples[at:at + size])
+    for at, samples in _pieces(recording, max(1, round(every / recording.period))):
+        estimator.push(at, samples)
         snapshots.append(estimator.snapshot())
     return snapshots
 
 
-def in_windows(servo: Servo, recording: Recording, seconds: float) -> list[Snapshot]:
+def in_windows(servo: Servo, recording: Long, seconds: float) -> list[Snapshot]:
     """Return least squares over windows of their own, for comparison; ``sequence`` is the end."""
-    from servo_twin.recording.joined_samples import samples_of
-
     from ..watch.estimator.online_estimator import OnlineEstimator
 
-    samples, size = samples_of(recording.columns), round(seconds / recording.period)
     found = []
-    for at in range(0, len(samples) - size + 1, size):
+    for at, samples in _pieces(recording, round(seconds / recording.period)):
         estimator = OnlineEstimator(servo, recording.period, _FOREVER)
-        estimator.push(at, samples[at:at + size])
-        found.append(replace(estimator.snapshot(), sequence=at + size - 1))
+        estimator.push(at, samples)
+        found.append(replace(estimator.snapshot(), sequence=at + len(samples) - 1))
     return found
 
 
-def _write(snapshots: Sequence[Snapshot], recording: Recording, path: Path) -> None:
+def _pieces(recording: Long, size: int) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield (number of the first sample, samples) in pieces of one size; a shorter rest is not."""
+    from servo_twin.recording import parts
+    from servo_twin.recording.joined_samples import samples_of
+
+    for part in parts.parts_of(recording, size * max(1, parts.SAMPLES // size)):
+        samples, begin = samples_of(part.columns), part.sequence - recording.sequence
+        for at in range(0, len(samples) - size + 1, size):
+            yield begin + at, samples[at:at + size]
+
+
+def _write(snapshots: Sequence[Snapshot], recording: Long, path: Path) -> None:
     import numpy as np
 
     names = snapshots[-1].names
@@ -111,15 +125,19 @@ def _write(snapshots: Sequence[Snapshot], recording: Recording, path: Path) -> N
     np.savetxt(path, rows, delimiter=',', header=head, comments='', fmt='%.8g')
 
 
-def _draw(snapshots: Sequence[Snapshot], windows: Sequence[Snapshot], recording: Recording,
+def _draw(snapshots: Sequence[Snapshot], windows: Sequence[Snapshot], recording: Long,
           servo: Servo, path: Path) -> None:
     import matplotlib
     import numpy as np
     matplotlib.use('Agg')
     from matplotlib import pyplot
 
+    from servo_twin.recording.parts import parts_of
+
     names = snapshots[-1].names
-    warm = recording.has('temperature')
+    warmth = np.concatenate([part['temperature'][(recording.sequence - part.sequence) % SELDOM::
+                                                 SELDOM] for part in parts_of(recording)])
+    warm = bool(np.isfinite(warmth).any())
     figure, axes = pyplot.subplots(len(names) + warm, 1, sharex=True, squeeze=False,
                                    figsize=(8.0, 2.0 * (len(names) + warm)))
     time = np.array([s.sequence for s in snapshots]) * recording.period
@@ -139,7 +157,8 @@ def _draw(snapshots: Sequence[Snapshot], windows: Sequence[Snapshot], recording:
         axis.grid(alpha=0.3)
     axes[0, 0].legend(fontsize=7)
     if warm:
-        axes[-1, 0].plot(recording.time[::100], recording['temperature'][::100], color='tab:red')
+        axes[-1, 0].plot(np.arange(len(warmth)) * SELDOM * recording.period, warmth,
+                         color='tab:red')
         axes[-1, 0].set_ylabel('gearbox\n°C', fontsize=7)
     axes[-1, 0].set_xlabel('s')
     figure.suptitle(f'{recording.name}: what the online estimator followed', fontsize=9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import csv
 from pathlib import Path
 import re
@@ -22,6 +22,34 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> Any:
     from pyarrow import ArrowInvalid
     from pyarrow import csv as arrow
 
+    columns, delimiter, options = _options(path, names)
+    try:
+        return arrow.read_csv(path, **options)
+    except ArrowInvalid as error:
+        raise ValueError(f'{path} is no table: {error}{_hint(path, delimiter)}') from None
+
+
+def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[Any]:
+    """
+    Yield a table of numbers alone as Arrow tables of some ``block`` bytes of text each.
+
+    Raises ValueError as :func:`read_csv` does, and ArrowInvalid where anything is no number.
+    """
+    from pyarrow import csv as arrow
+    from pyarrow import Table
+
+    columns, _, options = _options(path, names)
+    options['read_options'].block_size = block
+    options['convert_options'].column_types = dict.fromkeys(columns, 'float64')
+    with arrow.open_csv(path, **options) as opened:
+        for batch in opened:
+            yield Table.from_batches([batch])
+
+
+def _options(path: Path, names: Sequence[str]) -> tuple[list[str], str, dict[str, Any]]:
+    """Return the names of the columns, what parts them, and how Arrow is to read a file."""
+    from pyarrow import csv as arrow
+
     comments, header, bare = _header(path)
     delimiter = delimiter_of(header)
     own = [name.strip() for name in next(csv.reader([header.rstrip('\r\n')],
@@ -38,15 +66,11 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> Any:
     twice = sorted({name for name in columns if columns.count(name) > 1})
     if twice:
         raise ValueError(f'{path}: columns {twice} are there twice')
-    try:
-        return arrow.read_csv(
-            path, read_options=arrow.ReadOptions(skip_rows=comments + (not bare),
-                                                 column_names=columns),
-            parse_options=arrow.ParseOptions(delimiter=delimiter),
-            convert_options=arrow.ConvertOptions(strings_can_be_null=True,
-                                                 decimal_point=_decimal(path, delimiter)))
-    except ArrowInvalid as error:
-        raise ValueError(f'{path} is no table: {error}{_hint(path, delimiter)}') from None
+    return columns, delimiter, {
+        'read_options': arrow.ReadOptions(skip_rows=comments + (not bare), column_names=columns),
+        'parse_options': arrow.ParseOptions(delimiter=delimiter),
+        'convert_options': arrow.ConvertOptions(strings_can_be_null=True,
+                                                decimal_point=_decimal(path, delimiter))}
 
 
 def count_of_bare_columns(path: Path) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 
 from .joining import HELD, HOLE
 
-_EVEN = 0.01
+EVEN = 0.01
 """Periods that a time may lie off the even grid."""
 
 
@@ -40,9 +40,9 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
     if len(time) < 2:
         raise ValueError(f'{path} has {len(time)} samples; a recording needs two')
     mean = (time[-1] - time[0]) / (len(time) - 1)
-    own = _round(mean, len(time))
-    off = np.abs(time - time[0] - own * np.arange(len(time))).max() / own
-    if off <= _EVEN and (not period or abs(period - own) * len(time) <= _EVEN * own):
+    own = round_period(mean, len(time))
+    if (follows(time, time[0], own, 0)
+            and (not period or abs(period - own) * len(time) <= EVEN * own)):
         return float(time[0]), period or own, rest
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
@@ -63,11 +63,17 @@ def _check(path: Path, time: np.ndarray) -> None:
                          f'{time[k + 1]:.9g} s in row {k + 2}')
 
 
-def _round(mean: float, samples: int) -> float:
+def follows(time: np.ndarray, start: float, period: float, first: int) -> bool:
+    """Tell whether times are those of the samples from number ``first`` on of an even grid."""
+    grid = period * np.arange(first, first + len(time))
+    return bool(np.abs(time - start - grid).max() / period <= EVEN)
+
+
+def round_period(mean: float, samples: int) -> float:
     """Return the shortest decimal that is the period within what the times can tell."""
     for digits in range(1, 12):
         short = float(f'{mean:.{digits - 1}e}')
-        if abs(short - mean) * samples <= 0.1 * _EVEN * mean:
+        if abs(short - mean) * samples <= 0.1 * EVEN * mean:
             return short
     return mean
 

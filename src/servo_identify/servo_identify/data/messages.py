@@ -9,6 +9,7 @@ receipt where there is no header or it is zero. The topic of the mapping's time 
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Collection, Iterator
 from pathlib import Path
 import re
@@ -44,8 +45,8 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
         of_topic: dict[str, list[tuple[str, list[str]]]] = {}
         for source, (topic, parts) in plans.items():
             of_topic.setdefault(topic, []).append((source, parts))
-        stamps: dict[str, list[int]] = {topic: [] for topic in of_topic}
-        values: dict[str, list[float]] = {source: [] for source in wanted}
+        stamps = {topic: array('q') for topic in of_topic}
+        values = {source: array('d') for source in wanted}
         for message in file.messages(of_topic):
             stamps[message.topic].append(_stamp(message.content, message.received))
             for source, parts in of_topic[message.topic]:
@@ -179,8 +180,8 @@ def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> 
     return row[index]
 
 
-def _joined(path: Path, plans: dict[str, tuple[str, list[str]]], stamps: dict[str, list[int]],
-            values: dict[str, list[float]], time: str, held: Collection[str]) -> Table:
+def _joined(path: Path, plans: dict[str, tuple[str, list[str]]], stamps: dict[str, array[int]],
+            values: dict[str, array[float]], time: str, held: Collection[str]) -> Table:
     leading = plans[time][0]
     if not stamps[leading]:
         raise ValueError(f'{path}: there is no message on {leading}')

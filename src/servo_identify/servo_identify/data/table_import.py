@@ -43,7 +43,7 @@ def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
     if path.exists():
         check_memory(path)
     table = _table(path, plan)
-    facts = (plan.describe(table) if plan else {}) | _beside(path)
+    facts = (plan.describe(table) if plan else {}) | beside(path)
     facts |= {name: value for name, value in
               (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
     text = servo.read_text('utf8') if servo else ''
@@ -63,10 +63,19 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     path, warnings, told = table.path, list[str](), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))
-    _check(table, columns, warnings)
+    seen = Seen()
+    seen.add(columns)
+    check_columns(path, seen, [*table.columns, *table.refused], warnings)
     if machine is not None:
         check_angles(path, columns, machine.values['mechanism.ratio'])
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
+    return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
+
+
+def described(path: Path, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
+              told: list[str], warnings: list[str], start: float, step: float,
+              columns: dict[str, np.ndarray]) -> Recording:
+    """Return a recording with what is said of it; raises ValueError for a bad replicate."""
     if not 1e-6 <= step <= 1.0:
         warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')
     facts = dict(facts)
@@ -88,11 +97,34 @@ def _table(path: Path, plan: ColumnMapping | None) -> Table:
     return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*HELD))
 
 
-def _check(table: Table, columns: dict[str, np.ndarray], warnings: list[str]) -> None:
-    path = table.path
-    have = [name for name in columns if np.isfinite(columns[name]).any()]
+class Seen:
+    """What was seen of the columns of a table, part by part: rows, and what is no number."""
+
+    def __init__(self) -> None:
+        self.rows = 0
+        self.finite: dict[str, int] = {}
+        self.infinite: dict[str, int] = {}
+        self.absent: dict[str, tuple[int, int]] = {}  # how many rows, and the first of them
+
+    def add(self, columns: Mapping[str, np.ndarray]) -> None:
+        """Look at the next rows."""
+        for name, column in columns.items():
+            self.finite[name] = self.finite.get(name, 0) + int(np.isfinite(column).sum())
+            infinite = np.flatnonzero(np.isinf(column))
+            if len(infinite):
+                self.infinite.setdefault(name, self.rows + int(infinite[0]))
+            absent = np.flatnonzero(np.isnan(column))
+            if len(absent):
+                before, first = self.absent.get(name, (0, self.rows + int(absent[0])))
+                self.absent[name] = before + len(absent), first
+        self.rows += len(next(iter(columns.values())))
+
+
+def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str]) -> None:
+    """Raise ValueError for columns that make no recording; say what is missing in them."""
+    have = [name for name, count in seen.finite.items() if count]
     if 't' not in have:
-        raise ValueError(f'{path} has no column t; it has {[*table.columns, *table.refused]}. '
+        raise ValueError(f'{path} has no column t; it has {headers}. '
                          'Which is which, a mapping file says (--mapping); `servo-identify init '
                          f'{path} -o S.yaml` writes one')
     if 'motor_position' not in have and 'load_position' not in have:
@@ -101,16 +133,15 @@ def _check(table: Table, columns: dict[str, np.ndarray], warnings: list[str]) ->
         warnings.append('there is no voltage, the command that the drive received: a twin cannot '
                         'be driven by this recording')
     for name in have:
-        infinite = np.flatnonzero(np.isinf(columns[name]))
-        if len(infinite):
-            raise ValueError(f'{path}: {name} is infinite in row {infinite[0] + 1}')
-        absent = np.flatnonzero(np.isnan(columns[name]))
-        if len(absent) and name != 't':
-            warnings.append(f'{name} is missing in {len(absent)} rows, the first is row '
-                            f'{absent[0] + 1}; they stay NaN')
+        if name in seen.infinite:
+            raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}')
+        if name in seen.absent and name != 't':
+            count, first = seen.absent[name]
+            warnings.append(f'{name} is missing in {count} rows, the first is row {first + 1}; '
+                            'they stay NaN')
 
 
-def _beside(path: Path) -> dict[str, Any]:
+def beside(path: Path) -> dict[str, Any]:
     """Return what a recordings.yaml in the table's folder says of it."""
     listing = path.parent / 'recordings.yaml'
     if not listing.is_file():

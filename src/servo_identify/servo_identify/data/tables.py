@@ -75,7 +75,7 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
 
 
 def _csv(path: Path, names: Sequence[str]) -> Table:
-    return _from_arrow(path, read_csv(path, names))
+    return from_arrow(path, read_csv(path, names))
 
 
 def _npz(path: Path) -> Table:
@@ -114,12 +114,13 @@ def _parquet(path: Path) -> Table:
     from pyarrow import ArrowException, parquet
 
     try:
-        return _from_arrow(path, parquet.read_table(path))
+        return from_arrow(path, parquet.read_table(path))
     except ArrowException as error:
         raise ValueError(f'{path} is no Parquet file: {error}') from None
 
 
-def _from_arrow(path: Path, found: Any) -> Table:
+def from_arrow(path: Path, found: Any) -> Table:
+    """Return an Arrow table as a table."""
     from pyarrow import types
 
     columns, texts = dict[str, np.ndarray](), {}

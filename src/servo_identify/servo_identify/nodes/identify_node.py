@@ -27,7 +27,7 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.node_help import asked_for_help
-from servo_twin.nodes.spinning import spin, started
+from servo_twin.nodes.spinning import started
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
@@ -262,7 +262,7 @@ def main(arguments: list[str] | None = None) -> int:
         executor = EventsExecutor()
         executor.add_node(node)
         try:
-            spin(executor, ending)
+            ending.spin(executor)
         finally:
             node.close()
             executor.remove_node(node)

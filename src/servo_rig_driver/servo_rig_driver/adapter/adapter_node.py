@@ -25,7 +25,6 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
 
@@ -195,10 +194,9 @@ def main(arguments: list[str] | None = None) -> int:
         rclpy.try_shutdown()
         return 2
     executor = EventsExecutor()
-    executor.add_node(node)
     try:
-        while not ending.asked:
-            executor.spin_until_future_complete(Future(), LOOK_EVERY)
+        executor.add_node(node)
+        ending.spin(executor)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

@@ -87,7 +87,7 @@ class MitMode(OnRequest):
     def unsent(self) -> None:
         """Do nothing: each frame says all."""
 
-    def hear(self, identifier: int, data: bytes) -> bool | None:
+    def hear(self, identifier: int, data: bytes) -> int | None:
         """Keep what a feedback frame tells."""
         if bool(identifier & EXTENDED) != self.table.extended:
             return None
@@ -101,7 +101,7 @@ class MitMode(OnRequest):
         reading.load_speed = told['velocity']
         reading.current = told['torque'] / own.torque_per_ampere
         reading.temperature = told['temperature']
-        return True
+        return 0
 
     def _unwrapped(self, angle: float) -> float:
         """

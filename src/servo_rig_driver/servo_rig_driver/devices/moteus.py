@@ -16,7 +16,7 @@ from ..driver.setpoints import Mode, Setpoint
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 from .moteus_registers import FAULTED, identifier, MoteusTable, padded, TIMEOUT
-from .on_request import OnRequest
+from .on_request import NO_ANSWER, OnRequest
 
 LIMITING = 96
 """From this `fault` on, a code says what limits the power, and is none."""
@@ -83,14 +83,14 @@ class Moteus(OnRequest):
     def unsent(self) -> None:
         """Do nothing: each frame says all."""
 
-    def hear(self, identifier: int, data: bytes) -> bool | None:
+    def hear(self, identifier: int, data: bytes) -> int | None:
         """Keep what a reply tells."""
         if not identifier & FD or (identifier & ~(FD | EXTENDED)) != (
                 self.settings.node << 8 | self.settings.host):
             return None
         told, _ = self.table.parse(data)
         if any(one.name not in told for one in self.table.reads):
-            return False
+            return NO_ANSWER
         mode, code = int(told['mode']), int(told['fault'])
         self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
         self._fault = ''
@@ -104,7 +104,7 @@ class Moteus(OnRequest):
         reading.current = told['q_current']
         reading.current_reference = told['control_torque'] / own.torque_per_ampere
         reading.temperature = told['temperature']
-        return True
+        return 0
 
     def foreign(self, identifier: int, data: bytes) -> str:
         """Return the frame that another driver sent to this drive."""

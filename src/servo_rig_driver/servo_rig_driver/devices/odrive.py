@@ -16,7 +16,7 @@ from ..driver.setpoints import Mode, Setpoint
 from .dbc_messages import DbcMessages
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
-from .on_request import OnRequest
+from .on_request import NO_ANSWER, OnRequest
 
 NODES = 32
 """Identifiers of one axis; the upper bits are its id, the lower five the command."""
@@ -46,6 +46,8 @@ _STATES = {'idle': DriveState.SWITCH_ON_DISABLED,
 class Odrive(OnRequest):
     """One axis, by the messages of a DBC file."""
 
+    kinds = len(ANSWERS)
+
     def __init__(self, messages: DbcMessages, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)
         self.messages = messages
@@ -55,9 +57,8 @@ class Odrive(OnRequest):
         self._asks = 0
 
     def forget_told(self) -> None:
-        """Forget the mode and the state that were told, and half an answer."""
+        """Forget the mode and the state that were told."""
         self._mode = ''
-        self._estimates = 0  # that have come without their current
         self._wanted = ''
         self._wanted_at = 0
 
@@ -132,8 +133,8 @@ class Odrive(OnRequest):
         return [self._message('Set_Controller_Mode', Control_Mode=mode,
                               Input_Mode='passthrough'), sent]
 
-    def hear(self, identifier: int, data: bytes) -> bool | None:
-        """Keep what a message of the axis tells; the last of ANSWERS makes the answer whole."""
+    def hear(self, identifier: int, data: bytes) -> int | None:
+        """Keep what a message of the axis tells; return its place in ANSWERS."""
         name = self.messages.name_of(identifier - self._base)
         if name is None or not self.messages.from_device(name):
             return None
@@ -149,16 +150,7 @@ class Odrive(OnRequest):
             reading.current_reference = told['Iq_Setpoint']
         elif name == SELDOM:
             reading.temperature = told['Motor_Temperature']
-        return self._whole(name)
-
-    def _whole(self, name: str) -> bool:
-        """Whether a message is the second one of an answer whose first one has come."""
-        if name == ANSWERS[0]:
-            self._estimates += 1
-        elif name == ANSWERS[1] and self._estimates:
-            self._estimates -= 1
-            return True
-        return False
+        return ANSWERS.index(name) if name in ANSWERS else NO_ANSWER
 
     def _take_heartbeat(self, errors: int, state: int) -> None:
         words = self.messages.words('Heartbeat', 'Axis_State', state)

@@ -1,7 +1,7 @@
 """
 One drive that is asked for each sample and answers once: what ODrive, MIT mode and moteus share.
 
-An answer names no request; it is that of the oldest one that is open. None of these drives has a
+An answer names no request; driver/order_joining.py finds it. None of these drives has a
 quick stop of its own: the driver brakes it to rest by its speed loop, and then takes the torque
 away.
 """
@@ -23,6 +23,8 @@ from .drive_settings import DriveSettings
 
 ECHO = 20_000_000  # ns within which two drives of one id have both answered
 PROOFS = 3
+NO_ANSWER = -1
+"""The kind of a frame that a drive sends by itself, or that is not part of a sample."""
 
 
 @dataclass
@@ -44,6 +46,7 @@ class OnRequest(Device):
 
     def __init__(self, settings: DriveSettings, watch: RigWatch) -> None:
         self.settings = settings
+        self.silence = round(settings.watchdog * 0.5e9)
         self.watch = watch
         self.nodes: Mapping[int, str] = watch.nodes
         self.doubled: list[int] = []
@@ -75,11 +78,12 @@ class OnRequest(Device):
         """Return the frames that take the torque away."""
 
     @abstractmethod
-    def hear(self, identifier: int, data: bytes) -> bool | None:
+    def hear(self, identifier: int, data: bytes) -> int | None:
         """
-        Keep what a frame of the drive tells; whether the answer is whole now.
+        Keep what a frame of the drive tells; return which answer to a request it is, from 0.
 
-        None for a frame that is not the drive's. Raises FrameError for a wrong length.
+        NO_ANSWER for a frame that answers none, None for one that is not the drive's. The first
+        answer tells the angle, the last one the current. Raises FrameError for a wrong length.
         """
 
     @abstractmethod
@@ -174,17 +178,17 @@ class OnRequest(Device):
 
     def take(self, identifier: int, data: bytes, now: int) -> Answer | None:
         """Take a frame of the drive, or note that another driver speaks."""
-        whole = self.hear(identifier, data)
-        if whole is None:
+        kind = self.hear(identifier, data)
+        if kind is None:
             words = self.foreign(identifier, data)
             if words:
                 self.watch.hear_foreign(words, now)
             return None
         self.watch.beats.beat(self.settings.node, 0, now)
-        if not whole:
+        if kind == NO_ANSWER:
             return None
-        self._answers += 1
-        return Answer(0, self._measured(), None) if self._sampling else None
+        self._answers += kind == self.kinds - 1
+        return Answer(kind, self._measured(), None) if self._sampling else None
 
     def _measured(self) -> list[float]:
         """
@@ -202,7 +206,8 @@ class OnRequest(Device):
 
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS: what was measured, and the reference it began with."""
-        row = answers[0]
+        row = answers[-1]
+        row[_MOTOR] = answers[0][_MOTOR]
         if point is not None and point.mode in _REFERENCES:
             row[_REFERENCES[point.mode]] = point.reference
         return row

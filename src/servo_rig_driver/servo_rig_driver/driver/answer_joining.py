@@ -4,9 +4,8 @@ Joins the answers of several nodes to one SYNC into one sample.
 Pure logic. An answer is what one node sends after one SYNC. Which SYNC that was is told by the
 counter that SYNC carries (CiA 301, object 1019h) where the nodes echo it: frames may then be late
 by any time, or lost, and no sample is ever made of two instants. Nodes that do not echo it are
-taken to answer the last SYNC before, which holds as long as they answer within a period. A drive
-that is asked by a frame of its own answers in the order of the requests, each once: an answer is
-that of the oldest open one.
+taken to answer the last SYNC before, which holds as long as they answer within a period. Drives
+that are asked by frames of their own are joined by order_joining.py.
 """
 
 from __future__ import annotations
@@ -22,16 +21,14 @@ Sample = tuple[int, list[Any]]
 
 class SampleJoiner:
     """
-    Collects ``kinds`` answers to each SYNC, or request, one a node.
+    Collects ``kinds`` answers to each SYNC, one a node.
 
-    ``in_order``: answers that echo nothing belong to the oldest open request, not to the last.
     ``lost`` counts the samples that were asked for and will never be complete, ``unasked`` the
     answers for which there was no SYNC.
     """
 
-    def __init__(self, kinds: int, in_order: bool = False) -> None:
+    def __init__(self, kinds: int) -> None:
         self.kinds = kinds
-        self.in_order = in_order
         self.lost = 0
         self.unasked = 0
         self._open: deque[list[Any]] = deque()
@@ -50,17 +47,20 @@ class SampleJoiner:
         self._next = [0] * self.kinds
         self._closed = 0
 
-    def ask(self, number: int) -> None:
-        """Note that SYNC ``number`` went out; the numbers rise."""
+    def ask(self, number: int) -> list[Sample]:
+        """Note that SYNC ``number`` goes out, numbers rise; return no sample."""
         self._open.append([number, self.kinds, *[None] * self.kinds])
+        return []
 
-    def withdraw(self, number: int) -> None:
-        """Note that SYNC ``number`` reached nobody: no answer is that of its own."""
-        for row in self._open:
-            if row[0] == number:
-                row[1] = 0
+    def may_ask(self, elapsed: int) -> bool:
+        """Return that a SYNC may go out at any time."""
+        return True
 
-    def answer(self, kind: int, content: Any, counter: int | None) -> Sample | None:
+    def withdraw(self, number: int) -> list[Sample]:
+        """Note that SYNC ``number`` reached nobody; it is lost once a later one is answered."""
+        return []
+
+    def answer(self, kind: int, content: Any, counter: int | None) -> list[Sample]:
         """
         Take an answer; return the sample that it completes, if any.
 
@@ -70,29 +70,21 @@ class SampleJoiner:
         row = self._uncounted(kind) if counter is None else self._counted(kind, counter)
         if row is None:
             self.unasked += 1
-            return None
+            return []
         row[2 + kind] = content
         row[1] -= 1
         if row[1]:
-            return None
+            return []
         while self._open[0] is not row:
             self._open.popleft()
             self._closed += 1
             self.lost += 1
         self._open.popleft()
         self._closed += 1
-        return row[0], row[2:]
-
-    def give_up(self) -> None:
-        """Lose the oldest open request."""
-        self._open.popleft()
-        self._closed += 1
-        self.lost += 1
+        return [(row[0], row[2:])]
 
     def _uncounted(self, kind: int) -> list[Any] | None:
-        while self.in_order and self._open and not self._open[0][1]:
-            self.give_up()
-        row = self._open[0 if self.in_order else -1] if self._open else None
+        row = self._open[-1] if self._open else None
         return None if row is None or row[2 + kind] is not None else row
 
     def _counted(self, kind: int, counter: int) -> list[Any] | None:

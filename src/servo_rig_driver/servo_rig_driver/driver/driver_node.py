@@ -256,9 +256,9 @@ class Driver(LifecycleNode):
     def _start_by_itself(self, now: int) -> None:
         label = self._state_machine.current_state[1]
         if label == 'unconfigured' and now - self._tried_at > self._values['retry_period'] * 1e9:
-            self._tried_at = now
             if self.trigger_configure() == SUCCESS:
                 self.trigger_activate()
+            self._tried_at = self._ros_now()  # a try may take longer than the pause between two
 
     def _facts(self) -> dict[str, str]:
         link = self._link
@@ -296,8 +296,7 @@ def main(arguments: list[str] | None = None) -> int:
     executor = EventsExecutor()
     executor.add_node(node)
     try:
-        while not ending.asked and not node.finished.done():
-            executor.spin_until_future_complete(Future(), LOOK_EVERY)
+        ending.spin(executor, node.finished)
     finally:
         refused = node.finished.done()
         if refused:

@@ -90,8 +90,9 @@ DECLARED = (
              'and the torque is taken away', 1e-6, 1e3),
     Declared('device.watchdog', 0.1, 's', 'After what silence the drive stops by itself; told to '
              'moteus and RobStride, to be set by hand in others', 0.005, 10.0),
-    Declared('answer_timeout', 1.0, 's', 'How long the answer of a drive that is asked for each '
-             'sample may take before its sample is lost; one sync_period for hardware', 1e-3, 1.0),
+    Declared('answer_timeout', 1.0, 's', 'How long a drive that is asked for each sample may be '
+             'behind with its answers before it is asked no more, until it has caught up or is '
+             'silent; one sync_period for hardware', 1e-4, 1.0),
     Declared('sync_period', 1e-3, 's', 'Time from one SYNC, and sample, to the next', 1e-4, 0.1),
     Declared('block_size', 1, 'samples', 'Samples that travel in one message', 1, 4096),
     Declared('late_sync_limit', 0.5, 's', 'A SYNC later than this is left out, and its sample '

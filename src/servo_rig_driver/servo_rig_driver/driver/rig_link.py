@@ -270,6 +270,8 @@ class RigLink:
         self.latest = max(self.latest, late)
         number, self._next = self._next, self._next + 1
         frames = self.sampler.tick(number, due, now)
+        if frames is None:
+            return
         frames, until = self.sampler.judged(frames, self.now())
         self._port.send(frames, until and self._clock.steady(until), number)
 

@@ -12,7 +12,8 @@ from ..can_bus.bus_port import Frames
 from ..devices.device import Device
 from ..devices.drive_master import DriveMaster, MAY_PUSH, Order
 from ..devices.pdo_table import FrameError
-from .answer_joining import SampleJoiner
+from .answer_joining import Sample, SampleJoiner
+from .order_joining import OrderJoiner
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
@@ -25,7 +26,7 @@ class Sampler:
 
     A set-point is asked for only while the drive is enabled; in all other states the frames carry
     zero. When the drive falls out of that state, what was queued is dropped. Where answers name
-    no request, one that has not come after ``patience`` ns is given up.
+    no request, ``patience`` is for how many ns they may be behind.
     """
 
     def __init__(self, device: Device, player: SetpointPlayer, master: DriveMaster,
@@ -37,20 +38,19 @@ class Sampler:
         self.health = health
         self.blocks: BlockBuilder | None = None
         self.samples = 0
-        self._patience = patience
-        self._asked_at: deque[int] = deque()
-        self._joiner = SampleJoiner(device.kinds, device.on_request)
+        self._joiner = SampleJoiner(device.kinds)
+        if device.on_request:
+            self._joiner = OrderJoiner(device.kinds, patience, min(patience, device.silence))
+        self._instant = self._ticked = 0
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
         self._order = Order.NO_TORQUE
         self._expired, self._ended = player.expired, player.ended
-        self._lost = 0
-        self._unasked = 0
+        self._lost = self._unasked = self._held_back = self._held_back_said = 0
 
     def restart(self) -> None:
         """Forget requests that nobody will answer, and the state of a drive that was away."""
         self._joiner.restart()
         self._begun.clear()
-        self._asked_at.clear()
         self.device.forget()
         self.master.forget()
         self.player.clear()
@@ -65,15 +65,22 @@ class Sampler:
         """Whether the drive has told that it gives no torque."""
         return self.device.state not in MAY_PUSH
 
-    def tick(self, number: int, instant: int, now: int) -> Frames:
-        """Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``."""
-        self._order = order = self.master.step(self.device.state, now * 1e-9,
-                                               self.device.emergency_stop)
+    def tick(self, number: int, instant: int, now: int) -> Frames | None:
+        """
+        Return the frames of tick ``number``, due at ``instant`` ns and sent ``now``.
+
+        None: no sample is asked for, since the drive is behind with its answers. Another order
+        than that before goes out in any case.
+        """
+        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop)
+        elapsed = min(now - self._ticked, instant - self._instant)  # not what nobody could use
+        self._ticked, self._instant = now, instant
+        if not self._joiner.may_ask(elapsed) and order is self._order:
+            self._held_back += 1
+            return None
+        self._order = order
         point = self.player.at(instant, now) if self.master.enabled else None
-        if self.device.on_request:
-            self._give_up(now)
-            self._asked_at.append(now)
-        self._joiner.ask(number)
+        self._pass_on(self._joiner.ask(number))
         self._begun.append((number, point))
         return self.device.ask(number, order, point, now)
 
@@ -96,7 +103,7 @@ class Sampler:
 
     def withdraw(self, number: int, now: int) -> None:
         """Note that the bus was too slow for the set-point of a tick, and left the tick out."""
-        self._joiner.withdraw(number)
+        self._pass_on(self._joiner.withdraw(number))
         self.device.unsent()  # a change of mode, or of the controlword, went with it
         self.health.count('command.late_on_bus')
         self.health.event('command.late_on_bus', 'the bus held a set-point up until it was older '
@@ -116,27 +123,16 @@ class Sampler:
             except FrameError as error:
                 self.health.event('samples.wrong_length', f'{error}; left out', now)
                 continue
-            if answer is None:
-                continue
-            sample = self._joiner.answer(*answer)
-            if sample is not None:
-                self._pass_on(*sample)
+            if answer is not None:
+                self._pass_on(self._joiner.answer(*answer))
 
-    def _give_up(self, now: int) -> None:
-        """Lose the samples whose answers are too late: a later one would be taken for another."""
-        asked = self._asked_at
-        while len(asked) > self._joiner.waiting:
-            asked.popleft()
-        while asked and now - asked[0] > self._patience:
-            asked.popleft()
-            self._joiner.give_up()
-
-    def _pass_on(self, number: int, answers: list[list[float]]) -> None:
-        begun, point = self._begun.popleft()
-        while begun < number:
+    def _pass_on(self, samples: list[Sample]) -> None:
+        for number, answers in samples:
             begun, point = self._begun.popleft()
-        self.samples += 1
-        self.blocks.add(number, self.device.row(answers, point))
+            while begun < number:
+                begun, point = self._begun.popleft()
+            self.samples += 1
+            self.blocks.add(number, self.device.row(answers, point))
 
     def check(self, now: int) -> None:
         """Say what the last ticks brought to light; called some ten times a second."""
@@ -148,6 +144,13 @@ class Sampler:
             self.health.event('samples.lost', f'{lost - self._lost} samples were asked for and '
                               'never came', now)
             self._lost = lost
+        if self._held_back > self._held_back_said:
+            held_back = self._held_back - self._held_back_said
+            self.health.count('samples.not_asked', held_back)
+            self.health.event('samples.held_back', f'{held_back} samples were not asked for: the '
+                              'drive was behind with its answers for longer than answer_timeout',
+                              now)
+            self._held_back_said = self._held_back
         if self._joiner.unasked > self._unasked:
             self.health.count('samples.unasked_answers', self._joiner.unasked - self._unasked)
             self.health.event('samples.unasked', 'answers came that nobody had asked for', now)

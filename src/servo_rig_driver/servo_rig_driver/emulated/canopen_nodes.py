@@ -74,7 +74,7 @@ class RigNodes:
         self._paced_since = 0.0
         self._warned = False
         self._values: dict[str, dict[str, float]] = {name: {} for name in frames.ids}
-        self.beats = {
+        self._own = {
             **{kind + number: name for name, number in frames.ids.items()
                for kind in (HEARTBEAT_ID, EMERGENCY_ID, SDO_ANSWER_ID)},
             **{frame.cob_id: name for name, sent in self._tpdos.items() for frame in sent}}
@@ -83,6 +83,10 @@ class RigNodes:
     def gives_torque(self) -> bool:
         """Whether the motor has current."""
         return self.drive.gives_torque
+
+    def own(self, identifier: int, data: bytes) -> str:
+        """Return which node alone sends such a frame; '' for one of others."""
+        return self._own.get(identifier, '')
 
     def boot(self) -> None:
         """Announce all nodes on the bus."""

@@ -75,7 +75,7 @@ class EmulatedRig:
         self._stopped = False
         self._ends_at: float | None = None
         self.listens = LISTENS
-        self._others = OtherRigs(self.nodes.beats, self.nodes.slowest_beat,
+        self._others = OtherRigs(self.nodes.own, self.nodes.slowest_beat,
                                 f'{bus.interface} {bus.channel}')
         self._reread = False
         self._asked: SimpleQueue[tuple[Callable[[], Any], Future]] = SimpleQueue()

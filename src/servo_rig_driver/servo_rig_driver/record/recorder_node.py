@@ -40,7 +40,6 @@ from .servo_name import servo_file, servo_name
 
 INFO = 'recording'
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
-_SPIN = 0.2  # s; EventsExecutor.spin() runs no callback with ROS's wheels, this does
 _WITHOUT = 2.0  # s without a sample after which a recorder records nothing that counts
 _TELLS = 10.0  # s for which a loss is a warning
 _REPORT = 1.0  # s from one report on /diagnostics to the next
@@ -226,8 +225,7 @@ def main() -> int:
     executor.add_node(node)
     print(f'recording to {node.file.path}', flush=True)
     try:
-        while not ending.asked and not node.done.done():
-            executor.spin_until_future_complete(node.done, _SPIN)
+        ending.spin(executor, node.done)
     finally:
         node.close()
         print(node.summary(), flush=True)

@@ -52,7 +52,7 @@ class Bench:
 
     @property
     def bag(self) -> Path:
-        """Where the recorder writes."""
+        """Where the bag of the run is to stand."""
         return self.folder / self.family
 
 
@@ -64,15 +64,15 @@ class Outcome:
     cpu: dict[str, float]
 
 
-def record(bench: Bench) -> Outcome:
+def record(bench: Bench, bag: Path) -> Outcome:
     """
-    Bring all up, play the excitation, take all down; return what it came to.
+    Bring all up, play the excitation into a bag, take all down; return what it came to.
 
     Raises ProcessError when a part does not start or ends too early; no process is left behind.
     """
     with (tempfile.TemporaryDirectory(prefix='servo_twin_') as bus,
           Processes(bench.folder / 'logs') as processes, Session(bench.namespace) as session):
-        _start(bench, Path(bus) / 'rig.can', processes, session)
+        _start(bench, bag, Path(bus) / 'rig.can', processes, session)
         begin, before = monotonic(), processes.cpu_seconds()
         early = False
         try:
@@ -90,7 +90,7 @@ def record(bench: Bench) -> Outcome:
         return Outcome(numbers(seconds, session.facts), cpu)
 
 
-def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> None:
+def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Session) -> None:
     faults = bus.with_name('faults') if bench.rig and bench.page and bench.page.control else None
     say = Console().print
     say('starting: ' + ('' if bench.rig is None else 'bus, rig, ') + 'recorder, twin, driver')
@@ -110,7 +110,7 @@ def _start(bench: Bench, bus: Path, processes: Processes, session: Session) -> N
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
     processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
-        'output': str(bench.bag), 'servo_file': str(bench.servo), 'family': bench.family}))
+        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
     processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
         'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
     processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,

@@ -13,6 +13,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+import shutil
 import sys
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 from ..lockstep.live_modes import LIVE_MODES
 from ..recording.events import as_for_another, BEGAN, with_mode
 from .any_bag import bag_of
-from .terminal import named_servo, new_bag, new_file, remove_bag, tell, terminal
+from .terminal import named_servo, new_bag, new_file, tell, terminal, whole_bag
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -146,15 +147,16 @@ def _written(answering: Answering, arguments: argparse.Namespace,
     if not arguments.output:
         yield from answering
         return
-    try:
-        with RecordingWriter(remove_bag(arguments.output), namespace=arguments.namespace or '',
-                             coupled=coupled) as bag:
-            for part, answer in answering:
-                bag.add(part, answer)
-                yield part, answer
-    except ServoError:
-        remove_bag(arguments.output)
-        raise
+    with whole_bag(arguments.output) as place:
+        try:
+            with RecordingWriter(place, namespace=arguments.namespace or '',
+                                 coupled=coupled) as bag:
+                for part, answer in answering:
+                    bag.add(part, answer)
+                    yield part, answer
+        except ServoError:
+            shutil.rmtree(place)
+            raise
 
 
 def _show(console: Console, recording: LongRecording, fit: Fit, warnings: list[str],

@@ -26,7 +26,7 @@ from ..lockstep.live_modes import LIVE_MODES
 from ..nodes.ending import SIGNALS
 from .any_bag import bag_of
 from .page_flags import add_port
-from .terminal import add_usual, new_bag, remove_bag, say, tell
+from .terminal import add_usual, new_bag, say, tell, whole_bag
 
 if TYPE_CHECKING:
     from ..bringup.rig_and_twin import Bench
@@ -97,8 +97,8 @@ def main(arguments: argparse.Namespace) -> int:
                 return _look_at(bag, arguments, folder)
         bench = _bench(arguments, folder)
         load(bench.servo)
-        remove_bag(new_bag(bench.bag, arguments.force))
-        outcome = record(bench)
+        with whole_bag(new_bag(bench.bag, arguments.force)) as place:
+            outcome = record(bench, place)
         shares = ', '.join(f'{name} {share:.0%}' for name, share in outcome.cpu.items())
         tell(arguments, live=outcome.counts, cpu=outcome.cpu)
         say(arguments, f'\nlive: {outcome.counts}', f'of a core: {shares}',

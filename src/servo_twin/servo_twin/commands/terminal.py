@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass
 import json
 from math import isfinite
 from pathlib import Path
 import shutil
 import sys
+import tempfile
 from typing import Any, TextIO
 
 WIDE = 200  # columns of what is no terminal: names stay whole
@@ -129,7 +131,7 @@ def new_bag(path: str | Path, force: bool = False) -> Path:
     """
     Return the path of a bag to write; raises ValueError where something is there.
 
-    With ``force`` a bag that is there stays until :func:`remove_bag`. What is no bag always stays.
+    With ``force`` a bag that is there stays until :func:`whole_bag`. What is no bag always stays.
     """
     path = Path(path)
     if path.exists() and not force:
@@ -139,12 +141,31 @@ def new_bag(path: str | Path, force: bool = False) -> Path:
     return path
 
 
-def remove_bag(path: Path) -> Path:
-    """Remove the bag at a path, if one is there, and make the folder that it is in."""
-    if path.exists() and _is_bag(path):
-        shutil.rmtree(path)
+@contextmanager
+def whole_bag(path: Path) -> Iterator[Path]:
+    """
+    Give where to write a bag that is to stand at ``path``, and make the folder that it is in.
+
+    Where a bag is there already, the new one is written beside it and takes its place once it is
+    whole: a writing that fails leaves the old bag as it was.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    return path
+    if not path.exists():
+        yield path
+        return
+    beside = Path(tempfile.mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
+    new, old = beside / path.name, beside / f'{path.name}.old'
+    try:
+        yield new
+        if new.exists():
+            new_bag(path, force=True).rename(old)
+            try:
+                new.rename(path)
+            except OSError:
+                old.rename(path)
+                raise
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
 
 
 def _is_bag(path: Path) -> bool:

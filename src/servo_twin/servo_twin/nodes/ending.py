@@ -14,9 +14,10 @@ import os
 import signal
 from threading import Thread
 from time import sleep
+from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
-LOOKS = 0.1  # s between two looks at the parent
+LOOKS = 0.1  # s between two looks at the parent, and at a signal where nothing else happens
 PARENT = int(os.environ.pop('SERVO_PARENT', os.getppid()))
 """
 The process that started this one, which may end at any time: as it said itself where it is ours,
@@ -46,6 +47,26 @@ class Ending:
         if not self.asked:
             self.asked = True
             self.then()
+
+    def spin(self, executor: Any, over: Any = None) -> None:
+        """
+        Have a ROS executor spin until the process is to end, or a future is done.
+
+        An executor that always has work to do heeds no time-out; it heeds the future of its turn.
+        """
+        from rclpy.task import Future
+
+        def stop(*_: object) -> None:
+            if not turn.done():
+                turn.set_result(None)
+
+        turn = Future()
+        self.then = stop
+        if over is not None:
+            over.add_done_callback(stop)
+        while not (self.asked or over is not None and over.done()):
+            executor.spin_until_future_complete(turn, LOOKS)
+            turn = Future()
 
     @staticmethod
     def _watch() -> None:

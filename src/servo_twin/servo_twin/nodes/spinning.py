@@ -6,13 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import rclpy
-from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from .ending import Ending
-
-LOOKS = 0.1  # s between two looks at whether the process is to end
 
 
 def started(arguments: list[str] | None = None) -> Ending:
@@ -20,12 +16,6 @@ def started(arguments: list[str] | None = None) -> Ending:
     ending = Ending()
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     return ending
-
-
-def spin(executor: EventsExecutor, ending: Ending) -> None:
-    """Spin until the process is to end."""
-    while rclpy.ok() and not ending.asked:
-        executor.spin_until_future_complete(Future(), LOOKS)
 
 
 def named(name: str, namespace: str) -> list[str]:
@@ -43,10 +33,10 @@ def interruptible(ending: Ending) -> Iterator[None]:
     def stop() -> None:
         raise KeyboardInterrupt
 
-    ending.then = stop
+    before, ending.then = ending.then, stop
     try:
         yield
     except KeyboardInterrupt:
-        pass
+        before()
     finally:
-        ending.then = lambda: None
+        ending.then = before

@@ -35,7 +35,7 @@ from . import servo_parameters, twin_parameters
 from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
-from .spinning import interruptible, spin, started
+from .spinning import interruptible, started
 from .topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from .twin_health import ERROR, OK, TwinHealth
 
@@ -334,7 +334,7 @@ def main(arguments: list[str] | None = None) -> None:
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
                 node.trigger_activate()
         ending.then = node.rest
-        spin(executor, ending)
+        ending.spin(executor)
     finally:
         loading.close()
         node.destroy_node()

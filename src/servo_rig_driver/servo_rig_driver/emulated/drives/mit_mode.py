@@ -92,6 +92,16 @@ class EmulatedMit(OneDrive):
             'temperature': out[rig_sampling.TEMPERATURE]})
         self.send([(identifier | (EXTENDED if self.table.extended else 0), data)])
 
+    def own(self, identifier: int, data: bytes) -> str:
+        """Return that an actuator sends a feedback of this id."""
+        if bool(identifier & EXTENDED) != self.table.extended:
+            return ''
+        try:
+            told = self.table.frames['feedback'].unpack(identifier & ~EXTENDED, data)
+        except FrameError:
+            return ''
+        return '' if told is None or told.get('drive') != self.settings.node else 'actuator'
+
     def beat(self, now: float) -> None:
         """Say nothing: it speaks when it is asked."""
 

@@ -109,6 +109,11 @@ class EmulatedMoteus(OneDrive):
                 'control_torque': out[rig_sampling.CURRENT_REFERENCE] * per_ampere}
         return {name: told.get(name, nan) for name in names}
 
+    def own(self, identifier: int, data: bytes) -> str:
+        """Return that a controller sends what comes from this id."""
+        return 'controller' if identifier & FD and identifier >> 8 & 0x7F == self.settings.node \
+            else ''
+
     def beat(self, now: float) -> None:
         """Say nothing: it speaks when it is asked."""
 

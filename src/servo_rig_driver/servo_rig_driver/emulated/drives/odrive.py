@@ -33,7 +33,7 @@ class EmulatedOdrive(OneDrive):
         self._mode = VELOCITY
         self._input = 0.0
         self._next_beat = 0.0
-        self.beats = {self._base + messages.identifier('Heartbeat'): 'axis'}
+        self._heartbeat = self._base + messages.identifier('Heartbeat')
 
     @property
     def gives_torque(self) -> bool:
@@ -106,6 +106,10 @@ class EmulatedOdrive(OneDrive):
             'Get_Bus_Voltage_Current': {'Bus_Voltage': SUPPLY, 'Bus_Current': 0.0},
             'Get_Error': {'Active_Errors': 0, 'Disarm_Reason': self.errors},
         }.get(name)
+
+    def own(self, identifier: int, data: bytes) -> str:
+        """Return that an axis sends a heartbeat of this id."""
+        return 'axis' if identifier == self._heartbeat else ''
 
     def beat(self, now: float) -> None:
         """Send the heartbeat when it is due."""

@@ -38,8 +38,6 @@ class OneDrive(ABC):
     """Whether the bus has to be CAN FD."""
     slowest_beat: ClassVar[float] = 0.0
     """Up to how many s, beyond those that a rig listens first, its beats are apart."""
-    beats: dict[int, str]
-    """The identifiers under which it speaks unasked, and nobody else does."""
 
     def __init__(self, bench: Bench, settings: DriveSettings, rate: float, send: Send) -> None:
         self.bench = bench
@@ -47,7 +45,6 @@ class OneDrive(ABC):
         self.send = send
         self.syncs = 0
         self.refused = 0
-        self.beats = {}
         self.watchdog = settings.watchdog
         self._cycles = max(1, round(bench.period * rate))
         self._period = bench.period
@@ -66,6 +63,10 @@ class OneDrive(ABC):
     @abstractmethod
     def hear(self, identifier: int, data: bytes, now: float) -> bool:
         """Take a frame; whether it was for this drive."""
+
+    @abstractmethod
+    def own(self, identifier: int, data: bytes) -> str:
+        """Return what this drive is called where it alone sends such a frame; '' for others."""
 
     @abstractmethod
     def starved(self) -> None:

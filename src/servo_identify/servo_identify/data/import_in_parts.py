@@ -1,0 +1,151 @@
+"""
+A long table as a bag, part by part: read once for what is to be known of it, once for its samples.
+
+This serves a CSV or Parquet file of numbers alone whose times are even. All others are held whole,
+as table_import.py has it; what comes out is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from servo_twin.bag import RecordingWriter
+from servo_twin.description import servo_file
+from servo_twin.recording.recording import Recording
+
+from .column_units import named_columns
+from .csv_table import numbers_in_parts
+from .even_grid import EVEN, follows, round_period
+from .mapping import Mapping, read_mapping
+from .plausibility import check_angles
+from .table_import import beside, check_columns, described, Seen
+from .tables import from_arrow, Table
+
+ROWS = 100_000  # that are held at once, about
+LOOKED_AT = 100_000  # rows at least by which angles are held against each other
+_BLOCK = 1 << 20  # bytes of text; Arrow reads some thirty of them ahead
+
+Columns = dict[str, np.ndarray]
+
+
+class NotPlain(Exception):
+    """A table that is to be held whole."""
+
+
+def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
+                    mapping: Path | None = None, family: str | None = None,
+                    replicate: int | None = None, note: str | None = None,
+                    period: float = 0.0) -> Recording:
+    """
+    Write a table as a bag and return its recording, without samples.
+
+    Raises NotPlain where the table has to be held whole, ValueError as import_table() does.
+    """
+    machine = servo_file.load(servo)
+    plan = read_mapping(mapping) if mapping else None
+    if plan and (plan.join or plan.drive_on or plan.rows or any(
+            'zero' in steps for steps in plan.columns.values())):
+        raise NotPlain
+    facts = (dict(plan.recording) if plan else {}) | beside(path)
+    facts |= {name: value for name, value in
+              (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
+    if any('{' in str(value) for value in facts.values()):
+        raise NotPlain
+    told, warnings = list[str](), list[str]()
+
+    def parts() -> Iterator[Columns]:
+        for table in _tables(path, plan):
+            again = list[str]()
+            yield plan.apply(table, machine, again) if plan else named_columns(
+                table, machine, again)
+            if not told:
+                told.extend(again)
+
+    seen, start, end, some = _looked_over(parts())
+    check_columns(path, seen, list(seen.finite), warnings)
+    check_angles(path, some, machine.values['mechanism.ratio'])
+    own = round_period((end - start) / (seen.rows - 1), seen.rows)
+    wanted = period or (plan.period if plan else 0.0) or own
+    if abs(wanted - own) * seen.rows > EVEN * own:
+        raise NotPlain
+    head = described(path, machine, servo.read_text('utf8'), facts, told, warnings, start,
+                     wanted, {})
+    coupled = bool(seen.finite.get('coupled_position'))
+    with RecordingWriter(bag, block_size, coupled=coupled) as written:
+        for part in _in_blocks(_even(parts(), start, own), block_size):
+            written.add(replace(head, columns=part.columns, sequence=part.sequence,
+                                start=head.start + part.sequence * head.period))
+    return head
+
+
+def _looked_over(parts: Iterator[Columns]) -> tuple[Seen, float, float, Columns]:
+    """Return what was seen, the first and the last time, and some rows from all over."""
+    seen, start, last, stride = Seen(), np.nan, np.nan, 1
+    kept: dict[str, list[np.ndarray]] = {}
+    for columns in parts:
+        time = columns.get('t')
+        if time is None or not (np.diff(time, prepend=last if seen.rows else -np.inf) > 0.0).all():
+            raise NotPlain
+        start, last = (start if seen.rows else float(time[0])), float(time[-1])
+        for name, column in columns.items():
+            kept.setdefault(name, []).append(column[-seen.rows % stride::stride])
+        seen.add(columns)
+        if sum(map(len, kept['t'])) > 2 * LOOKED_AT:
+            stride *= 2
+            kept = {name: [np.concatenate(pieces)[::2]] for name, pieces in kept.items()}
+    if seen.rows < 2 or not np.isfinite(last):
+        raise NotPlain
+    return seen, start, last, {name: np.concatenate(pieces) for name, pieces in kept.items()}
+
+
+def _even(parts: Iterator[Columns], start: float, period: float) -> Iterator[Columns]:
+    """Yield the parts without their times, which have to be those of an even grid."""
+    rows = 0
+    for columns in parts:
+        time = columns.pop('t')
+        if not follows(time, start, period, rows):
+            raise NotPlain
+        rows += len(time)
+        yield columns
+
+
+def _in_blocks(parts: Iterator[Columns], size: int) -> Iterator[Recording]:
+    """Yield the rows in pieces that fill blocks, but for the last one, with their numbers."""
+    rest: Columns = {}
+    number = 0
+    for columns in parts:
+        rest = {name: np.concatenate([rest[name], column]) if rest else column
+                for name, column in columns.items()}
+        whole = len(next(iter(rest.values()))) // size * size
+        if whole:
+            yield Recording('', 1.0, {name: column[:whole] for name, column in rest.items()},
+                            sequence=number)
+            rest, number = {name: column[whole:] for name, column in rest.items()}, number + whole
+    if rest and len(next(iter(rest.values()))):
+        yield Recording('', 1.0, rest, sequence=number)
+
+
+def _tables(path: Path, plan: Mapping | None) -> Iterator[Table]:
+    """Yield the parts of a file of numbers alone."""
+    from pyarrow import ArrowException, parquet, types
+    from pyarrow import Table as Arrow
+
+    try:
+        if path.suffix.lower() == '.parquet':
+            with parquet.ParquetFile(path) as file:
+                if not all(types.is_floating(one.type) or types.is_integer(one.type)
+                           for one in file.schema_arrow):
+                    raise NotPlain
+                for batch in file.iter_batches(ROWS):
+                    yield from_arrow(path, Arrow.from_batches([batch]))
+        elif path.suffix.lower() in ('.csv', '.txt', '.tsv'):
+            for part in numbers_in_parts(path, plan.names if plan else (), _BLOCK):
+                yield from_arrow(path, part)
+        else:
+            raise NotPlain
+    except (ArrowException, OSError):
+        raise NotPlain from None  # what is wrong is said where it is read whole
