@@ -125,11 +125,15 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     """
     Tell whether a hypothesis says the same as one of the chosen set, under another name.
 
-    It acts at the same place on the same variables and does, in ``fit``, the same to residuals.
+    It acts at the same port of the same place (or is a value of the file) on the same variables and
+    does, in ``fit``, the same to residuals. A clearance that grows with the load is another cause
+    than a spring that bends over it, though both may do the same.
     """
     regression, chosen = found.search.regression, found.explanation.smallest
     one, two = (found.hypotheses[n].mechanism for n in (number, other))
-    if (one.site, set(one.variables)) != (two.site, set(two.variables)):
+    value = any(found.hypotheses[n].path for n in (number, other))
+    if (one.site, set(one.variables)) != (two.site, set(two.variables)) or (
+            one.port != two.port and not value):
         return False
     several = [regression.members[n] for n in (number, other)]
     gram = regression.of(np.concatenate(several)).sums(chosen.weight).whole
