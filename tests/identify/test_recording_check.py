@@ -65,6 +65,11 @@ MISTAKES = {
         lambda r: changed(r, reference_velocity=30 / pi * r['reference_velocity']), 'rpm'),
     'no encoder': (lambda r: changed(r, motor_position=np.full(len(r), np.nan),
                                      load_position=np.full(len(r), np.nan)), 'neither'),
+    'a current sensor that is not connected': (
+        lambda r: changed(r, current=np.zeros(len(r))), 'nothing was measured'),
+    'an encoder that begins anew at each turn': (
+        lambda r: changed(r, motor_position=r['motor_position'] % (2.0 * pi)),
+        'jumps back'),
     'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),
                                     load_position=np.zeros(len(r))), 'nothing moves'),
 }

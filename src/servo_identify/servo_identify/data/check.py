@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
@@ -25,6 +27,7 @@ READER = {
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
     'is t in s?': 'give the unit of the time: t [ms]',
+    'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
     'the drive is off': 'nothing, where it was meant to be off',
 }
@@ -76,6 +79,14 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
     found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an '
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
+    found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
+                      'encoder that begins anew at each turn.', 'unwrap it (numpy.unwrap), or give '
+                      'the turn in the mapping, such as wraps: 360 of degrees')
+              for name in one.wrapped]
+    if np.isfinite(one.current_is):
+        found.append(Finding('red', f'{one.name}: the current is {one.current_is:g} A in all '
+                             'samples while the command changes: nothing was measured.',
+                             'look at the sensor, or leave the column out'))
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
