@@ -89,7 +89,7 @@ def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
                       current=nothing)
     said = ' '.join(one.sentence for one in of_level('amber', lacking))
     for word in ('missing in 5.0 %', 'one encoder', 'Without the current', 'torque sensor',
-                 'One recording only'):
+                 'There is one recording only'):
         assert word in said
     assert not of_level('red', lacking)
 

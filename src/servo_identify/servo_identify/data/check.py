@@ -157,8 +157,11 @@ def _replicates(recordings: Sequence[Long]) -> list[Finding]:
     single = sorted(name or 'not said' for name, count in counts.items() if count == 1)
     if not single:
         return [Finding('green', 'Each family has more than one recording.')]
-    return [Finding('amber', f'One recording only of the families {single}: what repeats cannot '
-                    'be told from chance.', 'record each motion twice')]
+    told = 'There is one recording only' if len(recordings) == 1 else (
+        f'One recording only of the families {single}')
+    return [Finding('amber', f'{told}: what repeats cannot be told from chance.',
+                    f'record each motion {PURPOSES} times: a diagnosis selects, accepts and '
+                    'reports')]
 
 
 def _channels(surveys: Sequence[Survey]) -> list[Finding]:

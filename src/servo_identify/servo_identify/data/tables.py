@@ -35,6 +35,11 @@ class Table:
     refused: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        lengths = {name: len(column) for name, column in self.columns.items()}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f'{self.path}: columns of different lengths, in rows: {lengths}')
+
     def __getitem__(self, name: str) -> np.ndarray:
         if name in self.refused:
             raise ValueError(self.refused[name])
