@@ -54,8 +54,8 @@ def test_importing_it_loads_neither_numpy_nor_ros():
 
 
 def test_one_recording_and_a_wrong_family_say_what_there_is(data):
-    assert repr(data[0]) == ('Recording run_1, family multisine: 6 s at 1000 Hz, voltage, current, '
-                             'motor_position, load_position, torque, external_torque')
+    assert repr(data[0]) == ('Recording run_1, family multisine: 6 s at 1000 Hz, voltage, '
+                             'current, motor_position, load_position, torque, external_torque')
     with pytest.raises(ValueError, match="family 'multi_sine'; did you mean 'multisine'"):
         data.of_family('multi_sine')
 

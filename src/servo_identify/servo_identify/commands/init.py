@@ -75,8 +75,8 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed
-    from ..init.turns import with_turns
     from ..init.sources import offered
+    from ..init.turns import with_turns
 
     for path in (arguments.output, arguments.mapping_out):
         if path is not None:

@@ -1,4 +1,4 @@
-"""How a table of text is laid out: letters, separators, lines of names and units, what is above."""
+"""How a table of text is laid out: its letters, separators, and lines of names and units."""
 
 from __future__ import annotations
 
