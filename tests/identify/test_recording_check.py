@@ -67,7 +67,7 @@ MISTAKES = {
                                      load_position=np.full(len(r), np.nan)), 'neither'),
     'a current sensor that is not connected': (
         lambda r: changed(r, current=np.zeros(len(r))), 'nothing was measured'),
-    'an encoder that begins anew at each turn': (
+    'an encoder that wraps around at each turn': (
         lambda r: changed(r, motor_position=r['motor_position'] % (2.0 * pi)),
         'jumps back'),
     'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),

@@ -104,7 +104,7 @@ def main(arguments: argparse.Namespace) -> int:
     servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
     findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
-        turn = f', and begins anew at each turn of {one.wraps:.6g}' if one.wraps else ''
+        turn = f', and wraps around at each turn of {one.wraps:.6g}' if one.wraps else ''
         say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
     taken = {one.source for one in columns.values()}
     left = [source for source in (*of.sources, *of.refused) if source not in taken]

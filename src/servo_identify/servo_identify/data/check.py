@@ -80,7 +80,7 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
     found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
-                      'encoder that begins anew at each turn.', 'unwrap it (numpy.unwrap), or '
+                      'encoder that wraps around at each turn.', 'unwrap it (numpy.unwrap), or '
                       'give the turn in the mapping, such as wraps: 360 of degrees')
               for name in one.wrapped]
     if np.isfinite(one.current_is):

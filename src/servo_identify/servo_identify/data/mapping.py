@@ -7,7 +7,7 @@ these steps, in this order, each of which may be left out::
     source: load         the file's own column; or value: 0.0 for a constant one
     above: 32767         where the value is above this,
     subtract: 65536      subtract this (signed numbers read as unsigned)
-    wraps: 360           a turn of the numbers: an encoder begins anew there, which is undone
+    wraps: 360           a turn of the numbers: where the encoder wraps around; undone here
     scale: 0.00113       multiply
     offset: 0.0          add
     times: input_volts   multiply by another column of the file

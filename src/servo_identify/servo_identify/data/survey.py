@@ -26,7 +26,7 @@ class Survey:
 
     ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
     that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` those that
-    begin anew at each turn. ``still`` of ``parts`` show no motion, and ``current_is`` is what
+    wrap around at each turn. ``still`` of ``parts`` show no motion, and ``current_is`` is what
     the current is in all samples, NaN where it changes or no command does. ``at_limit`` is the
     share of commands at the servo's limit.
     """

@@ -31,7 +31,7 @@ class Proposal:
     """
     A source for a column; ``unit`` is '' where nothing says which it is.
 
-    ``wraps``: a turn in this unit, where the source begins anew at each; 0 where it does not.
+    ``wraps``: a turn in this unit, where the source wraps around at each; 0 where it does not.
     """
 
     column: str

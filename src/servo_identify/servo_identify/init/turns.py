@@ -1,4 +1,4 @@
-"""Encoders that begin anew at each turn, told by a recording."""
+"""Encoders that wrap around at each turn, told by a recording."""
 
 from __future__ import annotations
 
