@@ -107,8 +107,10 @@ def main(arguments: argparse.Namespace) -> int:
         turn = f', and wraps around at each turn of {one.wraps:.6g}' if one.wraps else ''
         say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
     taken = {one.source for one in columns.values()}
-    left = [source for source in (*of.sources, *of.refused) if source not in taken]
-    if left and not of.messages:
+    beside = [one for one in of.sources if arguments.joint and f'[{arguments.joint}]' in one]
+    left = [source for source in (beside if of.messages else (*of.sources, *of.refused))
+            if source not in taken]
+    if left:
         say(arguments, f'left out             {", ".join(map(repr, left))}')
     red = [one for one in findings if one.level == 'red']
     for one in findings:
