@@ -83,6 +83,18 @@ def test_it_is_red_and_says_what_to_do_about(good, mistake):
     assert all(one.action for one in red)
 
 
+@pytest.mark.parametrize(('channel', 'spoil', 'words'), [
+    ('current', np.abs, 'never changes its sign'),
+    ('voltage', lambda x: 24.0 - 0.01 * np.abs(x), 'the voltage of the supply')])
+def test_it_asks_whether_a_channel_is_that_of_the_supply(good, channel, spoil, words):
+    def said(recording):
+        return [one for one in of_level('amber', recording) if words in one.sentence]
+
+    assert not said(good)
+    found, = said(changed(good, **{channel: spoil(good[channel])}))
+    assert 'motor' in found.action
+
+
 def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
     nothing = np.full(len(good), np.nan)
     lacking = changed(without(good, slice(500, 700)), load_position=nothing, torque=nothing,

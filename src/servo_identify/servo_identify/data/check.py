@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
@@ -20,6 +18,8 @@ from .survey import limit_of, Survey, survey
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
+ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
+STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; nothing else has to be done',
@@ -83,16 +83,35 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       'encoder that wraps around at each turn.', 'unwrap it (numpy.unwrap), or '
                       'give the turn in the mapping, such as wraps: 360 of degrees')
               for name in one.wrapped]
-    if np.isfinite(one.current_is):
-        found.append(Finding('red', f'{one.name}: the current is {one.current_is:g} A in all '
-                             'samples while the command changes: nothing was measured.',
-                             'look at the sensor, or leave the column out'))
+    found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
                              f'{100 * one.at_limit:.0f} % of the samples.',
                              'record with a smaller reference'))
     return found
+
+
+def _signs(one: Survey) -> list[Finding]:
+    """Return what the ranges of command and current say of where they were measured."""
+    (lowest, highest), (least, most) = one.command, one.current
+    if not {'voltage', 'current'} <= one.measured:
+        return []
+    if least == most and lowest < highest:
+        return [Finding('red', f'{one.name}: the current is {least:g} A in all samples while the '
+                        'command changes: nothing was measured.',
+                        'look at the sensor, or leave the column out')]
+    small = ONE_SIGN * (most - least)
+    if lowest < 0.0 < highest and (least > -small or most < small):
+        return [Finding('amber', f'{one.name}: the current never changes its sign while the '
+                        'command does: is it a magnitude, or that of the supply?',
+                        'record the current of the motor with its sign')]
+    if lowest * highest > 0.0 and highest - lowest < STEADY * abs(highest + lowest) / 2.0 and (
+            least < -small and most > small):
+        return [Finding('amber', f'{one.name}: the command stays near {lowest:.3g} while the '
+                        'current changes its sign: is it the voltage of the supply?',
+                        'record what the drive was told, or the voltage at the motor')]
+    return []
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:

@@ -26,9 +26,8 @@ class Survey:
 
     ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
     that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` those that
-    wrap around at each turn. ``still`` of ``parts`` show no motion, and ``current_is`` is what
-    the current is in all samples, NaN where it changes or no command does. ``at_limit`` is the
-    share of commands at the servo's limit.
+    wrap around at each turn. ``still`` of ``parts`` show no motion. ``command`` and ``current``
+    are their least and largest value. ``at_limit`` is the share of commands at the servo's limit.
     """
 
     name: str
@@ -41,7 +40,8 @@ class Survey:
     lost: dict[str, float]
     whole_numbers: tuple[str, ...]
     wrapped: tuple[str, ...]
-    current_is: float
+    command: tuple[float, float]
+    current: tuple[float, float]
     at_limit: float
 
     @property
@@ -58,7 +58,7 @@ class Survey:
 def survey(one: Long, servo: Servo) -> Survey:
     """Look at all samples of a recording, part by part."""
     known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
-    wrapped, driven = set[str](), {name: _Range() for name in ('voltage', 'current')}
+    wrapped, ranges = set[str](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
     still = at_limit = parts = 0
     limit = limit_of(servo)
     for part in parts_of(one):
@@ -72,8 +72,9 @@ def survey(one: Long, servo: Servo) -> Survey:
                 counts.add(name)
             if not servo.straight(name) and wraps(values):
                 wrapped.add(name)
-        for name, seen in driven.items():
-            seen.include(part[name])
+        for name, (least, most) in ranges.items():
+            x = part[name][np.isfinite(part[name])]
+            ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))
         at_limit += _at_limit(part, limit)
     return Survey(
         one.name, one.period, len(one), one.warnings, parts, still,
@@ -81,23 +82,8 @@ def survey(one: Long, servo: Servo) -> Survey:
         {name: 1.0 - known[name] / max(1, len(one)) for name in ANGLES},
         tuple(name for name in ANGLES if whole[name] and name in counts),
         tuple(name for name in ANGLES if name in wrapped),
-        driven['current'].least if driven['voltage'].width > 0.0 >= driven['current'].width
-        else np.nan,
+        ranges['voltage'], ranges['current'],
         at_limit / max(1, known['voltage']))
-
-
-@dataclass
-class _Range:
-    least: float = np.inf
-    most: float = -np.inf
-
-    def include(self, x: np.ndarray) -> None:
-        self.least = min(self.least, float(np.min(x, initial=np.inf, where=np.isfinite(x))))
-        self.most = max(self.most, float(np.max(x, initial=-np.inf, where=np.isfinite(x))))
-
-    @property
-    def width(self) -> float:
-        return self.most - self.least
 
 
 def wraps(angle: np.ndarray) -> bool:
