@@ -80,7 +80,8 @@ MAPPING = ('time: {source: t}\ncolumns:\n  voltage: {source: voltage}\n'
            '  load_position: {source: load_position}\n')
 
 TARGETS = (
-    Target('csv', True, csv_seeds, _table('.csv'), (*READERS, 'servo_identify.data.csv_table')),
+    Target('csv', True, csv_seeds, _table('.csv'), (*READERS, 'servo_identify.data.csv_table',
+                                              'servo_identify.data.csv_layout')),
     Target('parquet', False, _parquet_seeds, _table('.parquet'), READERS),
     Target('npz', False, _npz_seeds, _table('.npz'), READERS),
     Target('mat', False, _mat_seeds, _table('.mat', MAPPING),

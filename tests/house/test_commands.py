@@ -63,6 +63,18 @@ def test_it_says_what_was_meant_by_a_command_that_is_not_there(capsys):
     assert "did you mean 'diagnose'?" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('words', [['servo_twin.cli', 'parameters', 'rv_bench'],
+                                   ['servo_identify.cli', 'schema', 'servo']])
+def test_it_ends_without_a_word_where_nobody_reads_on(words):
+    reading, writing = os.pipe()
+    with subprocess.Popen([sys.executable, '-m', *words], stdout=writing,
+                          stderr=subprocess.PIPE, text=True) as process:
+        os.close(reading)
+        os.close(writing)
+        assert process.communicate(timeout=60)[1] == ''
+        assert process.returncode == 1
+
+
 def test_there_is_one_version():
     said = {ElementTree.parse(path).findtext('version') for path in ROOT.glob('src/*/package.xml')}
     first = re.search(r'^## (\d+\.\d+\.\d+)', (ROOT / 'CHANGELOG.md').read_text(), re.MULTILINE)

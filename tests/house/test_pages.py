@@ -18,6 +18,14 @@ def test_no_link_is_dead(page):
     assert [link for link in sorted(local) if not (page.parent / link).exists()] == []
 
 
+def test_the_speed_that_the_readme_promises_is_that_of_its_page():
+    promised = re.findall(r'(\d+) times real time', (ROOT / 'README.md').read_text())
+    assert promised
+    measured = re.findall(r'\| replay of a bag, ten effects, \d.*?\| (\d+) times real time',
+                          (ROOT / 'docs/speed.md').read_text())
+    assert set(promised) <= set(measured)
+
+
 @pytest.mark.parametrize('name', ['CONTRIBUTING.md', 'docs/stability.md', 'docs/security.md',
                                   'docs/dependencies.md'])
 def test_the_files_that_a_guide_names_are_there(name):

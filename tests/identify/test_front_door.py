@@ -53,6 +53,19 @@ def test_importing_it_loads_neither_numpy_nor_ros():
     assert said.stdout.split() == []
 
 
+def test_one_recording_and_a_wrong_family_say_what_there_is(data):
+    assert repr(data[0]) == ('Recording run_1, family multisine: 6 s at 1000 Hz, voltage, '
+                             'current, motor_position, load_position, torque, external_torque')
+    with pytest.raises(ValueError, match="family 'multi_sine'; did you mean 'multisine'"):
+        data.of_family('multi_sine')
+
+
+def test_columns_of_different_lengths_are_refused_by_name():
+    time = np.arange(50) * 1e-3
+    with pytest.raises(ValueError, match=r"different lengths.*'t': 50, 'load_position': 49"):
+        si.read({'t': time, 'load_position': time[1:]}, BENCH)
+
+
 def test_it_says_its_version_and_its_names():
     assert si.__version__[0].isdigit()
     assert {'load_servo', 'read', 'check', 'fit', 'diagnose'} <= set(dir(si))

@@ -29,11 +29,16 @@ def graph():
         one.close()
 
 
-def test_it_retrains_cancels_and_goes_back_while_the_twin_misses_nothing(graph, tmp_path):
-    long = emulated(tmp_path, 'long', 160)
+@pytest.fixture(scope='module')
+def long(tmp_path_factory):
+    """Return a bag that outlasts each test at half speed, with a reversal every 2 s."""
+    return emulated(tmp_path_factory.mktemp('long'), 'long', 160)
+
+
+def test_it_retrains_cancels_and_goes_back_while_the_twin_misses_nothing(graph, long, tmp_path):
     good = emulated(tmp_path, 'good', 8, '--seed', '5')
     other = emulated(tmp_path, 'other', 8, '--set', 'friction.level=2.5')
-    rig = graph('trial:=3.0', 'buffer:=20.0', 'online.period:=0.2')
+    rig = graph('trial:=2.0', 'buffer:=20.0', 'online.period:=0.2')
     rig.feed(long, 0.5)
     rig.wait(lambda: int(rig.fact('identify: models', 'samples kept') or 0) > 1500)
     assert not rig.call('identify/go_back').success
@@ -87,13 +92,14 @@ def experiment(folder, name, *choices):
     return sorted(map(str, (folder / name).iterdir()))
 
 
-def test_it_learns_friction_backlash_and_transmission_error_while_the_twin_runs(graph, tmp_path):
+def test_it_learns_friction_backlash_and_transmission_error_while_the_twin_runs(graph, long,
+                                                                                tmp_path):
     bags = {'friction': experiment(tmp_path, 'friction', '--speeds', 0.6, 1.5),
             'backlash': experiment(tmp_path, 'backlash', '--speeds', 1.5, '--torques', -40, 0, 40),
             'transmission_error': experiment(tmp_path, 'transmission_error', '--speeds', 0.8, 1.2,
                                              '--angle', 7.0, '--max-travel', 9.0)}
-    rig = graph('trial:=3.0', 'buffer:=20.0', 'watch.on:=false')
-    rig.feed(emulated(tmp_path, 'long', 120), 0.5)
+    rig = graph('trial:=2.0', 'buffer:=20.0', 'watch.on:=false')
+    rig.feed(long, 0.5)
     rig.wait(lambda: int(rig.fact('identify: models', 'samples kept') or 0) > 1500)
     status, result = rig.result(rig.send('retrain', Retrain.Goal(
         bags=bags['transmission_error'][:1], learn=['backlash'], load=True)))

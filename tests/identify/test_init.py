@@ -132,6 +132,19 @@ def test_both_files_pass_the_check_for_awkward_tables(run, tmp_path, how, capsys
     assert 'given as 212 rpm/V' in servo.read_text() and '# effects:' in servo.read_text()
 
 
+def test_an_encoder_that_wraps_around_is_put_together_and_what_is_left_out_is_said(
+        run, tmp_path, capsys):
+    angle = np.degrees(run['theta'])
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'voltage': run['u'], 'current': run['i'],
+        'motor_position [deg]': (angle + 180.0) % 360.0 - 180.0, 'speed [rpm]': run['q']})
+    assert init(data, tmp_path) == 0
+    said = capsys.readouterr().out
+    assert 'wraps around at each turn of 360' in said and "left out             'speed" in said
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
 def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')})
     assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions',

@@ -8,6 +8,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
+from servo_identify.cli import main
 from servo_identify.data.reading import read_recordings
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -202,3 +203,12 @@ def test_a_damaged_mcap_ends_in_a_sentence(tmp_path, spoil):
     path.write_bytes(content)
     with pytest.raises(ValueError, match='log.mcap'):
         read_recordings([path], SERVO, mapping)
+
+
+def test_init_says_which_fields_of_the_joint_it_leaves_out(bag, tmp_path, capsys):
+    main(['init', str(bag), '-o', str(tmp_path / 's.yaml'), '--joint', 'joint', '--no-questions',
+          '--si', '--column', 'load_position=/joint_states.position[joint]', '--drive', 'current',
+          '--gain', '1 A/V', '--torque-constant', '0.1 N m/A', '--rotor-inertia', '1 g cm2',
+          '--load-inertia', '1 kg cm2', '--ratio', '1'])
+    left = next(line for line in capsys.readouterr().out.splitlines() if 'left out' in line)
+    assert '/dynamic_joint_states.interface_values[joint]' in left and 'wrist' not in left

@@ -65,6 +65,11 @@ MISTAKES = {
         lambda r: changed(r, reference_velocity=30 / pi * r['reference_velocity']), 'rpm'),
     'no encoder': (lambda r: changed(r, motor_position=np.full(len(r), np.nan),
                                      load_position=np.full(len(r), np.nan)), 'neither'),
+    'a current sensor that is not connected': (
+        lambda r: changed(r, current=np.zeros(len(r))), 'nothing was measured'),
+    'an encoder that wraps around at each turn': (
+        lambda r: changed(r, motor_position=r['motor_position'] % (2.0 * pi)),
+        'jumps back'),
     'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),
                                     load_position=np.zeros(len(r))), 'nothing moves'),
 }
@@ -78,13 +83,25 @@ def test_it_is_red_and_says_what_to_do_about(good, mistake):
     assert all(one.action for one in red)
 
 
+@pytest.mark.parametrize(('channel', 'spoil', 'words'), [
+    ('current', np.abs, 'never changes its sign'),
+    ('voltage', lambda x: 24.0 - 0.01 * np.abs(x), 'the voltage of the supply')])
+def test_it_asks_whether_a_channel_is_that_of_the_supply(good, channel, spoil, words):
+    def said(recording):
+        return [one for one in of_level('amber', recording) if words in one.sentence]
+
+    assert not said(good)
+    found, = said(changed(good, **{channel: spoil(good[channel])}))
+    assert 'motor' in found.action
+
+
 def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
     nothing = np.full(len(good), np.nan)
     lacking = changed(without(good, slice(500, 700)), load_position=nothing, torque=nothing,
                       current=nothing)
     said = ' '.join(one.sentence for one in of_level('amber', lacking))
     for word in ('missing in 5.0 %', 'one encoder', 'Without the current', 'torque sensor',
-                 'One recording only'):
+                 'There is one recording only'):
         assert word in said
     assert not of_level('red', lacking)
 

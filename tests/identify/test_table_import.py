@@ -80,15 +80,6 @@ def test_it_finds_family_and_replicate_beside_the_tables(tmp_path):
         import_table(tmp_path / 'a.csv', SERVO)
 
 
-def test_it_reads_the_separators_and_comments_that_people_use(tmp_path):
-    path = tmp_path / 'a.csv'
-    path.write_text('\ufeff# a comment\nt;voltage;motor_position\n0;1;2\n0.5;nan;3\n1.0;;4\n')
-    recording = import_table(path, SERVO)
-    assert recording.period == 0.5
-    assert np.array_equal(recording['voltage'], [1.0, np.nan, np.nan], equal_nan=True)
-    assert 'voltage is missing in 2 rows, the first is row 2' in recording.warnings[0]
-
-
 def test_it_converts_the_units_that_a_header_gives(tmp_path):
     columns = table()
     columns['motor_position [deg]'] = columns.pop('motor_position') * 180.0
@@ -355,30 +346,6 @@ def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
         named_columns(read_table(table), None, [])
 
 
-def test_a_table_without_names_is_refused_with_what_to_write(tmp_path):
-    (tmp_path / 'bare.csv').write_text('0.0,1.5,0.1\n0.1,1.5,0.2\n')
-    with pytest.raises(ValueError, match='no line of names.*put the 3 names'):
-        read_table(tmp_path / 'bare.csv')
-
-
-def test_decimal_commas_are_read_between_semicolons(tmp_path):
-    (tmp_path / 'comma.csv').write_text('t;voltage\n0,0;1,5\n0,001;-2,25\n')
-    assert read_table(tmp_path / 'comma.csv')['voltage'].tolist() == [1.5, -2.25]
-
-
-def test_a_text_column_that_nobody_asks_for_is_no_harm(tmp_path):
-    path = tmp_path / 'a.csv'
-    path.write_text('t,voltage,motor_position,state\n0,1,2,idle\n0.1,1,2,run\n')
-    assert len(import_table(path, SERVO)) == 2
-
-
-def test_stamps_of_a_calendar_are_seconds(tmp_path):
-    path = tmp_path / 'a.csv'
-    path.write_text('time,voltage,motor_position\n2026-01-01 00:00:00.000,1,2\n'
-                    '2026-01-01 00:00:00.004,1,2\n')
-    assert import_table(path, SERVO).period == 0.004
-
-
 def test_mat_and_json_files_with_our_names_need_no_mapping(tmp_path):
     columns = table(pair=np.ones((200, 2)))
     savemat(tmp_path / 'a.mat', columns)
@@ -396,17 +363,6 @@ def test_jitter_and_lost_rows_leave_the_period_what_it_was(tmp_path):
     columns = {'t': time, 'voltage': time, 'motor_position': time}
     assert import_table(write_csv(tmp_path / 'a.csv', columns), SERVO).period == pytest.approx(
         1e-3, rel=5e-4)
-
-
-def test_a_mapping_names_the_columns_of_a_bare_table_and_brings_units_to_si(tmp_path):
-    (tmp_path / 'bare.csv').write_text('0;1,5;4096\n2;1,5;0\n')
-    mapping = tmp_path / 'm.yaml'
-    mapping.write_text('names: [clock, u, counts]\ntime: {source: clock, unit: ms}\ncolumns:\n'
-                       '  voltage: {source: u}\n'
-                       '  motor_position: {source: counts, unit: 1/4096 rev}\n')
-    one = import_table(tmp_path / 'bare.csv', SERVO, mapping=mapping)
-    assert one.period == 0.002 and one['voltage'][0] == 1.5
-    assert one['motor_position'][0] == pytest.approx(2.0 * np.pi)
 
 
 def test_rows_of_several_topics_side_by_side_are_joined(tmp_path):

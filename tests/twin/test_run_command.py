@@ -74,13 +74,10 @@ def test_it_leaves_no_process_behind_when_it_is_interrupted(tmp_path, number):
     folder = tmp_path / 'bench'
     process = subprocess.Popen(run_command(folder, '--duration', 60), stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True, start_new_session=True)
-    until = monotonic() + 60.0
-    while monotonic() < until and not (folder / 'logs' / 'player.log').exists():
-        assert process.poll() is None, process.communicate()[0]
+    bag, until = folder / 'sine', monotonic() + 90.0
+    while sum(file.stat().st_size for file in bag.glob('*.mcap')) < 50_000:
+        assert monotonic() < until and process.poll() is None, process.communicate()[0]
         sleep(0.05)
-    bag = folder / 'sine'
-    wait_until(lambda: sum(file.stat().st_size for file in bag.glob('*.mcap')) > 50_000,
-               'samples are on disk', 30.0)
     process.send_signal(number)
     said, _ = process.communicate(timeout=60)
     assert 'ending early' in said
@@ -169,6 +166,22 @@ def test_processes_are_killed_when_they_do_not_listen(tmp_path, monkeypatch):
         wait_until(lambda: 'deaf' in processes.said('deaf'), 'it listens', 10.0, processes)
         pid = processes.pids()['deaf']
     assert not Path(f'/proc/{pid}').exists()
+
+
+def test_what_holds_a_motor_ends_first_and_the_others_at_once(tmp_path):
+    slow = ('import signal, time\n'
+            'def end(*_):\n    time.sleep(0.5); print(time.monotonic(), flush=True); exit()\n'
+            'signal.signal(2, end); print("ready", flush=True); time.sleep(600)')
+    names = ('bus', 'rig', 'driver', 'recorder', 'twin')
+    with Processes(tmp_path) as processes:
+        for name in names:
+            processes.start(name, [sys.executable, '-c', slow], first=name == 'driver')
+        for name in names:
+            wait_until(lambda name=name: 'ready' in processes.said(name), name, 20.0, processes)
+    ended = {name: float(processes.said(name).split()[-1]) for name in names}
+    driver = ended.pop('driver')
+    assert min(ended.values()) >= driver + 0.5
+    assert max(ended.values()) < min(ended.values()) + 0.5  # one after the other it would be 1.5
 
 
 def test_a_process_that_ends_early_is_told_with_its_last_words(tmp_path):

@@ -7,6 +7,7 @@ from contextlib import redirect_stdout
 from functools import partial
 from importlib import import_module
 from importlib.metadata import entry_points, version
+import os
 import sys
 from types import ModuleType
 
@@ -86,6 +87,10 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
     try:
         with redirect_stdout(sys.stderr if arguments.json == '-' else stdout):
             status = module.main(arguments)
+        stdout.flush()
+    except BrokenPipeError:  # who reads has left, as `head` does: what is left is for nobody
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
+        return 1
     except (ValueError, KeyError, OSError) as problem:
         end['error'] = say(problem)
     except KeyboardInterrupt:

@@ -8,6 +8,7 @@ from typing import Any, overload
 
 import numpy as np
 
+from servo_twin.description.nearest_name import or_what
 from servo_twin.recording.recording import COLUMNS, Recording
 
 from .frames import dataset_of, frame_of, table_of
@@ -46,8 +47,14 @@ class Recordings(Sequence[Recording]):
         return Recordings((*self.items, *other))
 
     def of_family(self, family: str) -> Recordings:
-        """Return those of one excitation family."""
-        return Recordings(tuple(one for one in self.items if one.family == family))
+        """Return those of one excitation family; raises ValueError where there is none."""
+        found = tuple(one for one in self.items if one.family == family)
+        if not found:
+            known = sorted({one.family for one in self.items if one.family})
+            raise ValueError(f'no recording is of the family {family!r}; '
+                             + (or_what(family, known, 'there are') if known else
+                                'none says its family: recordings.yaml beside the tables does'))
+        return Recordings(found)
 
     def table(self, index: int = 0) -> dict[str, np.ndarray]:
         """Return one recording as columns: ``t`` in s and what was measured, each (samples,)."""

@@ -26,6 +26,8 @@ from servo_twin.commands.terminal import judged_file, say, tell
 from ..init.flag_names import TYPES, VALUES
 
 if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
+
     from ..init.machine import Machine
 
 
@@ -69,12 +71,12 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description import servo_file
 
     from ..data.check import check
-    from ..data.reading import read_recordings
     from ..init.asking import choose_columns, complete, given_columns
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed
     from ..init.sources import offered
+    from ..init.turns import with_turns
 
     for path in (arguments.output, arguments.mapping_out):
         if path is not None:
@@ -90,17 +92,26 @@ def main(arguments: argparse.Namespace) -> int:
     missing += complete(machine, columns, ask)
     if missing:
         raise ValueError('init needs to be told: ' + ', '.join(missing))
-    servo, mapping = servo_text(machine, {}, arguments.tolerance), mapping_text(of, columns)
-    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
-        draft, plan = Path(scratch) / 'servo.yaml', Path(scratch) / 'mapping.yaml'
-        draft.write_text(servo, 'utf8')
-        plan.write_text(mapping, 'utf8')
-        recording, = read_recordings([arguments.data], draft,
-                                     plan if arguments.mapping_out else None)
-        servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
-        findings = check([recording], servo_file.loads(servo, str(arguments.output)))
+    recording = _read(arguments, servo_text(machine, {}, arguments.tolerance),
+                      mapping_text(of, columns))
+    wrapped = with_turns(columns, recording, machine.servo())
+    if wrapped != columns:
+        columns = wrapped
+        if arguments.mapping_out is None:
+            arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
+        recording = _read(arguments, servo_text(machine, {}, arguments.tolerance),
+                          mapping_text(of, columns))
+    servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
+    findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
-        say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}')
+        turn = f', and wraps around at each turn of {one.wraps:.6g}' if one.wraps else ''
+        say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
+    taken = {one.source for one in columns.values()}
+    beside = [one for one in of.sources if arguments.joint and f'[{arguments.joint}]' in one]
+    left = [source for source in (beside if of.messages else (*of.sources, *of.refused))
+            if source not in taken]
+    if left:
+        say(arguments, f'left out             {", ".join(map(repr, left))}')
     red = [one for one in findings if one.level == 'red']
     for one in findings:
         if one.level == 'red' or one.level != 'green' and not arguments.quiet:
@@ -113,12 +124,25 @@ def main(arguments: argparse.Namespace) -> int:
     write(arguments.output, servo)
     written = [arguments.output]
     if arguments.mapping_out:
-        write(arguments.mapping_out, mapping)
+        write(arguments.mapping_out, mapping_text(of, columns))
         written.append(arguments.mapping_out)
     following = shlex.join(_next(arguments))
     tell(arguments, written=written, next=following)
     say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
     return 0
+
+
+def _read(arguments: argparse.Namespace, servo: str, mapping: str) -> Recording:
+    """Read the recording by drafts of both files; by its own names where no mapping is needed."""
+    from ..data.reading import read_recordings
+
+    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
+        draft, plan = Path(scratch) / 'servo.yaml', Path(scratch) / 'mapping.yaml'
+        draft.write_text(servo, 'utf8')
+        plan.write_text(mapping, 'utf8')
+        recording, = read_recordings([arguments.data], draft,
+                                     plan if arguments.mapping_out else None)
+    return recording
 
 
 def _beside(servo: Path) -> Path:

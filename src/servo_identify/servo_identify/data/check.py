@@ -17,6 +17,8 @@ from .survey import limit_of, Survey, survey
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
+ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
+STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; nothing else has to be done',
@@ -24,6 +26,7 @@ READER = {
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
     'is t in s?': 'give the unit of the time: t [ms]',
+    'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
     'the drive is off': 'nothing, where it was meant to be off',
 }
@@ -76,12 +79,39 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
     found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an '
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
+    found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
+                      'encoder that wraps around at each turn.', 'unwrap it (numpy.unwrap), or '
+                      'give the turn in the mapping, such as wraps: 360 of degrees')
+              for name in one.wrapped]
+    found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
                              f'{100 * one.at_limit:.0f} % of the samples.',
                              'record with a smaller reference'))
     return found
+
+
+def _signs(one: Survey) -> list[Finding]:
+    """Return what the ranges of command and current say of where they were measured."""
+    (lowest, highest), (least, most) = one.command, one.current
+    if not {'voltage', 'current'} <= one.measured:
+        return []
+    if least == most and lowest < highest:
+        return [Finding('red', f'{one.name}: the current is {least:g} A in all samples while the '
+                        'command changes: nothing was measured.',
+                        'look at the sensor, or leave the column out')]
+    small = ONE_SIGN * (most - least)
+    if lowest < 0.0 < highest and (least > -small or most < small):
+        return [Finding('amber', f'{one.name}: the current never changes its sign while the '
+                        'command does: is it a magnitude, or that of the supply?',
+                        'record the current of the motor with its sign')]
+    if lowest * highest > 0.0 and highest - lowest < STEADY * abs(highest + lowest) / 2.0 and (
+            least < -small and most > small):
+        return [Finding('amber', f'{one.name}: the command stays near {lowest:.3g} while the '
+                        'current changes its sign: is it the voltage of the supply?',
+                        'record what the drive was told, or the voltage at the motor')]
+    return []
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:
@@ -145,8 +175,11 @@ def _replicates(recordings: Sequence[Long]) -> list[Finding]:
     single = sorted(name or 'not said' for name, count in counts.items() if count == 1)
     if not single:
         return [Finding('green', 'Each family has more than one recording.')]
-    return [Finding('amber', f'One recording only of the families {single}: what repeats cannot '
-                    'be told from chance.', 'record each motion twice')]
+    told = 'There is one recording only' if len(recordings) == 1 else (
+        f'One recording only of the families {single}')
+    return [Finding('amber', f'{told}: what repeats cannot be told from chance.',
+                    f'record each motion {PURPOSES} times: a diagnosis selects, accepts and '
+                    'reports')]
 
 
 def _channels(surveys: Sequence[Survey]) -> list[Finding]:

@@ -1,44 +1,63 @@
-"""Tables of text: separators, decimal commas, headers that are missing, stamps, units below."""
+"""Tables of text, read fast, whatever parts their columns."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-import csv
+from io import BytesIO
 from pathlib import Path
 import re
 from typing import Any
 
-BEGIN = 100_000  # characters that are looked at before a file is read
+from .csv_layout import last_line, Layout, layout_of
 
 
-def read_csv(path: Path, names: Sequence[str] = ()) -> Any:
+def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...]]:
     """
-    Return a table of text as an Arrow table.
+    Return a table of text as an Arrow table, and what to mind of it.
 
-    ``names`` are those of the columns of a file without a line of names. Lines that begin with #
-    above the names are left out. Raises ValueError for a file without names that are given, names
-    that are there twice, and what is no table.
+    ``names`` are those of the columns of a file without a line of names. A last row that breaks
+    off, since the logger was stopped in it, is left out. Raises ValueError for a file without
+    names where none are given, names that are there twice, and what is no table.
     """
     from pyarrow import ArrowInvalid
     from pyarrow import csv as arrow
 
-    columns, delimiter, options = _options(path, names)
+    layout = layout_of(path)
+    columns = _names(path, layout, names)
+    cut: list[str] = []
+
+    def judge(row: Any) -> str:
+        ends = not cut and row.text.strip() == last_line(path, layout.encoding).strip()
+        cut.append(row.text)
+        return 'skip' if ends and row.actual_columns < row.expected_columns else 'error'
+
+    options = _options(layout, columns)
+    options['parse_options'].invalid_row_handler = judge
     try:
-        return arrow.read_csv(path, **options)
+        table = arrow.read_csv(_parted(path, layout) if layout.blanks else path, **options)
     except ArrowInvalid as error:
-        raise ValueError(f'{path} is no table: {error}{_hint(path, delimiter)}') from None
+        raise ValueError(f'{path} is no table: {error}{_hint(layout)}') from None
+    if cut and not table.num_rows:
+        raise ValueError(f'{path} is no table: its only row breaks off: {cut[0].strip()!r}')
+    return table, tuple(f'the last row breaks off ({text.strip()!r}): it is left out'
+                        for text in cut)
 
 
 def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[Any]:
     """
     Yield a table of numbers alone as Arrow tables of some ``block`` bytes of text each.
 
-    Raises ValueError as :func:`read_csv` does, and ArrowInvalid where anything is no number.
+    Raises ValueError as :func:`read_csv` does, and ArrowInvalid where anything is no number or
+    blanks part the columns.
     """
+    from pyarrow import ArrowInvalid, Table
     from pyarrow import csv as arrow
-    from pyarrow import Table
 
-    columns, _, options = _options(path, names)
+    layout = layout_of(path)
+    if layout.blanks:
+        raise ArrowInvalid('blanks part the columns')
+    columns = _names(path, layout, names)
+    options = _options(layout, columns)
     options['read_options'].block_size = block
     options['convert_options'].column_types = dict.fromkeys(columns, 'float64')
     with arrow.open_csv(path, **options) as opened:
@@ -46,83 +65,50 @@ def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[A
             yield Table.from_batches([batch])
 
 
-def _options(path: Path, names: Sequence[str]) -> tuple[list[str], str, dict[str, Any]]:
-    """Return the names of the columns, what parts them, and how Arrow is to read a file."""
+def _options(layout: Layout, columns: list[str]) -> dict[str, Any]:
+    """Return how Arrow is to read a file."""
     from pyarrow import csv as arrow
 
-    comments, header, bare = _header(path)
-    delimiter = delimiter_of(header)
-    own = [name.strip() for name in next(csv.reader([header.rstrip('\r\n')],
-                                                    delimiter=delimiter))]
-    if bare and not names:
-        raise ValueError(f'{path} has no line of names: its first line is {header.strip()!r}; put '
-                         f'the {len(own)} names of the columns above it, such as t,voltage,'
-                         'motor_position, or give them in a mapping file: names: [t, voltage, '
-                         '...]')
-    if bare and len(names) != len(own):
-        raise ValueError(f'{path} has {len(own)} columns, and the mapping names {len(names)}: '
-                         f'{list(names)}')
-    columns = list(names) if bare else own
-    twice = sorted({name for name in columns if columns.count(name) > 1})
-    if twice:
-        raise ValueError(f'{path}: columns {twice} are there twice')
-    return columns, delimiter, {
-        'read_options': arrow.ReadOptions(skip_rows=comments + (not bare), column_names=columns),
-        'parse_options': arrow.ParseOptions(delimiter=delimiter),
+    plain = layout.blanks or layout.encoding == 'utf-8-sig'
+    return {
+        'read_options': arrow.ReadOptions(skip_rows=layout.skipped, column_names=columns,
+                                          encoding='utf8' if plain else layout.encoding),
+        'parse_options': arrow.ParseOptions(delimiter=layout.delimiter),
         'convert_options': arrow.ConvertOptions(strings_can_be_null=True,
-                                                decimal_point=_decimal(path, delimiter))}
+                                                decimal_point=layout.decimal)}
 
 
 def count_of_bare_columns(path: Path) -> int:
     """Return how many columns a file without a line of names has; 0 where it has names."""
-    _, header, bare = _header(path)
-    return len(header.split(delimiter_of(header))) if bare else 0
+    layout = layout_of(path)
+    return len(layout.names) if layout.bare else 0
 
 
-def delimiter_of(line: str) -> str:
-    """Return what parts the columns of a line."""
-    return max(';\t,|', key=line.count)
+def _names(path: Path, layout: Layout, names: Sequence[str]) -> list[str]:
+    own = layout.names
+    if layout.bare and not names:
+        raise ValueError(f'{path} has no line of names: its first line is '
+                         f'{layout.first.strip()!r}; put the {len(own)} names of the columns '
+                         'above it, such as t,voltage,motor_position, or give them in a mapping '
+                         'file: names: [t, voltage, ...]')
+    if layout.bare and len(names) != len(own):
+        raise ValueError(f'{path} has {len(own)} columns, and the mapping names {len(names)}: '
+                         f'{list(names)}')
+    columns = list(names if layout.bare or layout.remark and len(names) == len(own) else own)
+    twice = sorted({name for name in columns if columns.count(name) > 1})
+    if twice:
+        raise ValueError(f'{path}: columns {twice} are there twice')
+    return columns
 
 
-def is_number(text: str) -> bool:
-    """Tell whether a text is a number, with a decimal point or a comma."""
-    try:
-        float(text.strip().strip('"').replace(',', '.'))
-    except ValueError:
-        return False
-    return True
+def _parted(path: Path, layout: Layout) -> BytesIO:
+    """Return a file whose columns any number of blanks parts, with one blank between."""
+    lines = path.read_text(layout.encoding).splitlines()
+    return BytesIO('\n'.join(' '.join(line.split()) for line in lines).encode())
 
 
-def _header(path: Path) -> tuple[int, str, bool]:
-    """Return lines to skip, the first other line, and whether it holds numbers, not names."""
-    comments = 0
-    with path.open(encoding='utf-8-sig', errors='replace') as file:
-        for header in file:
-            if header.strip() and not header.startswith(('#', '%', '//')):
-                cells = header.rstrip('\r\n').split(delimiter_of(header))
-                return comments, header, all(is_number(cell) for cell in cells if cell.strip())
-            comments += 1
-    raise ValueError(f'{path} has no rows')
-
-
-def _begin(path: Path) -> str:
-    with path.open(encoding='utf-8-sig', errors='replace') as file:
-        return file.read(BEGIN)
-
-
-def _decimal(path: Path, delimiter: str) -> str:
-    """Return the sign between whole and fraction: a comma where no number has a point."""
-    if delimiter == ',':
-        return '.'
-    begin = _begin(path)
-    commas = re.search(r'\d,\d', begin) is not None
-    return ',' if commas and re.search(r'\d\.\d', begin) is None else '.'
-
-
-def _hint(path: Path, delimiter: str) -> str:
-    if delimiter == ',' and re.search(r'^-?\d+,\d+,-?\d+,\d+', _begin(path), re.MULTILINE):
+def _hint(layout: Layout) -> str:
+    if layout.delimiter == ',' and re.search(r'^-?\d+,\d+,-?\d+,\d+', layout.begin, re.MULTILINE):
         return ('; where commas are decimal the columns must be parted by semicolons or tabs: '
                 'export it again so')
-    if delimiter == ',' and re.search(r'\t|  ', _begin(path)) and ',' not in _begin(path)[:200]:
-        return '; part the columns by commas, semicolons or tabs'
     return ''

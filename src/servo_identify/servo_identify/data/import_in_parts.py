@@ -48,7 +48,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
     machine = servo_file.load(servo)
     plan = read_mapping(mapping) if mapping else None
     if plan and (plan.join or plan.drive_on or plan.rows or any(
-            'zero' in steps for steps in plan.columns.values())):
+            {'zero', 'wraps'} & set(steps) for steps in plan.columns.values())):
         raise NotPlain
     facts = (dict(plan.recording) if plan else {}) | beside(path)
     facts |= {name: value for name, value in

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from servo_twin.bag.memory import check_fits
 
-from .csv_table import BEGIN
+from .csv_layout import BEGIN
 from .message_files import count_of_messages, holds_messages
 
 ROW = 320  # bytes that a row of a table takes on its way into a bag: bench_limits.py

@@ -7,6 +7,7 @@ these steps, in this order, each of which may be left out::
     source: load         the file's own column; or value: 0.0 for a constant one
     above: 32767         where the value is above this,
     subtract: 65536      subtract this (signed numbers read as unsigned)
+    wraps: 360           a turn of the numbers: where the encoder wraps around; undone here
     scale: 0.00113       multiply
     offset: 0.0          add
     times: input_volts   multiply by another column of the file
@@ -35,8 +36,8 @@ from .tables import Table
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
         'recording': dict, 'period': (int, float), 'drive_on': str}
 STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
-         'scale': (int, float), 'offset': (int, float), 'times': str, 'unit': str, 'negate': bool,
-         'zero': str}
+         'wraps': (int, float), 'scale': (int, float), 'offset': (int, float), 'times': str,
+         'unit': str, 'negate': bool, 'zero': str}
 FACTS = {'family': str, 'replicate': int, 'note': str}
 ZEROS = ('first', 'mean')
 
@@ -166,6 +167,8 @@ def _check_steps(path: Path, name: str, steps: Any) -> None:
         raise ValueError(f"{path}: {name}: give either 'source' or 'value'")
     if ('above' in steps) != ('subtract' in steps):
         raise ValueError(f"{path}: {name}: 'above' and 'subtract' go together")
+    if not steps.get('wraps', 1.0) > 0.0:
+        raise ValueError(f'{path}: {name}: wraps = {steps["wraps"]!r}, it must be more than 0')
     if steps.get('zero', 'first') not in ZEROS:
         raise ValueError(f'{path}: {name}: zero = {steps["zero"]!r}; known are {list(ZEROS)}')
 
@@ -177,6 +180,9 @@ def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     column = table[steps['source']].copy()
     if 'above' in steps:
         column[column > steps['above']] -= steps['subtract']
+    if 'wraps' in steps:
+        known = np.isfinite(column)
+        column[known] = np.unwrap(column[known], period=steps['wraps'])
     column = column * steps.get('scale', 1.0) + steps.get('offset', 0.0)
     if 'times' in steps:
         column = column * table[steps['times']]

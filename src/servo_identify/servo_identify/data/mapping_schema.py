@@ -24,6 +24,7 @@ _MEANINGS = {
     'source': 'A column of the file, or TOPIC.field[index] of messages.',
     'value': 'A constant in place of a source.', 'above': 'Where the value is above this ...',
     'subtract': '... subtract this.', 'scale': 'Multiply.', 'offset': 'Add.',
+    'wraps': 'A turn of the numbers, where an encoder wraps around.',
     'times': 'Multiply by another column.', 'negate': 'Turn the sign.',
     'unit': 'What the numbers are in; 1/4096 rev is one count of an encoder.',
     'zero': 'Subtract the first value, or the mean.'}

@@ -12,6 +12,7 @@ from servo_twin.recording.parts import parts_of
 from servo_twin.recording.recording import COLUMNS, Recording
 
 from .long_bags import Long
+from .mistakes import TURN
 from .signals import ANGLES
 
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
@@ -24,8 +25,9 @@ class Survey:
     A recording at a glance.
 
     ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
-    that holds none, ``whole_numbers`` the angles that look like counts. ``still`` of ``parts``
-    show no motion. ``at_limit`` is the share of commands at the servo's limit.
+    that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` those that
+    wrap around at each turn. ``still`` of ``parts`` show no motion. ``command`` and ``current``
+    are their least and largest value. ``at_limit`` is the share of commands at the servo's limit.
     """
 
     name: str
@@ -37,6 +39,9 @@ class Survey:
     measured: frozenset[str]
     lost: dict[str, float]
     whole_numbers: tuple[str, ...]
+    wrapped: tuple[str, ...]
+    command: tuple[float, float]
+    current: tuple[float, float]
     at_limit: float
 
     @property
@@ -53,6 +58,7 @@ class Survey:
 def survey(one: Long, servo: Servo) -> Survey:
     """Look at all samples of a recording, part by part."""
     known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
+    wrapped, ranges = set[str](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
     still = at_limit = parts = 0
     limit = limit_of(servo)
     for part in parts_of(one):
@@ -64,13 +70,28 @@ def survey(one: Long, servo: Servo) -> Survey:
             whole[name] = whole[name] and bool(np.all(values == np.round(values)))
             if whole[name] and len(np.unique(values[:_COUNTED])) > FEWEST_COUNTS:
                 counts.add(name)
+            if not servo.straight(name) and wraps(values):
+                wrapped.add(name)
+        for name, (least, most) in ranges.items():
+            x = part[name][np.isfinite(part[name])]
+            ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))
         at_limit += _at_limit(part, limit)
     return Survey(
         one.name, one.period, len(one), one.warnings, parts, still,
         frozenset(name for name in COLUMNS if known[name]),
         {name: 1.0 - known[name] / max(1, len(one)) for name in ANGLES},
         tuple(name for name in ANGLES if whole[name] and name in counts),
+        tuple(name for name in ANGLES if name in wrapped),
+        ranges['voltage'], ranges['current'],
         at_limit / max(1, known['voltage']))
+
+
+def wraps(angle: np.ndarray) -> bool:
+    """Tell whether an angle, rad without NaN, stays in one turn and jumps from end to end."""
+    if len(angle) < 2 or not 0.9 * TURN < np.ptp(angle) < 1.02 * TURN:
+        return False
+    far = np.abs(np.diff(angle)) > TURN / 4.0  # a jump that was resampled has two such steps
+    return bool(0.0 < np.mean(far) < 0.2)
 
 
 def limit_of(servo: Servo) -> float:

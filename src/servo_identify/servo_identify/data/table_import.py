@@ -60,7 +60,7 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     was converted or left out stands in the note, and what to mind in the warnings as well.
     Raises ValueError as :func:`import_table` does.
     """
-    path, warnings, told = table.path, list[str](), list[str]()
+    path, warnings, told = table.path, list(table.warnings), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))
     seen = Seen()

@@ -26,12 +26,19 @@ class Table:
 
     ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
     says of columns that hold text why they are no numbers; whoever asks for one is told.
+    ``warnings`` say what was left out of the file.
     """
 
     path: Path
     columns: dict[str, np.ndarray]
     facts: dict[str, Any] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lengths = {name: len(column) for name, column in self.columns.items()}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f'{self.path}: columns of different lengths, in rows: {lengths}')
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name in self.refused:
@@ -75,7 +82,8 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
 
 
 def _csv(path: Path, names: Sequence[str]) -> Table:
-    return from_arrow(path, read_csv(path, names))
+    found, warnings = read_csv(path, names)
+    return replace(from_arrow(path, found), warnings=warnings)
 
 
 def _npz(path: Path) -> Table:
@@ -130,7 +138,9 @@ def from_arrow(path: Path, found: Any) -> Table:
             columns[name] = np.full(len(column), np.nan)
         elif types.is_timestamp(kind):
             columns[name] = _seconds(column)
-        elif types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind):
+        elif types.is_integer(kind):
+            columns[name] = _whole(column)
+        elif types.is_floating(kind) or types.is_boolean(kind):
             columns[name] = column.cast('float64').to_numpy()
         else:
             texts[name] = column.to_pylist()
@@ -154,6 +164,17 @@ def _seconds(column: Any) -> np.ndarray:
     counts = column.cast(timestamp('ns', column.type.tz)).cast('int64').to_pylist()
     first = next((one for one in counts if one is not None), 0)
     return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
+
+
+def _whole(column: Any) -> np.ndarray:
+    """Return whole numbers; those that float64 cannot hold, stamps in ns, since the first."""
+    from pyarrow import ArrowInvalid, compute
+
+    try:
+        return np.asarray(column.cast('float64').to_numpy())
+    except ArrowInvalid:
+        first = next(one for one in column if one.is_valid)
+        return np.asarray(compute.subtract(column, first).cast('float64', safe=False).to_numpy())
 
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:

@@ -74,7 +74,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[f'{shaft}_position'] = Proposal(f'{shaft}_position', loose[0].source,
                                                    loose[0].unit)
         else:
-            missing.append(f'--column motor_position={loose[0].source} (or load_position)')
+            missing.append(f'--column {shlex.quote(f"motor_position={loose[0].source}")} '
+                           '(or load_position)')
     for column in ('t', 'encoder'):
         names = ENCODERS if column == 'encoder' else (column,)
         if not any(name in chosen for name in names) and not missing:
@@ -83,7 +84,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
                 chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)),
                                         '')
             else:
-                missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]})')
+                missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
+                               + ''.join(f'; {one}' for one in of.refused.values()) + ')')
     for column, one in chosen.items():
         refused = _refused(column, one)
         if one.unit and not refused:

@@ -90,8 +90,8 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
     """Return the mapping file of the columns that were chosen."""
     lines = [f'# How the columns of {of.path.name} become those of a recording. `servo-identify '
              'init` wrote it.',
-             '# Steps of a column: source, above, subtract, scale, offset, times, unit, negate, '
-             'zero',
+             '# Steps of a column: source, above, subtract, wraps, scale, offset, times, unit, '
+             'negate, zero',
              '# (docs/recordings.md). negate: true turns the sign; unit: 1/4096 rev is one count '
              'of an encoder.']
     if of.rows:
@@ -108,7 +108,8 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
 
 def _steps(one: Proposal) -> str:
     unit = '' if one.unit in ('', UNIT[one.column]) else f', unit: {_quoted(one.unit)}'
-    return f'{{source: {_quoted(one.source)}{unit}}}'
+    wraps = f', wraps: {one.wraps:.12g}' if one.wraps else ''
+    return f'{{source: {_quoted(one.source)}{wraps}{unit}}}'
 
 
 def _value(value: float, unit: str, given: str) -> str:

@@ -28,11 +28,16 @@ _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'lin
 
 @dataclass(frozen=True)
 class Proposal:
-    """A source for a column; ``unit`` is '' where nothing says which it is."""
+    """
+    A source for a column; ``unit`` is '' where nothing says which it is.
+
+    ``wraps``: a turn in this unit, where the source wraps around at each; 0 where it does not.
+    """
 
     column: str
     source: str
     unit: str
+    wraps: float = 0.0
 
 
 def looks_like(source: str, kind: str = '') -> str:
@@ -130,6 +135,8 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     if of.messages or of.names or of.rows:
         return True
     for column, one in chosen.items():
+        if one.wraps:
+            return True
         name, unit = split(one.source)
         if name != column and not (column == 't' and name in TIMES):
             return True

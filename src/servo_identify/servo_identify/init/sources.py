@@ -23,7 +23,8 @@ class Offered:
 
     ``units`` are those that a header or a type of message gives, ``kinds`` the types of messages.
     ``numbers`` are the columns of a table, empty for messages. ``rows`` and ``names`` are what a
-    mapping file must say of the file as a whole.
+    mapping file must say of the file as a whole. ``refused`` says of other columns why they
+    hold no numbers.
     """
 
     path: Path
@@ -33,6 +34,7 @@ class Offered:
     numbers: Mapping[str, np.ndarray] = field(default_factory=dict)
     rows: str = ''
     names: tuple[str, ...] = ()
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def messages(self) -> bool:
@@ -55,7 +57,7 @@ def offered(path: Path) -> Offered:
     table = read_table(path, rows, names)
     return Offered(path, tuple(table.columns), {name: unit for name in table.columns
                                                 if (unit := split(name)[1])},
-                   {}, table.columns, rows, names)
+                   {}, table.columns, rows, names, table.refused)
 
 
 def _unit_of(source: str, kind: str) -> str:

@@ -35,9 +35,8 @@ class Processes:
     A context of child processes; their output goes to ``folder``/NAME.log.
 
     Each is a session of its own, so that Ctrl-C in the terminal reaches only the parent, which
-    then ends the children in the reverse order of their start, and before all others those that
-    were started as ``first``. Where it is killed, each child sees that its parent has gone and
-    ends by itself.
+    then ends the children: those that were started as ``first``, then all others at once. Where
+    it is killed, each child sees that its parent has gone and ends by itself.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -121,9 +120,12 @@ class Processes:
         # a second Ctrl-C, or the terminal that closes, changes nothing any more
         before = {number: signal.signal(number, signal.SIG_IGN) for number in SIGNALS}
         try:
-            children = reversed(self._children.values())
-            for child in sorted(children, key=lambda child: not child.first):
-                self.stop(child.name)
+            for first in (True, False):
+                children = [one for one in self._children.values() if one.first is first]
+                for child in children:
+                    child.process.send_signal(signal.SIGINT)
+                for child in children:
+                    self.stop(child.name)
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)

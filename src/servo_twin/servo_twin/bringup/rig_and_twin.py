@@ -18,6 +18,7 @@ from .terminal_view import numbers, view
 
 START = 60.0  # s that a node gets to be there; the first start compiles
 _SETTLE = 0.5  # s between seeing all readers and the first sample, and behind the last one
+_PLAYER_WAITS = 4.0 * START  # s for the first sample: it is there before all others have started
 _UNTOLD = 'the driver is not configured'  # its word before it says why it cannot be
 _REPORT = 1.2  # s after which the last diagnostics are there
 
@@ -101,6 +102,18 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
     if bench.rig is not None:
         driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus)}
         processes.start('can_hub', _python('servo_rig_driver.can_bus.can_hub', str(bus)))
+    # side by side: each loads for a second, and none needs another before the driver is configured
+    processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
+        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
+    processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
+        'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
+    processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
+                                    bench.driver), first=True)
+    processes.start('player', [
+        *_python('servo_rig_driver.record.player_node', bench.family), '--duration',
+        str(bench.duration), '--wait', str(_PLAYER_WAITS), *_excitation(bench), '--ros-args',
+        '-r', f'__ns:=/{bench.namespace}'], may_end=True)
+    if bench.rig is not None:
         wait_until(bus.exists, 'the bus is there', START, processes)
         turned = [word for one in bench.turned for word in ('--set', one)]
         processes.start('emulated_rig', _python(
@@ -109,28 +122,18 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
             *(('--faults', str(faults)) if faults else ())))
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
-    processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
-        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
-    processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
-        'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
-    processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
-                                    bench.driver), first=True)
     wait_until(lambda: session.facts.get('twin', {}).get('lifecycle') == 'active',
                'the twin is active', START, processes)
     if not session.change('driver', CONFIGURE, START):
         raise ProcessError(f'the driver cannot be configured: {_why(session)}\n'
                            f'{processes.tail("driver")}')
-    for topic in ('encoder', 'torque', 'current'):
-        wait_until(lambda topic=topic: session.linked(topic, 2),
-                   f'recorder and twin listen to {topic}', START, processes)
+    for topic, readers in (('encoder', 3), ('torque', 2), ('current', 2)):
+        wait_until(lambda topic=topic, readers=readers: session.linked(topic, readers),
+                   f'recorder, twin and player listen to {topic}', START, processes)
     wait_until(lambda: session.linked('twin/prediction', 1), 'the recorder listens to the twin',
                START, processes)
     if bench.page is not None:
         _show(bench, bench.page, faults, processes)
-    processes.start('player', [*_python('servo_rig_driver.record.player_node', bench.family),
-                               '--duration',
-                               str(bench.duration), *_excitation(bench), '--ros-args', '-r',
-                               f'__ns:=/{bench.namespace}'], may_end=True)
     wait_until(lambda: session.linked('command', 2), 'the player is there', START, processes)
     sleep(_SETTLE)
     if not session.change('driver', ACTIVATE, START):

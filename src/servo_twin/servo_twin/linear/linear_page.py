@@ -51,7 +51,7 @@ def point_table(form: LinearForm) -> Table:
             *([('angle of the coupled axis', f'{point.coupled:g} rad')] if point.coupled else []),
             ('friction', friction),
             (f'{drive} that keeps it there', f'{form.command:.6g} {unit[drive]}'),
-            ('torque in the mesh', f'{form.carried:.6g} {unit["torque"]}')]
+            ('torque through the gear', f'{form.carried:.6g} {unit["torque"]}')]
     if form.system.isdtime(strict=True):
         rows.append(('sampled every', f'{form.system.dt:g} s'))
     rows += [(f'dead time to {spoken(name)}', f'{late:g} s')

@@ -52,6 +52,11 @@ class Recording:
             if name not in self.columns:
                 self.columns[name] = np.full(size, np.nan)
 
+    def __repr__(self) -> str:
+        channels = ', '.join(name for name in COLUMNS if self.has(name)) or 'nothing measured'
+        return (f'Recording {self.name}, family {self.family or "not said"}: '
+                f'{self.duration:.3g} s at {1.0 / self.period:.5g} Hz, {channels}')
+
     def __getitem__(self, column: str) -> np.ndarray:
         return self.columns[column]
 

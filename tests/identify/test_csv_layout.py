@@ -1,0 +1,129 @@
+"""Tables of text are read as people's loggers and programs write them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servo_identify.data.table_import import import_table
+from servo_identify.data.tables import read_table
+
+SERVO = Path(__file__).parents[2] / 'config' / 'servos' / 'rv_bench.yaml'
+ROWS = ((0.0, 1.5, 0.25), (0.002, -1.5, 0.5), (0.004, 2.5, 0.75))
+NAMES = ('t', 'voltage', 'motor_position')
+
+
+def lines(parting=',', numbers='{:g}'.format):
+    return [parting.join(map(numbers, row)) for row in ROWS]
+
+
+@pytest.mark.parametrize('above', [
+    ['; logger 2.1', '; rate: 500 Hz, motor: left', 't,voltage,motor_position'],
+    ['# t,voltage,motor_position'], ['% of 3 May', '%t,voltage,motor_position'],
+    ['Logger of the bench', 'Operator: me', '', 't,voltage,motor_position'],
+    ['t,voltage,motor_position', 's,V,rad'], ['t,voltage,motor_position', '[s],[V],-']])
+def test_it_finds_the_names_among_what_stands_above_the_numbers(tmp_path, above):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([*above, *lines()]) + '\n')
+    recording = import_table(path, SERVO)
+    assert recording.period == 0.002
+    assert recording['voltage'].tolist() == [1.5, -1.5, 2.5]
+    assert recording['motor_position'].tolist() == [0.25, 0.5, 0.75]
+
+
+def test_units_may_have_a_line_of_their_own(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join(NAMES), 'ms,mV,deg', *lines()]))
+    recording = import_table(path, SERVO)
+    assert recording.period == pytest.approx(2e-6)
+    assert recording['voltage'] == pytest.approx([1.5e-3, -1.5e-3, 2.5e-3])
+    assert recording['motor_position'] == pytest.approx(np.radians([0.25, 0.5, 0.75]))
+    path.write_text('\n'.join([','.join(NAMES), 's,V,counts', *lines()]))
+    with pytest.raises(ValueError, match='how many make a turn'):
+        import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('parting', [' ', '   '])
+def test_any_number_of_blanks_parts_columns(tmp_path, parting):
+    path = tmp_path / 'a.txt'
+    path.write_text('\n'.join(['# ' + ' '.join(NAMES), *('  ' + one for one in lines(parting))]))
+    assert import_table(path, SERVO)['voltage'].tolist() == [1.5, -1.5, 2.5]
+
+
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'latin-1'])
+def test_it_reads_the_letters_of_other_programs(tmp_path, encoding):
+    path = tmp_path / 'a.csv'
+    text = '\r\n'.join(['t;voltage;motor_position [°]', *lines(';')]) + '\r\n'
+    path.write_bytes(text.replace('.', ',').encode(encoding))
+    recording = import_table(path, SERVO)
+    assert recording['motor_position'] == pytest.approx(np.radians([0.25, 0.5, 0.75]))
+
+
+def test_a_last_row_that_breaks_off_is_left_out_and_said(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join(NAMES), *lines(), '0.006,1.']))
+    recording = import_table(path, SERVO)
+    assert len(recording) == 3
+    assert recording.warnings == ("the last row breaks off ('0.006,1.'): it is left out",)
+    path.write_text('\n'.join([','.join(NAMES), *lines()[:1], '0.001,1.', *lines()[1:]]))
+    with pytest.raises(ValueError, match='Expected 3 columns, got 2'):
+        import_table(path, SERVO)
+
+
+def test_stamps_in_nanoseconds_of_today_keep_their_distance(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t [ns],motor_position,voltage\n' + ''.join(
+        f'{1730000000_000000000 + k * 20_000},{k},1\n' for k in range(50)))
+    recording = import_table(path, SERVO)
+    assert (recording.period, recording.warnings) == (20e-6, ())
+
+
+def test_what_is_no_text_is_refused_as_such(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_bytes(b'\x89PNG\r\n\x1a\n\0\0\0\rIHDR')
+    with pytest.raises(ValueError, match='no table of text'):
+        read_table(path)
+
+
+def test_it_reads_the_separators_and_comments_that_people_use(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('\ufeff# a comment\nt;voltage;motor_position\n0;1;2\n0.5;nan;3\n1.0;;4\n')
+    recording = import_table(path, SERVO)
+    assert recording.period == 0.5
+    assert np.array_equal(recording['voltage'], [1.0, np.nan, np.nan], equal_nan=True)
+    assert 'voltage is missing in 2 rows, the first is row 2' in recording.warnings[0]
+
+
+def test_a_table_without_names_is_refused_with_what_to_write(tmp_path):
+    (tmp_path / 'bare.csv').write_text('0.0,1.5,0.1\n0.1,1.5,0.2\n')
+    with pytest.raises(ValueError, match='no line of names.*put the 3 names'):
+        read_table(tmp_path / 'bare.csv')
+
+
+def test_decimal_commas_are_read_between_semicolons(tmp_path):
+    (tmp_path / 'comma.csv').write_text('t;voltage\n0,0;1,5\n0,001;-2,25\n')
+    assert read_table(tmp_path / 'comma.csv')['voltage'].tolist() == [1.5, -2.25]
+
+
+def test_a_text_column_that_nobody_asks_for_is_no_harm(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,voltage,motor_position,state\n0,1,2,idle\n0.1,1,2,run\n')
+    assert len(import_table(path, SERVO)) == 2
+
+
+def test_stamps_of_a_calendar_are_seconds(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('time,voltage,motor_position\n2026-01-01 00:00:00.000,1,2\n'
+                    '2026-01-01 00:00:00.004,1,2\n')
+    assert import_table(path, SERVO).period == 0.004
+
+
+def test_a_mapping_names_the_columns_of_a_bare_table_and_brings_units_to_si(tmp_path):
+    (tmp_path / 'bare.csv').write_text('0;1,5;4096\n2;1,5;0\n')
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('names: [clock, u, counts]\ntime: {source: clock, unit: ms}\ncolumns:\n'
+                       '  voltage: {source: u}\n'
+                       '  motor_position: {source: counts, unit: 1/4096 rev}\n')
+    one = import_table(tmp_path / 'bare.csv', SERVO, mapping=mapping)
+    assert one.period == 0.002 and one['voltage'][0] == 1.5
+    assert one['motor_position'][0] == pytest.approx(2.0 * np.pi)

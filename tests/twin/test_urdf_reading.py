@@ -1,0 +1,127 @@
+"""A joint of a URDF file as a servo: it ..."""
+
+from pathlib import Path
+
+import pytest
+
+mujoco = pytest.importorskip('mujoco')
+
+from servo_twin.simulators.from_model.as_servo import servo_of  # noqa: E402
+from servo_twin.simulators.from_model.mujoco_joint import joint_of  # noqa: E402
+from servo_twin.simulators.from_model.urdf_model import joint_of_urdf  # noqa: E402
+from servo_twin.simulators.joint import ModelError  # noqa: E402
+from servo_twin.simulators.mujoco_model import compiled  # noqa: E402
+
+ROBOTS = Path(__file__).resolve().parents[2] / 'config' / 'robots'
+ARM = ROBOTS / 'arm.xml'
+
+
+@pytest.mark.parametrize('elbow', [0.0, 0.7, -2.0])
+def test_a_urdf_carries_what_the_same_mjcf_carries(elbow):
+    mjcf = joint_of(compiled(ARM)[0], 'shoulder', 'arm.xml', at={'elbow': elbow})
+    urdf, _ = joint_of_urdf(ROBOTS / 'arm.urdf', 'shoulder', {'elbow': elbow})
+    for field in ('inertia', 'cosine', 'sine', 'damping', 'friction', 'torque_limit'):
+        assert getattr(urdf, field) == pytest.approx(getattr(mjcf, field), rel=1e-9), field
+    assert urdf.armature == 0.0 and 'no armature' in urdf.sources['armature']
+    assert any('speed limit, 6 rad/s' in one for one in urdf.left_out)
+
+
+def test_a_urdf_says_the_ratio_of_its_transmission():
+    joint, reduction = joint_of_urdf(ROBOTS / 'arm.urdf', 'elbow')
+    assert (reduction, joint.torque_limit) == (9.0, 13.5)
+    assert joint_of_urdf(ROBOTS / 'arm.urdf', 'shoulder')[1] is None
+
+
+def test_a_urdf_joint_may_slide():
+    joint, _ = joint_of_urdf(ROBOTS / 'arm.urdf', 'finger')
+    assert (joint.slides, joint.inertia) == (True, pytest.approx(0.1))
+    assert any('0.04 m' in one for one in joint.left_out)
+
+
+@pytest.mark.parametrize('pose', [{}, {'a': 0.4, 'b': -1.1}, {'b': 0.2, 's': 0.13}])
+def test_a_urdf_is_held_at_a_pose_as_mujoco_moves_there(tmp_path, pose):
+    text = """<robot name="r"><link name="w"/>
+{links}
+<joint name="j" type="continuous"><parent link="w"/><child link="l0"/>
+  <origin xyz="0.1 0.2 0.3" rpy="0.2 -0.4 0.9"/><axis xyz="1 2 0.5"/></joint>
+<joint name="a" type="revolute"><parent link="l0"/><child link="l1"/>
+  <origin xyz="0.2 0 0.1" rpy="1 0.3 -0.2"/><axis xyz="0 1 1"/>
+  <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+<joint name="b" type="continuous"><parent link="l1"/><child link="l2"/><axis xyz="0 0 1"/>
+  <origin xyz="0 0.3 0"/></joint>
+<joint name="s" type="prismatic"><parent link="l2"/><child link="l3"/><axis xyz="1 1 0"/>
+  <origin xyz="0.1 0 0" rpy="0 0 0.7"/><limit lower="0" upper="1" effort="1" velocity="1"/>
+  </joint></robot>""".format(links='\n'.join(
+        f'<link name="l{i}"><inertial><origin xyz="0.05 0.02 {0.1 * i}" rpy="0.1 0 {0.3 * i}"/>'
+        f'<mass value="{1 + i}"/><inertia ixx="0.01" iyy="0.02" izz="0.025" ixy="0.001" ixz="0" '
+        f'iyz="0"/></inertial></link>' for i in range(4)))
+    (tmp_path / 'r.urdf').write_text(text)
+    held, _ = joint_of_urdf(tmp_path / 'r.urdf', 'j', pose)
+    whole = joint_of(mujoco.MjModel.from_xml_string(text), 'j', 'r.urdf', at=pose)
+    for field in ('inertia', 'cosine', 'sine'):
+        assert getattr(held, field) == pytest.approx(getattr(whole, field), rel=1e-9), field
+
+
+def test_links_that_it_does_not_carry_may_be_wrong(tmp_path):
+    text = (ROBOTS / 'arm.urdf').read_text()
+    bad = text.replace('ixx="0.002" iyy="0.012" izz="0.012"', 'ixx="-1" iyy="0" izz="0"')
+    (tmp_path / 'r.urdf').write_text(bad)
+    good, _ = joint_of_urdf(ROBOTS / 'arm.urdf', 'elbow')
+    assert joint_of_urdf(tmp_path / 'r.urdf', 'elbow')[0].inertia == good.inertia
+    with pytest.raises(ModelError, match='upper'):
+        joint_of_urdf(tmp_path / 'r.urdf', 'shoulder')
+
+
+@pytest.mark.parametrize(('change', 'said'), [
+    (('<robot name="arm">', '<robot name="arm" xmlns:xacro="x"><xacro:x/>'), 'xacro r.urdf'),
+    (('<robot name="arm">', '<roboter>'), 'is not XML'),
+    (('<axis xyz="0 1 0"/>', '<axis xyz="0 one 0"/>'), 'no number'),
+    (('<mass value="0.1"/>', '<mass value="-1"/>'), "link 'jaw' has a mass of -1 kg"),
+    (('<child link="jaw"/>', ''), "joint 'finger' has no parent or no child"),
+    (('<?xml version="1.0"?>', '<!DOCTYPE a [<!ENTITY b "c">]>'), 'document type'),
+])
+def test_a_urdf_that_cannot_be_read_is_refused_with_a_reason(tmp_path, change, said):
+    text = (ROBOTS / 'arm.urdf').read_text()
+    assert change[0] in text
+    (tmp_path / 'r.urdf').write_text(text.replace(*change))
+    with pytest.raises(ModelError) as problem:
+        joint_of_urdf(tmp_path / 'r.urdf', 'elbow', {'finger': 0.01})
+    assert said in str(problem.value)
+
+
+@pytest.mark.parametrize(('name', 'at', 'said'), [
+    ('wrist', {}, "no joint 'wrist'; joints that move are ['shoulder', 'elbow', 'finger']"),
+    ('elbow', {'wrist': 1.0}, "no joint 'wrist'")])
+def test_a_joint_that_a_urdf_lacks_is_named(name, at, said):
+    with pytest.raises(ModelError) as problem:
+        joint_of_urdf(ROBOTS / 'arm.urdf', name, at)
+    assert said in str(problem.value)
+
+
+def test_a_urdf_without_masses_makes_no_servo(tmp_path):
+    text = (ROBOTS / 'arm.urdf').read_text()
+    light = text.replace('<mass value="0.1"/>', '<mass value="0"/>')
+    (tmp_path / 'r.urdf').write_text(light)
+    with pytest.raises(ModelError):
+        servo_of(joint_of_urdf(tmp_path / 'r.urdf', 'finger')[0], 's')
+
+
+def test_a_joint_that_is_mimicked_says_what_it_does_not_carry(tmp_path):
+    text = (ROBOTS / 'arm.urdf').read_text().replace(
+        '<parent link="lower"/>', '<parent link="lower"/><mimic joint="elbow"/>')
+    (tmp_path / 'r.urdf').write_text(text)
+    joint, _ = joint_of_urdf(tmp_path / 'r.urdf', 'elbow')
+    assert any("'finger', which mimics it" in one for one in joint.left_out)
+
+
+def test_a_link_without_mass_between_two_joints_is_no_matter(tmp_path):
+    text = (ROBOTS / 'arm.urdf').read_text()
+    between = ('<link name="knuckle"/><joint name="roll" type="continuous"><parent '
+               'link="knuckle"/><child link="lower"/><axis xyz="1 0 0"/></joint>')
+    text = text.replace('<child link="lower"/>', '<child link="knuckle"/>').replace(
+        '<link name="base"/>', '<link name="base"/>' + between)
+    (tmp_path / 'r.urdf').write_text(text)
+    plain, _ = joint_of_urdf(ROBOTS / 'arm.urdf', 'elbow')
+    with_it, _ = joint_of_urdf(tmp_path / 'r.urdf', 'elbow')
+    assert with_it.inertia == pytest.approx(plain.inertia, rel=1e-9)
+    assert with_it.cosine == pytest.approx(plain.cosine, rel=1e-9)
