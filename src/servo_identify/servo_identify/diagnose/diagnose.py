@@ -81,7 +81,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     report = [as_acted(one, late) for one in parts.report]
     try:
         handover = handed_over(servo, [one.added for one in acting], fitting, accept,
-                               stages.share)
+                               found.within_tolerance(), stages.share)
         stages.begin('comparison')
         evidence = _compared(servo, parts, found, acting, several, handover, accept, report)
     except Diverged as problem:
@@ -154,11 +154,10 @@ def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
 
 
 def _evidence(found: Explained, named: Sequence[Finding], one: Finding) -> float:
-    """Return what the equations lose without an effect, nats; 0.0 for a part of a pattern."""
-    if sum(other.part.number == one.part.number for other in named) > 1:
-        return 0.0
+    """Return what the equations lose without an effect, nats; parts of a pattern share it."""
     fit = found.explanation.smallest
-    return found.search.fitted(fit.choice.minus(one.part.number)).total - fit.total
+    parts = sum(other.part.number == one.part.number for other in named)
+    return (found.search.fitted(fit.choice.minus(one.part.number)).total - fit.total) / parts
 
 
 def _waved(one: Finding, found: Explained) -> Finding:

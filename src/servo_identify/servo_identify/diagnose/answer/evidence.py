@@ -63,8 +63,9 @@ class Evidence:
 
     @property
     def worse(self) -> bool:
-        """Whether what was added does worse on unseen recordings: the file stays as given."""
-        return self.reported['patch'].gap.total() > self.reported['given'].gap.total()
+        """Whether what was added does no good on unseen recordings: the file stays as given."""
+        patch, given = (self.reported[name].gap.total() for name in ('patch', 'given'))
+        return not self.handover.helps or patch > given
 
     @property
     def handed(self) -> Simulated:

@@ -30,7 +30,8 @@ class Handover:
     them; ``refit`` with values within tolerance moved as well; ``within`` the servo as given with
     those moved alone. ``base`` is what the patch adds to: the servo as given or, where its values
     are so far off that no addition does any good, with these moved within tolerance. ``joint`` is
-    the estimate behind ``refit``, ``gaps`` the errors on the accept recordings by name;
+    the estimate behind ``refit``, ``helps`` whether what is added brings the simulation nearer on
+    the accept recordings, ``gaps`` the errors there by name;
     ``warnings`` what is to be said; ``chosen`` the standard deviations of the values in ``patch``
     by name, where a fit gave them.
     """
@@ -42,6 +43,7 @@ class Handover:
     refit: Servo
     within: Servo
     joint: Estimate | None
+    helps: bool
     gaps: Mapping[str, Gap]
     warnings: tuple[str, ...]
     chosen: Mapping[str, float] = field(default_factory=dict)
@@ -53,7 +55,7 @@ class Handover:
 
 
 def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
-                accepting: Sequence[Recording],
+                accepting: Sequence[Recording], moved_to: Mapping[str, float],
                 tick: Callable[[float], None] = lambda share: None) -> Handover:
     """
     Return the missing effects with values fitted by simulation.
@@ -62,8 +64,9 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     On the accept recordings the better of these values and those of the equations are kept, and
     of a law and its flexible form the one that predicts better, the law where they are alike. An
     effect is dropped where the simulation speaks against it by more than the equations speak for
-    it. What the controller does otherwise is taken as its equation shows it: the plant runs under
-    the recorded command.
+    it. ``moved_to`` are the values within tolerance as the equations have them beside the effects,
+    by path: one of the starts of the fit. What the controller does otherwise is taken as its
+    equation shows it: the plant runs under the recorded command.
     """
     trial, warnings = Trial(shortened(fitting), judging(accepting)), []
     loop = [one for one in several if one.part.mechanism.site == 'controller']
@@ -71,14 +74,16 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, trial.fitting, tolerated, near=False)
-    starts = [servo] if within is None else [servo, within.servo]
+    starts = [servo, replace(servo, values={**servo.values, **{
+        path: value for path, value in moved_to.items() if path in tolerated}})]
+    starts += [] if within is None else [within.servo]
     tick(0.3)
     given = trial.of(servo)
     if given is None:
         raise Diverged(f'{servo.name}: the simulation leaves the finite numbers on the '
                        'recordings; its step may be too long')
     beside = (trial.of(within.servo) if within is not None else None) or given
-    joint, chosen, added, base = None, None, tuple(several), servo
+    joint, chosen, added, base, helps = None, None, tuple(several), servo, False
     while added:
         if built(servo, added) is None:
             added = ()
@@ -90,11 +95,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             alone, joint = _lawful(starts, alone, joint, tolerated, trial)
         moved = _with_others(alone, joint, tolerated, trial)
         best, helps = _standing(alone, moved, given, beside, trial)
-        if best is None or len(added) == 1 and not helps:
-            names = ', '.join(one.part.mechanism.label for one in added)
-            warnings.append(f'{names}: a simulation with it is no nearer to the rig on the accept '
-                            'recordings; the file stays as given')
-            added, joint = (), None
+        if best is None:
+            added = ()
             break
         known = _tolerated(best, servo)
         if known is not None:
@@ -102,13 +104,14 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'lies within the tolerance of the servo file')
             added = left_out(best.added, known)
             continue
-        needless = _needless(best, moved, 0.0 if helps else np.inf, trial)
+        needless = _needless(best, moved, trial)
         if needless is None:
             added, chosen, base = best.added, best.estimate, best.base
             break
         warnings.append(f'{best.added[needless].part.mechanism.label} is not taken: without it '
                         'the simulation is as near to the rig on the accept recordings')
         added = left_out(best.added, needless)
+    joint = joint if added else None
     added = (*added, *loop)
     if base is not servo:
         others = [p for p in tolerated if base.values[p] != servo.values[p]]
@@ -119,7 +122,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap}
     return Handover(servo, base, added, patch, refit, within.servo if within else servo, joint,
-                    gaps, tuple(warnings), stds)
+                    helps or added == tuple(loop), gaps, tuple(warnings), stds)
 
 
 def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequence[str],
@@ -222,9 +225,9 @@ def _tolerated(best: Tried, servo: Servo) -> int | None:
     return None
 
 
-def _needless(best: Tried, moved: Tried | None, spare: float, trial: Trial) -> int | None:
+def _needless(best: Tried, moved: Tried | None, trial: Trial) -> int | None:
     """
-    Return which effect to remove: that with the least evidence, if it is at most ``spare`` nats.
+    Return which effect to remove: that with the least evidence, where there is none.
 
     The evidence of the equations and that of the simulation add up. What one effect does in a
     simulation shows where nothing else is off: in the nearer of two files. Where all drifts it
@@ -232,12 +235,12 @@ def _needless(best: Tried, moved: Tried | None, spare: float, trial: Trial) -> i
     """
     at = moved if moved is not None and moved.total < best.total else best
     rests = []
-    for number in range(len(at.added) if len(at.added) > 1 else 0):
+    for number in range(len(at.added)):
         rest = trial.of(at.base, left_out(at.added, number))
         if rest is not None:
             rests.append((at.added[number].evidence + rest.gap.evidence(at.gap), number))
-    rests = [one for one in rests if one[0] <= spare]
-    return min(rests)[1] if rests else None
+    evidence, number = min(rests, default=(1.0, 0))
+    return number if evidence <= 0.0 else None
 
 
 def _moved(servo: Servo, paths: Sequence[str], added: Sequence[Added], to: Servo) -> Servo:

@@ -126,8 +126,8 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     Tell whether a hypothesis says the same as one of the chosen set, under another name.
 
     It acts at the same port of the same place, or is a value of the file, on the same variables
-    and does, in ``fit``, the same to residuals. A clearance that grows with the load is another cause
-    than a spring that bends over it, though both may do the same.
+    and does, in ``fit``, the same to residuals. A clearance that grows with the load is another
+    cause than a spring that bends over it, though both may do the same.
     """
     regression, chosen = found.search.regression, found.explanation.smallest
     one, two = (found.hypotheses[n].mechanism for n in (number, other))

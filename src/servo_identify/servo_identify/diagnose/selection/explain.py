@@ -48,6 +48,14 @@ class Explained:
         self.search.regression.hypotheses = several
         return replace(self, hypotheses=several)
 
+    def within_tolerance(self) -> dict[str, float]:
+        """Return the values of the file as the smallest set has them, by path."""
+        fit, labels, given = (self.explanation.smallest, self.nuisance.labels,
+                              self.samples.servo.numbers)
+        return {labels[c - 1]: given[labels[c - 1]] + float(v)
+                for c, v in zip(fit.columns[1:], fit.values[1:], strict=True)
+                if c <= len(labels) and labels[c - 1] in given}
+
     def amplitudes(self, number: int, fit: Fitted | None = None) -> np.ndarray:
         """Return the amplitudes of a hypothesis (by its number) in a fit."""
         fit = fit or self.explanation.smallest
