@@ -72,6 +72,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     acting = [replace(one, added=replace(added, evidence=_evidence(found, named, one)))
               for one, added in zip(named, added_of(found, [one.part for one in named]),
                                     strict=True)]
+    acting.sort(key=lambda one: -one.added.evidence)
     acting = [_waved(one, found) for one in acting]
     acting = [one for one in acting if _stands(found, several, one)]
     late = command_late(found)

@@ -19,13 +19,8 @@ from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harm
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from ..diagnose.handover.simulated_gap import (
-    Diverged,
-    Gap,
-    shrink,
-    shrink_interval,
-    simulated,
-)
+from ..diagnose.handover.gap import Gap, shrink, shrink_interval
+from ..diagnose.handover.simulated_gap import Diverged, simulated
 from ..fit.output_error import fit
 
 LINEAR = 'linear'

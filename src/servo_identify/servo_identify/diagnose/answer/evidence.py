@@ -55,7 +55,11 @@ class Evidence:
 
     @property
     def named(self) -> list[Finding]:
-        """The missing effects that have a name and stand the comparison, the plant's first."""
+        """
+        The missing effects that have a name and stand the comparison.
+
+        The plant's come first, by what the equations lose without them.
+        """
         taken = {id(one.part) for one in self.handover.added}
         several = [one for one in self.findings
                    if id(one.part) in taken and one.part.mechanism.name != UNKNOWN]

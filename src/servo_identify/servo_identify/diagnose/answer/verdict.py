@@ -13,7 +13,7 @@ from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
 from ..handover.added import Added
 from ..handover.curves import Curve
-from ..handover.simulated_gap import Gap, shrink, shrink_interval
+from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.fits import Fitted
 from ..selection.stability import shares

@@ -33,7 +33,8 @@ class Added:
     ``placed`` are its effects, ``values`` those of their parameters and of what it changes, by
     path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue;
     ``as_law`` the same mechanism with that formula, where its curve lies outside; ``evidence``
-    what the equations would lose without it, nats. An empty one stands for a mechanism that no
+    what the equations would lose without it, nats; ``holds`` the share of its curve's squares that
+    its formula has. An empty one stands for a mechanism that no
     effect of the twin can show.
     """
 
@@ -46,6 +47,7 @@ class Added:
     step: float | None = None
     as_law: Added | None = None
     evidence: float = 0.0
+    holds: float = 1.0
 
     @property
     def acts(self) -> bool:
@@ -124,7 +126,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     if known is None:
         return Added(part)
     other = None if known.law else lawful(_with_port(part), servo, stiffness)
-    as_law = None if other is None else _placed(part, [replace(other, law=True)], site, taken)
+    as_law = None if other is None else replace(
+        _placed(part, [replace(other, law=True)], site, taken), holds=other.holds)
     return replace(_placed(part, [known], site, taken), as_law=as_law)
 
 

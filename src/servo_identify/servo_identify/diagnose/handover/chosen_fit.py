@@ -13,7 +13,8 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from .added import Added, servo_with
 from .certainty import signed, spread, within_spread
-from .simulated_gap import Diverged, Gap, refitted
+from .gap import Gap
+from .simulated_gap import Diverged, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
@@ -130,12 +131,20 @@ def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequen
     """
     Return effects fitted together with the values within tolerance, by simulation.
 
-    The fit begins at the nearer of some ``starts``: far from the rig it may stop short of it.
+    The fit begins at the nearest of some ``starts``. Where it ends no nearer to the rig than they
+    are without the effects, it stopped short, and begins at the next.
     """
     several = [servo_with(_moved(starts[0], tolerated, added, one), added) for one in starts]
-    base = min(several, key=trial.misfit)
     free = [path for one in added for path in one.free]
-    return refitted(base, trial.fitting, [*free, *(p for p in tolerated if p in base.tolerance)])
+    ends = []
+    for base in sorted(several, key=trial.misfit):
+        end = refitted(base, trial.fitting,
+                       [*free, *(p for p in tolerated if p in base.tolerance)])
+        if end is not None:
+            ends.append(end)
+            if trial.misfit(end.servo) < min(map(trial.misfit, starts)):
+                break
+    return min(ends, key=lambda end: trial.misfit(end.servo), default=None)
 
 
 def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
@@ -168,7 +177,7 @@ def _lawful(starts: Sequence[Servo], best: Tried, joint: Estimate | None,
     for number, one in enumerate(best.added):
         if one.as_law is None:
             continue
-        law = replace(one.as_law, evidence=one.evidence)
+        law = replace(one.as_law, evidence=one.evidence * one.as_law.holds)
         lawful = (*best.added[:number], law, *best.added[number + 1:])
         fitted = _together(starts, lawful, tolerated, trial)
         tried = _best(starts[0], lawful, fitted, trial)

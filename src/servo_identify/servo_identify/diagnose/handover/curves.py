@@ -120,6 +120,10 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         return [whole]
     if one.mechanism.name == SPEED_FRICTION:
         named = _over_speed(curve, bool(_value(found, 'viscous_friction', one.mechanism.site)))
+    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and (
+            'way' not in one.detail):
+        named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
+                 'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction':
         named = _over_load(curve)
     elif one.mechanism.name == 'position_dependent_friction':

@@ -47,12 +47,18 @@ FLEXIBLE = {
 
 @dataclass(frozen=True)
 class Formed:
-    """An effect that has the form of a curve: its values and which of them a fit may move."""
+    """
+    An effect that has the form of a curve: its values and which of them a fit may move.
+
+    ``law`` whether it is that of the catalogue and lies within the band of the curve; ``holds``
+    the share of the squares of the curve that it has.
+    """
 
     effect: type[Effect]
     values: dict[str, float | tuple[float, ...]]
     free: tuple[str, ...]
     law: bool
+    holds: float = 1.0
 
 
 def formed(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
@@ -161,7 +167,7 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
     left = _answer(effect, curve.x, curve.variable, values) - curve.y
     if not np.isfinite(left).all():
         return None
-    return Formed(effect, values, tuple(sought), _within(curve, left))
+    return Formed(effect, values, tuple(sought), _within(curve, left), _held(curve, left))
 
 
 def _scale(effect: type[Effect], name: str, curve: Curve) -> float:
@@ -183,6 +189,10 @@ def _within(curve: Curve, left: np.ndarray) -> bool:
     return curve.size(left) <= max(FORM * curve.size(), band)
 
 
+def _held(curve: Curve, left: np.ndarray) -> float:
+    return float(max(0.0, 1.0 - (curve.size(left) / (curve.size() or 1e-300)) ** 2))
+
+
 def _waves(effect: type[Effect], curve: Curve,
            values: dict[str, Value]) -> Formed | None:
     """Return the harmonics of a law over a turn fitted to a curve."""
@@ -197,7 +207,8 @@ def _waves(effect: type[Effect], curve: Curve,
     found = np.linalg.lstsq(np.vstack((sure * table, ridge)), target, rcond=None)[0]
     values |= {'order': 1.0, 'cosine': tuple(map(float, found[::2])),
                'sine': tuple(map(float, found[1::2]))}
-    return Formed(effect, values, ('cosine', 'sine'), _within(curve, table @ found - curve.y))
+    left = table @ found - curve.y
+    return Formed(effect, values, ('cosine', 'sine'), _within(curve, left), _held(curve, left))
 
 
 def of_orders(effect: type[Effect], knots: Sequence[float],

@@ -15,7 +15,8 @@ from ...fit.estimate import Estimate
 from ..decisions import WORTH
 from .added import Added, servo_with
 from .cut import Cut
-from .simulated_gap import Diverged, Gap, shrink_interval, simulated
+from .gap import Gap, shrink_interval
+from .simulated_gap import Diverged, simulated
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,9 @@ PLACES = 12  # of a part of a turn at which friction has a value of its own
 
 def friction_of(builder: Builder, site: str, residual: np.ndarray) -> Iterator[Hypothesis]:
     """Yield the hypotheses of friction at a shaft; ``residual`` (samples,) tells orders."""
-    several = (_coulomb, _viscous, _stribeck, _drag, _asymmetric, _by_load, _drift, _presliding)
+    several = (_coulomb, _viscous, _stribeck, _drag, _by_load, _drift, _presliding)
     yield from filter(None, (one(builder, site) for one in several))
+    yield from filter(None, (_asymmetric(builder, site, level) for level in (False, True)))
     yield from filter(None, (_one_way(builder, site, way) for way in (1.0, -1.0)))
     yield from _by_angle(builder, site, residual)
 
@@ -89,12 +90,20 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
                               either=True)
 
 
-def _asymmetric(builder: Builder, site: str) -> Hypothesis | None:
-    """Friction whose level, and growth, differ by direction, about the same mean."""
+def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
+    """Friction whose level, and growth, differ by direction, about the same mean or another."""
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x)))
-    columns = builder.place(f'{site}_torque', lambda one: -form.shape(form.of(one)))
-    return builder.hypothesis(mechanism, columns, [0, 0], form=form)
+    form = _over_speed(site, lambda x: np.column_stack(
+        (np.ones(len(x)), x, *[np.zeros(len(x))] * level)))
+
+    def torque(one: EquationErrors) -> np.ndarray:
+        shape = form.shape(form.of(one))
+        if level:
+            shape[:, 2] = one.motion.direction
+        return -shape
+
+    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque),
+                              [0] * (2 + level), form=form)
 
 
 def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
@@ -159,7 +168,7 @@ def _presliding(builder: Builder, site: str) -> Hypothesis | None:
     decay over the travel, which builds up as slowly as any element does.
     """
     name = f'{site}_angle'
-    low = builder.scales.slowest(f'{site}_speed') * builder.scales.period
+    low = builder.scales.finest(site)
     high = 0.05 * builder.scales.strokes(name)[1]
     if not 0.0 < low < high:
         return None

@@ -36,6 +36,11 @@ class Scales:
         speed = np.concatenate(several)
         return float(np.percentile(speed, SLOW)) if len(speed) else 0.0
 
+    def finest(self, site: str) -> float:
+        """Least travel of a shaft, rad, that its equation tells from none: that of a knot."""
+        return self.slowest(f'{site}_speed') * max(
+            one.measured.shafts.spacing * one.measured.period for one in self.samples.errors)
+
     def travel(self, name: str) -> tuple[float, float]:
         """Lowest and highest angle of a shaft, rad."""
         angles = [one.motion[name] for one in self.samples.errors]

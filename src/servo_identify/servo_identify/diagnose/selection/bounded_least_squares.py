@@ -58,6 +58,22 @@ def every_least(grams: np.ndarray, prior: np.ndarray, low: np.ndarray, high: np.
 
 
 @njit(cache=True, nogil=True)
+def most_gained(gram: np.ndarray, slopes: np.ndarray, low: np.ndarray,
+                high: np.ndarray) -> np.ndarray:
+    """
+    Return the largest ``s' b - b' gram b / 2`` for each row s of ``slopes``, (rows,).
+
+    ``low <= b <= high`` is one of several bounds, shape (bounds, unknowns).
+    """
+    answer = np.zeros(len(slopes))
+    for k in range(len(slopes)):
+        for side in range(len(low)):
+            b = least(gram, -slopes[k], low[side], high[side], np.zeros(len(gram)), True)
+            answer[k] = max(answer[k], slopes[k] @ b - 0.5 * (b @ gram @ b))
+    return answer
+
+
+@njit(cache=True, nogil=True)
 def _active_set(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray,
                 near: np.ndarray, sure: bool) -> np.ndarray:
     size = len(slope)

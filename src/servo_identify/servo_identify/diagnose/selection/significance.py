@@ -9,6 +9,7 @@ import numpy as np
 from servo_twin.balances.equation_terms import EQUATIONS
 
 from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, OPEN, WORTH
+from .bounded_least_squares import most_gained
 from .fits import Choice, Fits, Fitted
 
 DRAWS = 400  # sign flips behind the null distribution
@@ -137,9 +138,9 @@ class Significance(Fits):
         Return the gain that the best hypothesis reaches by chance at a level, nats.
 
         What the larger set leaves has its sign drawn block by block: a pattern of the same
-        noise without any effect. The gain of each hypothesis is that of its columns, unbounded,
-        in the groups where more is left than the floor. An equation in which the new members do
-        not act, and something else is certainly missing, is left out: that is no noise.
+        noise without any effect. The gain of each hypothesis is that of its columns within their
+        bounds, in the groups where more is left than the floor. An equation in which the new
+        members do not act, and something else is certainly missing, is left out: that is no noise.
         """
         regression = self.regression
         told = self._acts(before, after) | (self.power(after) <= OPEN**2)
@@ -157,8 +158,8 @@ class Significance(Fits):
         inner = gram[:size, :size] + 1e-9 * np.diag(np.maximum(np.diag(gram)[:size], 1e-300))
         across = np.linalg.solve(inner, gram[:size]) if size else np.zeros((0, len(wanted)))
         left = drawn - drawn[:, :size] @ across
-        most, at = np.zeros(DRAWS), size
-        for members in several:
+        most, at, one_sided = np.zeros(DRAWS), size, []
+        for number, members in enumerate(several):
             mine = slice(at, at + len(members))
             at += len(members)
             if not len(members):
@@ -168,10 +169,21 @@ class Significance(Fits):
             if not own.any():
                 continue  # what the known columns do already
             weight = np.sqrt(np.diag(square)[own])
-            scaled = np.linalg.pinv(square[np.ix_(own, own)] / np.outer(weight, weight),
-                                    rcond=APART)
+            square = square[np.ix_(own, own)] / np.outer(weight, weight)
             part = left[:, mine][:, own] / weight
-            most = np.maximum(most, 0.5 * (part @ scaled * part).sum(axis=1))
+            gains = 0.5 * (part @ np.linalg.pinv(square, rcond=APART) * part).sum(axis=1)
+            one = regression.hypotheses[number]
+            if one.signs.any():
+                kept = np.isin(regression.members[number], members)
+                one_sided.append((gains, square, part, [
+                    (low[kept][own] * weight, high[kept][own] * weight)
+                    for low, high in one.bounds()]))
+            else:
+                most = np.maximum(most, gains)
+        for gains, square, part, bounds in one_sided:
+            larger = np.flatnonzero(gains > most)  # without bounds; within them it is less
+            most[larger] = np.maximum(most[larger], most_gained(
+                square, part[larger], *map(np.array, zip(*bounds, strict=True))))
         return float(np.quantile(most, 1.0 - level))
 
     @cached_property
