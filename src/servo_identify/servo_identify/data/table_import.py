@@ -117,7 +117,7 @@ class Seen:
             if len(absent):
                 before, first = self.absent.get(name, (0, self.rows + int(absent[0])))
                 self.absent[name] = before + len(absent), first
-        self.rows += len(next(iter(columns.values())))
+        self.rows += len(next(iter(columns.values()), ()))
 
 
 def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str]) -> None:
