@@ -67,8 +67,10 @@ def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]
             yield (f'Drive off, turn the {one.site} shaft slowly by hand: it resists with '
                    f'{values["level"]:.3g} {torque} either way.')
         elif one.effect == 'gravity' and {'cosine', 'sine'} <= set(values):
-            yield (f'Hold the load at 0: {values["cosine"]:.3g} {torque}; a quarter turn on: '
-                   f'{values["sine"]:.3g} {torque}.')
+            cosine, sine = (0.0 if abs(p['value']) <= (p['std'] or 0.0) else p['value']
+                            for p in (one.parameters['cosine'], one.parameters['sine']))
+            yield (f'Hold the load at 0: {cosine:.3g} {torque}; a quarter turn on: '
+                   f'{sine:.3g} {torque}.')
         elif one.effect == 'spring_load' and 'stiffness' in values:
             yield (f'Hold the load 0.1 {angle} away from its rest: '
                    f'{0.1 * values["stiffness"]:.3g} {torque}.')
