@@ -31,6 +31,7 @@ def work():
         if FINISHES:
             done.set_result(None)
 node.create_timer(0.005, work)
+ending.then = lambda: print('rests', flush=True)
 ending.spin(executor, done)
 node.destroy_node()
 rclpy.try_shutdown()
@@ -47,7 +48,7 @@ def test_an_executor_that_always_has_work_is_left_at_once(finishes):
         if not finishes:
             process.send_signal(signal.SIGTERM)
         assert process.wait(10.0) == 0
-        assert process.stdout.read() == 'ended\n'
+        assert process.stdout.read() == ('' if finishes else 'rests\n') + 'ended\n'
     finally:
         process.kill()
 

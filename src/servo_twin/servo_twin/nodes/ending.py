@@ -53,6 +53,7 @@ class Ending:
         Have a ROS executor spin until the process is to end, or a future is done.
 
         An executor that always has work to do heeds no time-out; it heeds the future of its turn.
+        What was to be called at a signal is called before.
         """
         from rclpy.task import Future
 
@@ -60,8 +61,12 @@ class Ending:
             if not turn.done():
                 turn.set_result(None)
 
+        def hear() -> None:
+            before()
+            stop()
+
         turn = Future()
-        self.then = stop
+        before, self.then = self.then, hear
         if over is not None:
             over.add_done_callback(stop)
         while not (self.asked or over is not None and over.done()):
