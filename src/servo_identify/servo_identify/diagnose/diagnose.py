@@ -186,7 +186,7 @@ def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Findi
               several: list[set[tuple[str, ...]]], handover: Handover,
               accept: Sequence[Recording], report: Sequence[Recording]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
-    cut, judged = Cut(), judging(accept)
+    cut, judged = Cut(), judging(accept, servo.step)
     reported = {'given': simulated(servo, report, cut),
                 'within': _or(handover.within, servo, report, cut)}
     reported['patch'] = reported['given']

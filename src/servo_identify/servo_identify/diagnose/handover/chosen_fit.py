@@ -18,7 +18,7 @@ from .simulated_gap import Diverged, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried
 
 SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
-ROWS = 16000  # that it runs over in any case: slow recordings are cheap
+STEPS = 160_000  # of the integration that it may run over in any case: long ones are cheap
 JUDGED = 60.0  # s of the accept recordings that a choice is judged on
 
 
@@ -69,7 +69,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     by path: one of the starts of the fit. What the controller does otherwise is taken as its
     equation shows it: the plant runs under the recorded command.
     """
-    trial, warnings = Trial(shortened(fitting), judging(accepting)), []
+    trial, warnings = Trial(shortened(fitting, servo.step), judging(accepting, servo.step)), []
     loop = [one for one in several if one.part.mechanism.site == 'controller']
     several = [one for one in several if one.acts and one not in loop]
     tolerated = [path for path in servo.tolerance
@@ -265,20 +265,21 @@ def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
                                       for path, value in one.values.items()}) for one in added)
 
 
-def judging(accepting: Sequence[Recording]) -> list[Recording]:
-    """Return as much of the accept recordings as a choice is judged on."""
-    return shortened(accepting, JUDGED)
+def judging(accepting: Sequence[Recording], step: float) -> list[Recording]:
+    """Return as much of the accept recordings as a choice is judged on; ``step`` as below."""
+    return shortened(accepting, step, JUDGED)
 
 
-def shortened(recordings: Sequence[Recording], seconds: float = SECONDS) -> list[Recording]:
+def shortened(recordings: Sequence[Recording], step: float,
+              seconds: float = SECONDS) -> list[Recording]:
     """
-    Return as much of the recordings as a refit needs.
+    Return as much of the recordings as a refit needs; ``step`` is that of the integration, s.
 
     Where all together are longer, one of the replicates of each excitation stands for the others,
     and of what is left each is cut to its first part.
     """
     several = list(recordings)
-    seconds = max(seconds, ROWS * max((one.period for one in several), default=0.0))
+    seconds = max(seconds, STEPS * step)
     if sum(one.duration for one in several) > seconds:
         several = list({one.family or one.name: one for one in reversed(several)}.values())[::-1]
     together = sum(one.duration for one in several)
