@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 from synthetic_recordings import PERIOD, sampled
 
-from servo_identify.diagnose.answer.row_instants import as_acted, command_late, told_late
+from servo_identify.diagnose.answer.row_instants import (
+    as_acted,
+    command_late,
+    split_as_acted,
+    told_late,
+)
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
+from servo_identify.diagnose.splitting import Split
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -108,6 +114,14 @@ def test_a_command_stands_where_it_acts():
     assert as_acted(one, 1.25).columns['voltage'] == pytest.approx([0.0, 0.0, 0.0, 3.0, 4.0, 1.75])
     still = replace(one, columns={'current': np.ones(6)})
     assert as_acted(still, 1.25) is still
+
+
+def test_every_recording_of_a_diagnosis_is_put_right_and_stays_one():
+    one, two = (Recording(name, 1e-3, {'voltage': np.arange(4.0)}) for name in ('one', 'two'))
+    split = split_as_acted(Split((one,), (one,), (two,)), 1.0)
+    assert split.screen[0] is split.accept[0]
+    for each in (*split.screen, *split.report):
+        assert each.columns['voltage'] == pytest.approx([0.0, 0.0, 1.0, 2.0])
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from ..data.finding import Finding as Said
 from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
-from .answer.row_instants import as_acted, command_late
+from .answer.row_instants import command_late, split_as_acted
 from .answer.verdict import report_of
 from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
@@ -53,10 +53,7 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     parts, findings, warnings = _checked(recordings, accepting, reporting, servo, despite)
     warnings += [one.sentence for one in findings if one.level != 'green']
     stages.begin('residuals')
-    held = {id(one) for one in (*parts.report, *(parts.accept if accepting else ()))}
-    pool = [one for one in (*parts.screen, *parts.accept) if id(one) not in held]
-    selecting = list({id(one): one for one in pool}.values()) or list(parts.screen)
-    samples = residual_samples(selecting, servo)
+    samples = residual_samples(_selecting(parts, bool(accepting)), servo)
     if not len(samples.base):
         raise CannotDiagnose(f'{servo.name}: no equation can be evaluated on these recordings; '
                              'nothing moves for long enough, or channels are missing')
@@ -75,27 +72,26 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     acting.sort(key=lambda one: -one.added.evidence)
     acting = [_waved(one, found) for one in acting]
     acting = [one for one in acting if _stands(found, several, one)]
-    late = command_late(found)
-    accept = [as_acted(one, late) for one in parts.accept or selecting]
-    fitting = [as_acted(one, late) for one in selecting
-               if all(one is not other for other in parts.accept)] or accept
-    report = [as_acted(one, late) for one in parts.report]
+    parts = split_as_acted(parts, command_late(found))
+    selecting = _selecting(parts, bool(accepting))
+    accept = list(parts.accept) or selecting
+    fitting = [one for one in selecting if all(one is not other for other in accept)] or selecting
     try:
         handover = handed_over(servo, [one.added for one in acting], fitting, accept,
                                found.within_tolerance(), stages.share)
         stages.begin('comparison')
-        evidence = _compared(servo, parts, found, acting, several, handover, accept, report)
+        evidence = _compared(servo, parts, found, acting, several, handover, accept)
     except Diverged as problem:
         raise CannotDiagnose(str(problem)) from None
     stages.begin('next experiment')
     following = next_experiment(evidence, reach or {})
     stages.end()
-    answer = replace(
+    report = replace(
         report_of(evidence, following, [*warnings, *handover.warnings], stages.seconds),
         findings=tuple(asdict(one) for one in findings),
         defaults=tuple(asdict(one) for one in defaults(servo)))
     augmented = servo if evidence.worse else handover.patch
-    return Diagnosis(answer, augmented, evidence.refit, evidence)
+    return Diagnosis(report, augmented, evidence.refit, evidence)
 
 
 def _checked(recordings: Sequence[Recording], accepting: Sequence[Recording],
@@ -141,6 +137,13 @@ def _parted(recordings: Sequence[Recording], accepting: Sequence[Recording],
     return parts, judged, [*warnings, *parts.warnings]
 
 
+def _selecting(parts: Split, accepting: bool) -> list[Recording]:
+    """Return the recordings that select, each once; ``accepting``: others were named to accept."""
+    held = {id(one) for one in (*parts.report, *(parts.accept if accepting else ()))}
+    pool = [one for one in (*parts.screen, *parts.accept) if id(one) not in held]
+    return list({id(one): one for one in pool}.values()) or list(parts.screen)
+
+
 def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
            without: Sequence[str]) -> list[Finding]:
     """Return the missing effects of the chosen set, in the order in which they were found."""
@@ -184,8 +187,9 @@ def _stands(found: Explained, several: list[set[tuple[str, ...]]], one: Finding)
 
 def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding],
               several: list[set[tuple[str, ...]]], handover: Handover,
-              accept: Sequence[Recording], report: Sequence[Recording]) -> Evidence:
+              accept: Sequence[Recording]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
+    report = list(parts.report)
     cut, judged = Cut(), judging(accept, servo.step)
     reported = {'given': simulated(servo, report, cut),
                 'within': _or(handover.within, servo, report, cut)}

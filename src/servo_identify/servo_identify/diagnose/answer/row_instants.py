@@ -10,6 +10,7 @@ from servo_twin.recording.recording import Recording
 
 from ..decisions import EVEN
 from ..selection.explain import Explained
+from ..splitting import Split
 
 
 def command_late(found: Explained) -> float:
@@ -18,13 +19,11 @@ def command_late(found: Explained) -> float:
 
     A delay that is named counts from the row, so that there it is 0.0.
     """
-    fit, labels = found.explanation.smallest, found.nuisance.labels
-    if any(found.hypotheses[n].mechanism.name == 'command_delay' for n in fit.choice.numbers):
+    if any(one.mechanism.name == 'command_delay' for one in found.chosen):
         return 0.0
-    values = {labels[column - 1]: value for column, value in zip(
-        fit.columns[1:], fit.values[1:], strict=True) if column <= len(labels)}
+    values = found.nuisances()
     late = -(values.get('late:drive', 0.0) + values.get('late:current', 0.0))
-    return float(late) if 'late:drive' in values and late > EVEN else 0.0
+    return late if 'late:drive' in values and late > EVEN else 0.0
 
 
 def told_late(found: Explained) -> str:
@@ -59,3 +58,11 @@ def as_acted(recording: Recording, late: float) -> Recording:
     held, before = (given[np.maximum(rows - one, 0)] for one in (0, 1))
     return replace(recording, columns={**recording.columns,
                                        'voltage': (1.0 - share) * held + share * before})
+
+
+def split_as_acted(split: Split, late: float) -> Split:
+    """Return all recordings of a diagnosis so, each once."""
+    acted = {id(one): as_acted(one, late) for one in (*split.screen, *split.accept, *split.report)}
+    screen, accept, report = (tuple(acted[id(one)] for one in some)
+                              for some in (split.screen, split.accept, split.report))
+    return replace(split, screen=screen, accept=accept, report=report)

@@ -50,11 +50,15 @@ class Explained:
 
     def within_tolerance(self) -> dict[str, float]:
         """Return the values of the file as the smallest set has them, by path."""
-        fit, labels, given = (self.explanation.smallest, self.nuisance.labels,
-                              self.samples.servo.numbers)
-        return {labels[c - 1]: given[labels[c - 1]] + float(v)
-                for c, v in zip(fit.columns[1:], fit.values[1:], strict=True)
-                if c <= len(labels) and labels[c - 1] in given}
+        given = self.samples.servo.numbers
+        return {path: given[path] + change for path, change in self.nuisances().items()
+                if path in given}
+
+    def nuisances(self) -> dict[str, float]:
+        """Return the amplitudes of what may move without a fault in the smallest set, by label."""
+        fit, labels = self.explanation.smallest, self.nuisance.labels
+        return {labels[column - 1]: float(value) for column, value in zip(
+            fit.columns[1:], fit.values[1:], strict=True) if column <= len(labels)}
 
     def amplitudes(self, number: int, fit: Fitted | None = None) -> np.ndarray:
         """Return the amplitudes of a hypothesis (by its number) in a fit."""
@@ -117,12 +121,11 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
 
 def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
     """What values that the explanation moves add to the torques on the shafts, N m."""
-    fit, theta = answer.explanation.smallest, one.servo.theta.copy()
-    labels = answer.nuisance.labels
-    for column, value in zip(fit.columns[1:], fit.values[1:], strict=True):
-        if column <= len(labels) and labels[column - 1] in one.slots:
-            theta[one.slots[labels[column - 1]].start] += value
-    for index in fit.choice.numbers:
+    theta = one.servo.theta.copy()
+    for label, value in answer.nuisances().items():
+        if label in one.slots:
+            theta[one.slots[label].start] += value
+    for index in answer.explanation.smallest.choice.numbers:
         path = answer.hypotheses[index].path
         if path:
             theta[one.slots[path].start] += answer.amplitudes(index)[0]
