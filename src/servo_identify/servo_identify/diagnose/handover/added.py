@@ -34,8 +34,7 @@ class Added:
     path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue;
     ``as_law`` the same mechanism with that formula, where its curve lies outside; ``evidence``
     what the equations would lose without it, nats; ``holds`` the share of its curve's squares that
-    its formula has. An empty one stands for a mechanism that no
-    effect of the twin can show.
+    its formula has. An empty one stands for a mechanism that no effect of the twin can show.
     """
 
     part: Part

@@ -136,13 +136,13 @@ def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequen
     """
     several = [servo_with(_moved(starts[0], tolerated, added, one), added) for one in starts]
     free = [path for one in added for path in one.free]
-    ends = []
+    bare, ends = min(map(trial.misfit, starts)), []
     for base in sorted(several, key=trial.misfit):
         end = refitted(base, trial.fitting,
                        [*free, *(p for p in tolerated if p in base.tolerance)])
         if end is not None:
             ends.append(end)
-            if trial.misfit(end.servo) < min(map(trial.misfit, starts)):
+            if trial.misfit(end.servo) < bare:
                 break
     return min(ends, key=lambda end: trial.misfit(end.servo), default=None)
 

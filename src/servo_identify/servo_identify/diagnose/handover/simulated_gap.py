@@ -85,10 +85,9 @@ def _centred(problem: Problem, unknowns: Unknowns, both: np.ndarray) -> Unknowns
     """
     Return the unknowns with the zero between the encoders where the torsion has no mean error.
 
-    Of the recordings that have ``both`` encoders, by their numbers.
-
-    It is a set-up value, as the starts are. Errors of the angles cannot tell it: there it would
-    take up what both shafts have drifted.
+    ``both`` are the numbers of the recordings that have both encoders. The zero is a set-up
+    value, as the starts are. Errors of the angles cannot tell it: there it would take up what both
+    shafts have drifted.
     """
     if not len(both):
         return unknowns

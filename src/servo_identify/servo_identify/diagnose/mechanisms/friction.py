@@ -169,7 +169,7 @@ def _presliding(builder: Builder, site: str) -> Hypothesis | None:
     """
     name = f'{site}_angle'
     low = builder.scales.finest(site)
-    high = 0.05 * builder.scales.strokes(name)[1]
+    high = 0.05 * builder.scales.stroke(name)
     if not 0.0 < low < high:
         return None
     stops = np.geomspace(low, high, STOPS)

@@ -11,7 +11,6 @@ from ..residuals.samples import ResidualSamples
 
 TOP = 98.0  # percentile that stands for the largest value, so that an outlier does not
 SLOW = 2.0  # percentile of the speeds of a moving shaft that stands for the lowest
-LEAST_STROKE = 1e-3  # of the largest: a recording that moves less does not move
 
 
 @dataclass(frozen=True)
@@ -46,11 +45,9 @@ class Scales:
         angles = [one.motion[name] for one in self.samples.errors]
         return float(min(a.min() for a in angles)), float(max(a.max() for a in angles))
 
-    def strokes(self, name: str) -> tuple[float, float]:
-        """Smallest and largest travel of a shaft in a recording, rad."""
-        strokes = np.array([np.ptp(one.motion[name]) for one in self.samples.errors])
-        largest = float(np.max(strokes))
-        return float(np.min(strokes[strokes >= LEAST_STROKE * largest], initial=largest)), largest
+    def stroke(self, name: str) -> float:
+        """Largest travel of a shaft in a recording, rad."""
+        return max(float(np.ptp(one.motion[name])) for one in self.samples.errors)
 
     @cached_property
     def duration(self) -> float:
