@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from bench_recording import bench_recording, SERVO
 from lifecycle_msgs.msg import Transition
+import numpy as np
 import pytest
 from recorded_twin import recorder
 from std_msgs.msg import String
@@ -14,7 +15,9 @@ from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.live_comparison import differences, Seen
+from servo_twin.lockstep.lockstep import Settings
 from servo_twin.lockstep.whole_recording import answer
+from servo_twin.recording.events import BEGAN, Change, written
 
 pytestmark = pytest.mark.ros
 
@@ -64,3 +67,22 @@ def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen
     assert len(Seen(recording, live)) == cut + half
     assert not any(differences(live, answer(Seen(recording, live), servo)).values())
     assert len(Seen(recording, until(len(whole)))) == len(whole)
+
+
+def test_a_twin_that_began_again_is_compared_though_its_first_answers_were_not_heard():
+    servo = load(SERVO)
+    recording = bench_recording(coulomb=30.0)
+    half = len(recording) // 2
+    content = written({**vars(Settings()), 'servo_file': ''})
+    begun = [Change(recording.sequence + at, BEGAN, content) for at in (0, half)]
+    live = answer(recording, servo, changes=begun)
+    unheard, left_out = (half, half + 40), (half + 900, half + 920)
+    for begin, end in unheard, left_out:
+        for column in live.prediction.values():
+            column[begin:end] = np.nan
+    seen = Seen(recording, live, begun)
+    told = recording.sequence + left_out[0]
+    assert np.isfinite(seen.part(seen.sequence, told)['voltage']).all()
+    assert np.isnan(seen.part(told, told + 20)['voltage']).all()
+    heard = live.part(live.sequence, told - half_of(WINDOW, live.period))
+    assert not any(differences(heard, answer(seen, servo, changes=begun)).values())

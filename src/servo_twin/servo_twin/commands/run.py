@@ -81,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Run; 0 when nothing was lost and the replay is the live run."""
+    """Run; 0 when the replay is the live run."""
     from ..bringup.rig_and_twin import record
     from ..description.servo_file import load
     from ..description.shipped import servo_at

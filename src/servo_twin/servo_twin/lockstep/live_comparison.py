@@ -9,7 +9,7 @@ import numpy as np
 from ..balances.residual_filters import half_of, WINDOW
 from ..physics.servo import ServoError
 from ..recording.events import BEGAN, Change
-from ..recording.parts import Long, LongRecording, parts_of
+from ..recording.parts import Long, LongRecording, parts_of, SAMPLES
 from ..recording.recording import BALANCES, Predictions, Recording
 
 
@@ -17,9 +17,10 @@ class Seen:
     """
     The samples of a recording that the live twin had seen when it was last heard.
 
-    It begins where the twin did, as ``changes`` say, though the recorder may have heard it later.
-    Samples that it left out, because it was behind, are NaN. Residuals come half a
-    ``window``, s, late: a last one that is no NaN saw so much more.
+    It begins where the twin did, as ``changes`` say, though the recorder may have heard it later;
+    so it is wherever a twin began again. Other samples without an answer were left out, because
+    the twin was behind: they are NaN. Residuals come half a ``window``, s, late: a last one that
+    is no NaN saw so much more.
     """
 
     def __init__(self, recording: LongRecording, live: Long[Predictions],
@@ -34,6 +35,8 @@ class Seen:
         whole = recording.sequence + len(recording)
         self.sequence = min(max(recording.sequence, max(begun, default=live.sequence)), whole)
         self._end = max(self.sequence, min(end + ahead, whole))
+        self._unheard = [(one.sequence, _first_heard(live, one.sequence)) for one in changes
+                         if one.kind == BEGAN]
         head = recording.part(self.sequence, self.sequence)
         self.name, self.period, self.start = head.name, head.period, head.start
         self.servo, self.servo_file, self.family = head.servo, head.servo_file, head.family
@@ -56,11 +59,23 @@ class Seen:
         seen = self._recording.part(max(first, self.sequence), min(end, self._end))
         live = self._live.part(seen.sequence, seen.sequence + len(seen))
         unanswered = np.isnan(live.prediction['voltage'])
+        for begun, heard in self._unheard:
+            unanswered[max(0, begun - live.sequence):max(0, heard - live.sequence)] = False
         at = live.sequence - seen.sequence + np.flatnonzero(unanswered)
         for name in seen.columns if len(at) else ():
             seen.columns[name] = seen.columns[name].copy()
             seen.columns[name][at] = np.nan
         return seen
+
+
+def _first_heard(live: Long[Predictions], begun: int) -> int:
+    """Return the running number of the first answer that was recorded of a twin."""
+    end = live.sequence + len(live)
+    for first in range(max(begun, live.sequence), end, SAMPLES):
+        answered = ~np.isnan(live.part(first, first + SAMPLES).prediction['voltage'])
+        if answered.any():
+            return first + int(answered.argmax())
+    return end
 
 
 def began_before(recording: LongRecording, changes: Sequence[Change]) -> int:
