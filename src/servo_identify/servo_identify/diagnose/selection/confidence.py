@@ -14,6 +14,7 @@ import numpy as np
 from ...fit.free_values import SURE
 from ..decisions import ALTERNATIVE, FORM
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
+from ..mechanisms.patterns import SPEED_FRICTION
 from .explain import Explained
 from .fits import Choice, Fitted
 from .regression import solve
@@ -125,15 +126,16 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     """
     Tell whether a hypothesis says the same as one of the chosen set, under another name.
 
-    It acts at the same port of the same place, or is a value of the file, on the same variables
-    and does, in ``fit``, the same to residuals. A clearance that grows with the load is another
-    cause than a spring that bends over it, though both may do the same.
+    It is a value of the file, or friction over speed of any form, on the same variables of the same
+    place, and does in ``fit`` the same to residuals. Two laws are two causes, though they do alike:
+    a spring is no weight, and a clearance that grows with the load no spring that bends over it.
     """
     regression, chosen = found.search.regression, found.explanation.smallest
-    one, two = (found.hypotheses[n].mechanism for n in (number, other))
-    value = any(found.hypotheses[n].path for n in (number, other))
-    if (one.site, set(one.variables)) != (two.site, set(two.variables)) or (
-            one.port != two.port and not value):
+    pair = [found.hypotheses[n] for n in (number, other)]
+    one, two = (hypothesis.mechanism for hypothesis in pair)
+    value = any(hypothesis.path for hypothesis in pair)
+    if (one.site, set(one.variables)) != (two.site, set(two.variables)) or not (
+            value or SPEED_FRICTION in (one.name, two.name)):
         return False
     several = [regression.members[n] for n in (number, other)]
     gram = regression.of(np.concatenate(several)).sums(chosen.weight).whole
