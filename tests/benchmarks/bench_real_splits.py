@@ -61,16 +61,21 @@ def pieces(recording: Recording) -> tuple[Recording, ...]:
 
 
 def ur10e(folder: Path, joint: int) -> Machine:
-    """Return a joint of the robot arm whose twin has inertia and viscous friction alone."""
+    """
+    Return a joint of the robot arm whose twin has inertia, weight and viscous friction alone.
+
+    Their values are those of least squares of the torque over the recording, as somebody has them
+    who fitted this twin: inertia (kg m2), slope (N m s/rad), weight (N m).
+    """
     table = np.loadtxt(folder / 'ur10e' / f'joint_{joint}.csv', delimiter=',')
     period = float(np.median(np.diff(table[:, 0])))
     grid = np.arange(table[0, 0], table[-1, 0], period)
     at = {'motor_position': joint, 'current': 12 + joint}
     columns = {n: np.interp(grid, table[:, 0], table[:, c]) for n, c in at.items()}
     constant, inertia, viscous, more = {
-        1: (14.87, 10.0, 20.0, ''),
-        3: (12.0, 1.5, 10.0, '{effect: gravity, at: load, cosine: 0.0, sine: -45.0}'),
-        6: (10.0, 0.1, 2.0, '')}[joint]
+        1: (14.87, 8.4, 59.5, ''),
+        3: (12.0, 6.7, 22.2, '{effect: gravity, at: load, cosine: -1.1, sine: 53.0}'),
+        6: (10.0, 0.44, 9.6, '')}[joint]
     servo = servo_file.loads(UR10E.format(
         constant=constant, inertia=inertia, viscous=viscous,
         more=f'weight: {more}' if more else ''))

@@ -124,7 +124,8 @@ def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, A
     if which:
         if gap['solved'] >= SOLVED and not evidence.unnamed and _closed_all(evidence):
             return 'explained'
-        helps = gap['solved'] > 0.0 or any(one.shrink_realised > 0.0 for one in which)
+        helps = max(gap['solved'], gap['refitted_solved'], *(
+            one.shrink_realised for one in which)) > 0.0
         return 'partly_explained' if helps else 'unknown'
     if evidence.findings or any(square > OPEN**2 for square in squares.values()):
         return 'unknown'

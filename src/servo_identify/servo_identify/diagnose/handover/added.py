@@ -16,6 +16,7 @@ from servo_twin.physics.servo import Placed, Servo, Value
 
 from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
+from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Curve, Part
 from .laws import Formed, formed, lawful, of_orders
@@ -82,7 +83,10 @@ def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
     servo, one = found.samples.servo, found.hypotheses[part.number]
     if part.path:
         return _changed(servo, part, {part.path: part.change}).values
-    return _changed(servo, part, {one.path: float(part.amplitudes[0])}).values if one.path else {}
+    if not one.path:
+        return {}
+    value = value_of(found.samples, one.path, float(part.amplitudes[0]))
+    return _changed(servo, part, {one.path: value - servo.numbers[one.path]}).values
 
 
 def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, Value]) -> Added:

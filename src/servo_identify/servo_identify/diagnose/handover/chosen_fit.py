@@ -114,8 +114,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         added = left_out(best.added, needless)
     joint = joint if added else None
     added = (*added, *loop)
-    if base is not servo:
-        others = [p for p in tolerated if base.values[p] != servo.values[p]]
+    others = [p for p in tolerated if base.values[p] != servo.values[p]]
+    if others:
         warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
                         'that, what is added brings the simulation nearer in some recordings only')
     stds = spread(several, chosen) if chosen is not None else {}

@@ -133,7 +133,7 @@ def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
     if channel == 'torque':
         columns = builder.place('torque', lambda one: one.motion.calm_torque[:, None], -1.0)
         return builder.hypothesis(mechanism, columns, [0])
-    columns = builder.place('current', lambda one: one.predicted_current[:, None], -1.0)
+    columns = builder.place('current', lambda one: one.known_current[:, None], -1.0)
     made = builder.place('current', lambda one: one.drive_current(one.servo.theta)[:, None],
                          -1.0)
     drive = builder.samples.rows('drive')[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 from servo_twin.physics.effect import Parameter
 from servo_twin.physics.servo import Placed
 
-from ..residuals.nuisance import slope
+from ..residuals.nuisance import amplitude_of, slope
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 
@@ -53,7 +53,9 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
             least, most = max(least, ends[0]), min(most, ends[1])
         mechanism = _of_value(path, sites)
         one = builder.hypothesis(mechanism, Columns(column[:, None]), [0], path=path,
-                                 room=(least - value, most - value), form=_line(path, mechanism))
+                                 room=(amplitude_of(samples, path, least),
+                                       amplitude_of(samples, path, most)),
+                                 form=_line(path, mechanism))
         if one:
             yield one
     yield from _controller(builder)

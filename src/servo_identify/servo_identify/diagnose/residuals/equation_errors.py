@@ -48,7 +48,7 @@ class EquationErrors(AlongMotion):
         Return the change of each residual for one unit of a value, over a step of it.
 
         Values of the drive scale the current, which is the force that the other terms explain.
-        Their slope is taken at the current (and command) that the motion asks for.
+        Their slope is taken at the current (and command) that the motion asks for by the file.
         """
         moved = self.servo.theta.copy()
         moved[self.slots[path].start] += step
@@ -61,7 +61,7 @@ class EquationErrors(AlongMotion):
         answer = {}
         before, after = self._terms(self.servo.theta), self._terms(moved)
         measured = 'current' in self.measured.channels
-        now = self.full(self.predicted_current)
+        now = self.full(self.known_current)
         later = now if measured else now + self._current_change(moved, now)
         drive = self.drive_current(moved) - self.drive_current(self.servo.theta)
         for name, several in after.items():
@@ -213,17 +213,31 @@ class EquationErrors(AlongMotion):
     @cached_property
     def predicted_current(self) -> np.ndarray:
         """Current that the motion asks of the motor, A at the inner samples; see above."""
+        return self._asked(self.predicted_load - self._found('load_resistance'),
+                           self._found('motor_torque'))
+
+    @cached_property
+    def known_current(self) -> np.ndarray:
+        """
+        Current that the motion asks for by the servo file alone, A at the inner samples.
+
+        What scales a current (torque constant, gain of its sensor) shows by it: what an
+        explanation adds is scaled too, and its free amplitude has that already. Were it part of
+        the regressor, any friction would be explained by a motor without torque.
+        """
+        found = self._found('load_torque') - self._found('load_resistance')
+        return self._asked(self.predicted_load + found, np.zeros(()))
+
+    def _asked(self, load: np.ndarray, more: np.ndarray) -> np.ndarray:
+        """Current, A, for a torque of the load and ``more`` on the motor, N m, inner samples."""
         motion, values = self.motion, self.servo.numbers
         out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
         lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
         rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
-        sensed = 'torque' in self.measured.channels
-        felt = self.transmitted() if sensed else (
-            self.predicted_load - self._found('load_resistance'))
-        more = self._found('motor_torque')
+        felt = self.transmitted() if 'torque' in self.measured.channels else load
         speed_up = motion.test.smooth(bridged(self.angles()[0]), 2)
         torque = (rotor * speed_up + felt / lever
-                      - out['motor_push'] - out['motor_resistance'] - more)
+                  - out['motor_push'] - out['motor_resistance'] - more)
         return torque / values['drive.torque_constant']
 
     def _found(self, signal: str) -> np.ndarray:

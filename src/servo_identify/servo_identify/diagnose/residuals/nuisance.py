@@ -46,9 +46,8 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
     for path, (least, most) in servo.tolerance.items():
         if path.split('.')[0] in UNTOLD or most <= least or isinstance(servo.values[path], tuple):
             continue
-        value = servo.numbers[path]
         column = slope(samples, path, STEP * (most - least), (least, most))
-        bounds = least - value, most - value
+        bounds = amplitude_of(samples, path, least), amplitude_of(samples, path, most)
         if path.startswith('controller.'):
             for number in range(len(samples.errors)):  # gains are settings of each recording
                 put(f'{path}:{number}', np.where(samples.recording == number, column, 0.0),
@@ -81,3 +80,30 @@ def slope(samples: ResidualSamples, path: str, step: float,
         return np.zeros(len(samples.base))
     return samples.place({number: one.slope(path, step)
                           for number, one in enumerate(samples.errors)}, 1)[:, 0]
+
+
+def amplitude_of(samples: ResidualSamples, path: str, value: float) -> float:
+    """Return what stands before the column of a value of the file where it is another one."""
+    given = samples.servo.numbers[path]
+    if _scales(samples, path) and value * given > 0.0:
+        return given * (1.0 - given / value)
+    return value - given
+
+
+def value_of(samples: ResidualSamples, path: str, amplitude: float) -> float:
+    """Return the value that an amplitude of its column stands for."""
+    given = samples.servo.numbers[path]
+    if _scales(samples, path) and amplitude * given < given**2:
+        return given / (1.0 - amplitude / given)
+    return given + amplitude
+
+
+def _scales(samples: ResidualSamples, path: str) -> bool:
+    """
+    Tell whether a value multiplies the force that the other terms explain.
+
+    The column is what the motion asks for, so that its amplitude is that of the reciprocal: half
+    the torque constant asks for twice the current.
+    """
+    sensed = any('current' in one.measured.channels for one in samples.errors)
+    return path == 'drive.torque_constant' or (path == 'drive.gain' and not sensed)

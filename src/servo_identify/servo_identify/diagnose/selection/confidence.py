@@ -126,9 +126,9 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     """
     Tell whether a hypothesis says the same as one of the chosen set, under another name.
 
-    It is a value of the file, or friction over speed of any form, on the same variables of the same
-    place, and does in ``fit`` the same to residuals. Two laws are two causes, though they do alike:
-    a spring is no weight, and a clearance that grows with the load no spring that bends over it.
+    It is a value of the file, or friction over speed of any form, on the same variables of the
+    same place, and does in ``fit`` the same to residuals. Two laws are two causes, though they do
+    alike: a spring is no weight, and a clearance that grows with the load no softer spring.
     """
     regression, chosen = found.search.regression, found.explanation.smallest
     pair = [found.hypotheses[n] for n in (number, other)]

@@ -13,7 +13,7 @@ from ..mechanisms.builder import Builder
 from ..mechanisms.every_hypothesis import hypotheses_of
 from ..mechanisms.hypothesis import Hypothesis
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.nuisance import Nuisance, nuisance_of
+from ..residuals.nuisance import Nuisance, nuisance_of, value_of
 from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
 from .fits import Fitted
@@ -51,8 +51,8 @@ class Explained:
     def within_tolerance(self) -> dict[str, float]:
         """Return the values of the file as the smallest set has them, by path."""
         given = self.samples.servo.numbers
-        return {path: given[path] + change for path, change in self.nuisances().items()
-                if path in given}
+        return {path: value_of(self.samples, path, change)
+                for path, change in self.nuisances().items() if path in given}
 
     def nuisances(self) -> dict[str, float]:
         """Return the amplitudes of what may move without a fault in the smallest set, by label."""
