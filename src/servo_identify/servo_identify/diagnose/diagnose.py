@@ -152,8 +152,11 @@ def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
     for number in fit.choice.numbers:
         at = np.isin(fit.columns[1:], found.search.regression.members[number])
         confidence, rivals = known[number]
-        several += [Finding(part, confidence, tuple(rivals), Added(part))
-                    for part in parts_of(found, number, draws[:, at], without)]
+        for part in parts_of(found, number, draws[:, at], without):
+            same = [one for one in rivals if one.mechanism.key == part.mechanism.key]
+            sure = confidence + sum(one.confidence for one in same)  # it is a part of a pattern
+            several.append(Finding(part, sure, tuple(one for one in rivals if one not in same),
+                                   Added(part)))
     return several
 
 
