@@ -7,8 +7,6 @@ MOST = 250  # lines
 
 LONGER = {
     'servo_identify/diagnose/answer/verdict.py': 'one function for each field of the report',
-    'servo_identify/diagnose/handover/added.py': 'one function for each form of a missing effect',
-    'servo_identify/diagnose/handover/chosen_fit.py': 'one choice, by what each try predicts',
     'servo_identify/diagnose/handover/laws.py': 'one curve, as law, harmonics or spline',
     'servo_identify/diagnose/residuals/equation_errors.py': 'one class: equations of a recording',
     'servo_identify/fit/output_error.py': 'one fit from start to standard deviations',

@@ -22,9 +22,11 @@ from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
 from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
-from .handover.chosen_fit import handed_over, Handover, judging
+from .handover.chosen_fit import handed_over
 from .handover.curves import parts_of
 from .handover.cut import Cut
+from .handover.handover import Handover
+from .handover.shortened import judging
 from .handover.simulated_gap import Diverged, Simulated, simulated
 from .handover.trial import content
 from .residuals.added_input import added_input

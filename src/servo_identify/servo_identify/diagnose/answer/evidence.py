@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from servo_twin.physics.servo import Servo
 
 from ..handover.added import Added
-from ..handover.chosen_fit import Handover
 from ..handover.curves import Part
+from ..handover.handover import Handover
 from ..handover.simulated_gap import Simulated
 from ..mechanisms.hypothesis import UNKNOWN
 from ..residuals.added_input import AddedInput

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-
-import numpy as np
+from dataclasses import replace
 
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
@@ -13,46 +11,10 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from .added import Added, servo_with
 from .certainty import signed, spread, within_spread
-from .gap import Gap
+from .handover import Handover
+from .shortened import judging, shortened
 from .simulated_gap import Diverged, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried
-
-SECONDS = 16.0  # of recordings that a refit runs over: more moves its values by little
-STEPS = 160_000  # of the integration that it may run over in any case: long ones are cheap
-JUDGED = 60.0  # s of the accept recordings that a choice is judged on
-
-
-@dataclass(frozen=True)
-class Handover:
-    """
-    What a diagnosis hands over.
-
-    ``added`` the missing effects that stand the comparison; ``patch`` the servo as given with
-    them; ``refit`` with values within tolerance moved as well; ``within`` the servo as given with
-    those moved alone. ``base`` is what the patch adds to: the servo as given or, where its values
-    are so far off that no addition does any good, with these moved within tolerance. ``joint`` is
-    the estimate behind ``refit``, ``helps`` whether what is added brings the simulation nearer on
-    the accept recordings, ``gaps`` the errors there by name;
-    ``warnings`` what is to be said; ``chosen`` the standard deviations of the values in ``patch``
-    by name, where a fit gave them.
-    """
-
-    servo: Servo
-    base: Servo
-    added: tuple[Added, ...]
-    patch: Servo
-    refit: Servo
-    within: Servo
-    joint: Estimate | None
-    helps: bool
-    gaps: Mapping[str, Gap]
-    warnings: tuple[str, ...]
-    chosen: Mapping[str, float] = field(default_factory=dict)
-
-    def without(self, one: Added) -> Servo:
-        """Return the patch without one of its effects, its base where others need it."""
-        others = [other for other in self.added if other is not one]
-        return (built(self.base, others) if others else None) or self.base
 
 
 def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
@@ -263,31 +225,3 @@ def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
     """Return effects at the values of a servo; a law that it has as a curve keeps its own."""
     return tuple(replace(one, values={path: servo.values.get(path, value)
                                       for path, value in one.values.items()}) for one in added)
-
-
-def judging(accepting: Sequence[Recording], step: float) -> list[Recording]:
-    """Return as much of the accept recordings as a choice is judged on; ``step`` as below."""
-    return shortened(accepting, step, JUDGED)
-
-
-def shortened(recordings: Sequence[Recording], step: float,
-              seconds: float = SECONDS) -> list[Recording]:
-    """
-    Return as much of the recordings as a refit needs; ``step`` is that of the integration, s.
-
-    Where all together are longer, one of the replicates of each excitation stands for the others,
-    and of what is left each is cut to its first part.
-    """
-    several = list(recordings)
-    seconds = max(seconds, STEPS * step)
-    if sum(one.duration for one in several) > seconds:
-        several = list({one.family or one.name: one for one in reversed(several)}.values())[::-1]
-    together = sum(one.duration for one in several)
-    if together <= seconds:
-        return several
-    kept = []
-    for one in several:
-        size = max(int(3.0 / one.period), int(len(one) * seconds / together))
-        kept.append(replace(one, columns={n: np.ascontiguousarray(c[:size])
-                                          for n, c in one.columns.items()}))
-    return kept

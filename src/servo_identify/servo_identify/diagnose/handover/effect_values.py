@@ -1,0 +1,98 @@
+"""Mechanisms whose amplitudes in the equations are values of their effect in the twin."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import nnls
+
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Value
+
+from ..decisions import FORM
+from ..mechanisms.hypothesis import Hypothesis
+from .curves import Curve, Part
+from .laws import Formed, of_orders
+
+
+def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
+    """Return the waves of a periodic mechanism as effects; empty for any other."""
+    knots = np.asarray(one.knots, dtype=float) if one.form is not None and one.knots and all(
+        isinstance(k, int | float) for k in one.knots) else np.zeros(0)
+    names = ('cogging', 'torque_ripple', 'transmission_error', 'position_dependent_backlash',
+             'position_dependent_friction')
+    if part.mechanism.name not in names or one.detail.get('form') == 'curve' or (
+            len(knots) != len(part.amplitudes)) or one.tried < 2:
+        return []
+    order = np.argsort(knots, kind='stable')
+    at = [k for k in order if knots[k] > 0.0]
+    if len(at) % 2:
+        return []
+    law = one.detail.get('law', part.mechanism.name)
+    return of_orders(find(law), tuple(knots[at]), part.amplitudes[at])
+
+
+def direct(part: Part, one: Hypothesis) -> Formed | None:
+    """Return a mechanism whose amplitudes are the values of its effect."""
+    name, a = part.mechanism.name, part.amplitudes
+    fixed: dict[str, Value] = {}
+    law = True
+    if name in ('gravity', 'load_encoder_eccentricity') and len(a) == 2:
+        values = {'cosine': float(a[0]), 'sine': float(a[1])}
+        if name != 'gravity' and one.knots:
+            fixed = {'order': float(one.knots[0])}
+    elif name in ('current_sensor_offset', 'torque_sensor_offset'):
+        values = {'offset': float(np.mean(part.curve.y if part.curve is not None else a))}
+        law = part.curve is None
+    elif name in ('current_sensor_gain', 'torque_sensor_gain'):
+        values = {'excess': float(a[0])}
+    elif name in ('sensor_delay', 'command_delay'):
+        values = {'delay': float(np.asarray(one.knots or (1.0,)) @ a)}
+    elif name == 'current_lag':
+        values = {'lag': float(np.asarray(one.knots) @ a)}
+    elif name == 'payload_resonance':
+        values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
+                  'damping': float(one.detail['damping'])}
+    elif name == 'hysteresis' and one.detail.get('form') != 'curve':
+        return _loops(part, one)
+    elif name == 'backlash':
+        values = {'width': float(a[0])}
+    else:
+        return None
+    effect = find(name)
+    whole = {n: p.default for n, p in effect.parameters.items()} | values | fixed
+    return Formed(effect, whole, tuple(values), law)
+
+
+def one_way(curve: Curve, way: float) -> list[Formed]:
+    """
+    Return friction that one direction has alone: as much in both, and the difference.
+
+    The curve is taken for a level and what grows with speed, both at least zero.
+    """
+    table = np.column_stack((np.ones(len(curve.x)), curve.x))
+    weight = np.sqrt(curve.density)[:, None]
+    (level, slope), _ = nnls(weight * table, weight[:, 0] * curve.y)
+    left = curve.size(curve.y - table @ (level, slope))
+    law = left <= FORM * curve.size()
+    level, slope = 0.5 * float(level), 0.5 * float(slope)
+    several: dict[str, dict[str, float | tuple[float, ...]]] = {
+        'asymmetric_friction': {'difference': way * level, 'slope': way * slope},
+        'coulomb_friction': {'level': level}, 'viscous_friction': {'slope': slope}}
+    return [Formed(find(name), values, tuple(values), law)
+            for name, values in several.items() if any(values.values())]
+
+
+def _loops(part: Part, one: Hypothesis) -> Formed:
+    """
+    Return hysteresis in torque over torsion, from its angle lost over torque.
+
+    Elements that lose the angle ``a`` over the torque ``w`` are, seen from the torsion, elements
+    of the torque K a that slip over about w / K.
+    """
+    effect = find('hysteresis')
+    stiffness = float(one.detail.get('stiffness', 1.0))
+    a, widths = np.abs(part.amplitudes), np.asarray(one.knots)
+    lost = float(a.sum())
+    travel = 2.0 * float(a @ widths) / max(lost, 1e-300) / stiffness
+    return Formed(effect, {'level': stiffness * lost, 'travel': max(travel, 1e-9)},
+                  ('level', 'travel'), True)
