@@ -106,4 +106,10 @@ def test_it_names_as_many_combinations_as_there_are():
     said, = alike(apart, np.ones(4), np.ones(4), ['a.level', 'b.level', 'c.slope', 'd.gain'])
     assert 'a.level, b.level and c.slope cannot' in said and '2 combinations' in said
     assert 'gain' not in said and said.count(' - ') == 2
+    said, = alike(np.array([[1.0, 0.0]]).T, np.ones(2), np.ones(2), ['a.level', 'b.level'])
+    assert said.startswith('a.level is not determined') and 'b.level' not in said
+    weak = np.array([[0.01, 1.0, 1.0]]).T
+    said, = alike(weak / np.linalg.norm(weak), np.array([200.0, 1.0, 1.0]), np.ones(3),
+                  ['a.level', 'b.level', 'c.slope'])
+    assert said.startswith('b.level and c.slope cannot be told apart')
     assert alike(np.zeros((2, 0)), np.ones(2), np.ones(2), ['a', 'b']) == []

@@ -16,6 +16,9 @@ UNSURE = 0.5
 PART = 0.2
 """A number belongs to a change that is not seen if it has this share of it."""
 
+LITTLE = 0.02
+"""A share of a combination that is left out of the sentence about it."""
+
 
 def still(hessian: np.ndarray, count: int) -> np.ndarray:
     """
@@ -68,10 +71,12 @@ def alike(changes: np.ndarray, size: np.ndarray, share: np.ndarray, names: Seque
             group = found
             found = {i for i in left if joined[i, list(group)].any()} | group
         left -= group
-        members = sorted(group)
-        if len(members) > 1:
-            said.append(_said([names[i] for i in members], _combinations(
-                changes[members] * share[members, None])))
+        members = np.array(sorted(group))
+        factors = _combinations(changes[members] * share[members, None])
+        factors[np.abs(factors) < LITTLE] = 0.0
+        alone = np.count_nonzero(factors, axis=1) == 1  # such a value is known by itself
+        unknown = ~factors[alone].any(axis=0)
+        said.append(_said([names[i] for i in members[unknown]], factors[~alone][:, unknown]))
     return said
 
 
@@ -88,6 +93,9 @@ def _combinations(changes: np.ndarray) -> np.ndarray:
 
 
 def _said(paths: Sequence[str], combinations: np.ndarray) -> str:
+    if len(paths) == 1:
+        return (f'{paths[0]} is not determined: these recordings do not show a change of it '
+                'beside all else that is free. It stays as given')
     names = [path.rpartition('.')[2] for path in paths]
     names = names if len(set(names)) == len(names) else list(paths)
     sums = '; '.join(_sum(row, names) for row in combinations)
@@ -100,5 +108,5 @@ def _said(paths: Sequence[str], combinations: np.ndarray) -> str:
 
 def _sum(factors: np.ndarray, names: Sequence[str]) -> str:
     terms = [f'{"-" if factor < 0.0 else "+"} {f"{size:.2f} " if size < 0.995 else ""}{name}'
-             for factor, name in zip(factors, names, strict=True) if (size := abs(factor)) > 0.02]
+             for factor, name in zip(factors, names, strict=True) if (size := abs(factor))]
     return ' '.join(terms).removeprefix('+ ')

@@ -83,9 +83,9 @@ def _ranking(found: Mapping) -> str:
     return f"""## Which of the five models explains the rig best
 
 Every model was fitted to the same recordings, with all that the servo file gives a tolerance, and
-run again as the diagnosis does over recordings that no fit has seen: from measured states every
-0.4 s, the rest free. The remaining gap is the root mean square error over all channels, each as a
-share of its signal. The shrink is what of the linear model's gap above the noise is gone (90 %, by
+run again as the diagnosis does over recordings that no fit has seen: in stretches whose starts are
+estimated. The remaining gap is the root mean square error over all channels, each as a share of
+its signal. The shrink is what of the linear model's gap above the noise is gone (90 %, by
 recordings redrawn). Models whose intervals overlap are not told apart with certainty. Best:
 **{found['best']}**.
 
