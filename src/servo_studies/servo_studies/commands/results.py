@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
+from datetime import date
 from importlib import import_module
 import json
 from pathlib import Path
@@ -70,6 +71,7 @@ def main(arguments: argparse.Namespace) -> int:
         with _bar(part) as told:
             found = _made(part, arguments, pictured, told)
         found['seconds'] = time.perf_counter() - begun
+        found['made'] = date.today().isoformat()
         _kept(arguments.work, part).write_text(json.dumps(found, indent=1) + '\n')
         say(arguments, f'{part}: {found["seconds"]:.0f} s')
     known = {part: json.loads(_kept(arguments.work, part).read_text())
@@ -83,7 +85,7 @@ def main(arguments: argparse.Namespace) -> int:
 def _write(output: Path, known: Mapping[str, dict]) -> list[Path]:
     """Write the pages of the parts that are known, and the comparison of all; return them."""
     from ..papers.paper_comparison import comparison, keep, kept
-    from ..papers.results_page import page
+    from ..papers.results_page import made_on, page
 
     rows, texts = output.parent / 'comparison', {}
     for part in COMPARED:
@@ -91,7 +93,7 @@ def _write(output: Path, known: Mapping[str, dict]) -> list[Path]:
             module = import_module(f'..papers.{part}', __package__)
             keep(rows, part, module.comparison_rows(known[part]))
             if part not in (*RESULTS, *WRITTEN):
-                texts[part] = module.page(known[part])
+                texts[part] = f'{module.page(known[part])}\n*{made_on(known[part])}.*\n'
     pages = _pages(output, list(known))
     for path, part in pages.items():
         path.write_text(
