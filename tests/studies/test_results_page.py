@@ -9,7 +9,7 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.experiment.procedures import Run
-from servo_studies.commands.results import pages_of
+from servo_studies.commands.results import COMPARED, of_paper, pages_of
 from servo_studies.papers import compared_models, learner_results, model_errors, results_plots
 from servo_studies.papers.bench_recordings import LOADS, Part, plan, recorded, SPEEDS
 from servo_studies.papers.bench_results import comparison_rows
@@ -134,6 +134,11 @@ def test_the_learners_of_the_bench_give_one_row_with_the_best_first():
     row, = learner_results.comparison_rows({'rows': scores})
     assert row['ours'] == ('lstm RMSE 0.250 N m, MAE 0.250 N m, R2 0.7500; R2 of the others '
                            'dahl 0.500')
+
+
+@pytest.mark.parametrize('part', COMPARED)
+def test_every_part_of_the_comparison_has_rows_for_it(part):
+    assert callable(of_paper(part).comparison_rows)
 
 
 @pytest.mark.parametrize('part', machines())

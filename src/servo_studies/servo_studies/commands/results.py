@@ -16,6 +16,7 @@ from importlib import import_module
 import json
 from pathlib import Path
 import time
+from types import ModuleType
 
 from servo_twin.commands.terminal import judged_file, say, tell
 
@@ -90,7 +91,7 @@ def _write(output: Path, known: Mapping[str, dict]) -> list[Path]:
     rows, texts = output.parent / 'comparison', {}
     for part in COMPARED:
         if part in known:
-            module = import_module(f'..papers.{part}', __package__)
+            module = of_paper(part)
             keep(rows, part, module.comparison_rows(known[part]))
             if part not in (*RESULTS, *WRITTEN):
                 texts[part] = f'{module.page(known[part])}\n*{made_on(known[part])}.*\n'
@@ -114,6 +115,12 @@ def pages_of(results: str) -> dict[str, str]:
     return {part: results if part in RESULTS else f'{part}.md' for part in COMPARED}
 
 
+def of_paper(part: str) -> ModuleType:
+    """Return the module that makes the rows of a part in the comparison."""
+    name = {'bench': 'bench_results', 'learners': 'learner_results'}.get(part, part)
+    return import_module(f'..papers.{name}', __package__)
+
+
 def _made(part: str, arguments: argparse.Namespace, pictured: Path,
           told: Callable[[str, float], None]) -> dict:
     if part == 'bench':
@@ -123,7 +130,8 @@ def _made(part: str, arguments: argparse.Namespace, pictured: Path,
         from ..papers.learner_results import learners
         return learners(arguments.work, pictured, arguments.seconds, told)
     if part in machines():
-        return import_module(f'..papers.{part}', __package__).make(arguments.work, pictured, told)
+        made: dict = of_paper(part).make(arguments.work, pictured, told)
+        return made
     told(part, 0.0)
     return import_module(f'..real_machines.{part}', __package__).figures(arguments.data)
 
