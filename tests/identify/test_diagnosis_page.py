@@ -236,6 +236,34 @@ def test_it_shows_the_values_under_the_mouse_in_every_plot(browser, full):
     assert re.search(r'curve\s*2[0-9.]+ N m', said), said
 
 
+def test_a_curve_reads_its_right_end_until_one_points_at_it(browser, full):
+    browser.open(full)
+    legend = "document.querySelector('.curve .u-legend').innerText"
+    rest = browser.run(legend)
+    assert len(re.findall(r'\d (rad|N m)', rest)) == 4, rest
+    browser.mouse('Moved', *middle_of(browser, '.curve .u-over', 0.3))
+    browser.settle()
+    assert browser.run(legend) != rest
+    browser.mouse('Moved', *middle_of(browser, 'h1'))
+    browser.settle()
+    assert browser.run(legend) == rest
+
+
+@pytest.mark.parametrize('width', [*range(300, 420, 10), 1400])
+def test_an_option_of_a_command_does_not_break_across_lines(browser, tmp_path, width):
+    one = document()
+    said = 'Gravity (4.03 +- 0.2 N m at most). Moving other values would remove 90 % (--refit).'
+    one['report']['verdict'] |= {'sentence': said, 'remains': f'{said} --despite-check'}
+    one['report']['warnings'] = [f'{HOSTILE} --despite-check']
+    browser.open(write_page(one, tmp_path / 'page.html'), width)
+    assert browser.run("""[...document.querySelectorAll('h1 code, p code, li code')]
+        .map(one => [one.innerText, one.getClientRects().length])""") == [
+            ['--refit', 1], ['--refit', 1], ['--despite-check', 1], ['--despite-check', 1]]
+    text = browser.run("document.querySelector('h1').innerText")
+    assert '(4.03\xa0+-\xa00.2 N m' in text and 'remove 90\xa0% (' in text
+    assert browser.run('window.hacked === undefined')
+
+
 def test_a_zoom_of_one_plot_zooms_all(browser, full):
     browser.open(full)
     scales = 'plots.map(p => [p.scales.x.min, p.scales.x.max])'

@@ -256,3 +256,18 @@ def test_a_ratio_gets_no_tolerance_but_a_hint_for_belts(run, tmp_path):
     assert '  drive.resistance: 5 %' in text
     assert '#   mechanism.ratio: 0.5 %' in text and 'belt' in text
     assert 'mechanism.ratio' not in load(tmp_path / 'new' / 's.yaml').tolerance
+
+
+def test_it_says_which_mechanism_it_chose_why_and_what_else_there_is(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
+    more = ['--si', '--column', 'motor_position=theta:rad']
+    chosen = ('rigid, as one encoder does not show what bends '
+              '(--mechanism takes two_inertia, ball_screw too)')
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions', *more]) == 2
+    assert chosen in capsys.readouterr().err
+    assert init(data, tmp_path, *more) == 0
+    assert f'mechanism            is {chosen}' in capsys.readouterr().out
+    assert f'# {chosen}\nmechanism:\n' in (tmp_path / 'new' / 's.yaml').read_text()
+    assert init(data, tmp_path, *more, '--mechanism', 'rigid', '--force') == 0
+    assert 'bends' not in capsys.readouterr().out
+    assert 'bends' not in (tmp_path / 'new' / 's.yaml').read_text()

@@ -13,6 +13,7 @@ from servo_rig_driver.emulated.coupled_axes import run_pair
 from servo_rig_driver.emulated.emulated_bench import Bench, run
 from servo_rig_driver.emulated.rig_file import load_rig
 from servo_studies.papers.pan_tilt import comparison_rows, page
+from servo_studies.papers.pan_tilt.pan_tilt_page import CHANNELS
 from servo_studies.papers.paper_comparison import KEYS
 from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.description import servo_file
@@ -186,6 +187,7 @@ def test_the_model_that_made_the_recordings_is_ranked_first():
         truth, 'hashimoto_kiyosawa', LINEAR}
     assert order[0].shrink > 0.8 and order[0].gap < 0.3 * order[1].gap
     assert next(one for one in order if one.name == LINEAR).shrink == 0.0
+    assert set(CHANNELS) <= set(order[0].errors)  # what the page shows
 
 
 def test_models_are_not_compared_over_a_moving_axis(nodding):
@@ -217,11 +219,11 @@ FOUND = {
     'best': 'B',
     'ranking': [
         {'name': 'b', 'title': 'B', 'gap': 0.123, 'shrink': 0.77, 'interval': [0.6, 0.9],
-         'errors': {'load_position': 1e-3, 'torque': 0.5, 'wind_up': 1e-4, 'current': 2e-3},
+         'errors': {'load_position': 1e-3, 'torque': 0.5, 'torsion': 1e-4, 'current': 2e-3},
          'free': 20, 'seconds': 3.0,
          'values': {'loop.level': [0.5, 'N m'], 'kinematic_error.sine': [[1e-4, 2e-5], 'rad']}},
         {'name': LINEAR, 'title': 'linear', 'gap': 0.9, 'shrink': 0.0, 'interval': [0.0, 0.0],
-         'errors': {'load_position': 5e-3, 'torque': 0.9, 'wind_up': 2e-4, 'current': 9e-3},
+         'errors': {'load_position': 5e-3, 'torque': 0.9, 'torsion': 2e-4, 'current': 9e-3},
          'free': 12, 'seconds': 2.0, 'values': {}}],
     'diagnosis': {'sentence': 'It lacks something.', 'before': 0.12, 'after': 0.1, 'floor': 0.02,
                   'causes': ['hysteresis at the mesh'],

@@ -9,7 +9,7 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.experiment.procedures import Run
-from servo_studies.commands.results import pages_of
+from servo_studies.commands.results import COMPARED, of_paper, pages_of
 from servo_studies.papers import compared_models, learner_results, model_errors, results_plots
 from servo_studies.papers.bench_recordings import LOADS, Part, plan, recorded, SPEEDS
 from servo_studies.papers.bench_results import comparison_rows
@@ -90,7 +90,7 @@ def test_the_page_is_made_of_the_figures_that_are_known(tmp_path, capsys):
     assert main(['results', '--work', str(tmp_path), '-o', str(tmp_path / 'results.md'),
                  '--parts', 'emps']) == 2
     assert 'needs the folder DATA' in capsys.readouterr().err
-    figure = json.loads('{"fitted": [50.0, 70.0], "measured": [50.5, 70.0], "seconds": 1.0}')
+    figure = {'fitted': [50.0, 70.0], 'measured': [50.5, 70.0], 'seconds': 1.0}
     text = page({'two_mass': figure})
     assert '| antiresonance | 50.00 | 50.50 | -0.99 |' in text and 'Open loop' not in text
 
@@ -136,6 +136,11 @@ def test_the_learners_of_the_bench_give_one_row_with_the_best_first():
                            'dahl 0.500')
 
 
+@pytest.mark.parametrize('part', COMPARED)
+def test_every_part_of_the_comparison_has_rows_for_it(part):
+    assert callable(of_paper(part).comparison_rows)
+
+
 @pytest.mark.parametrize('part', machines())
 def test_every_machine_with_a_page_can_be_made_told_and_compared(part):
     module = import_module(f'servo_studies.papers.{part}')
@@ -149,12 +154,14 @@ def test_every_machine_with_a_page_can_be_made_told_and_compared(part):
 def test_pages_are_written_anew_from_the_figures_that_were_kept(tmp_path, capsys):
     (tmp_path / 'work').mkdir()
     (tmp_path / 'work/two_mass.json').write_text(
-        '{"fitted": [50.0, 70.0], "measured": [50.5, 70.0], "seconds": 1.0}')
+        '{"fitted": [50.0, 70.0], "measured": [50.5, 70.0], "seconds": 1.0, '
+        '"made": "2026-11-25"}')
     rows = [{'system': 'x', 'runs': 'y', 'paper': '', 'ours': 'z', 'command': ''}]
     keep(tmp_path / 'comparison', 'bench', rows)
     assert main(['results', '--work', str(tmp_path / 'work'), '-o', str(tmp_path / 'results.md'),
                  '--parts']) == 0
-    assert 'antiresonance' in (tmp_path / 'results.md').read_text()
+    text = (tmp_path / 'results.md').read_text()
+    assert 'antiresonance' in text and '*Made on 2026-11-25, in 1 s.*' in text
     assert '| 000 | [x](results.md) | y |' in (tmp_path / 'comparison.md').read_text()
     assert kept(tmp_path / 'comparison') == {'bench': rows}
 

@@ -91,7 +91,8 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     missing += complete(machine, columns, ask)
     if missing:
-        raise ValueError('init needs to be told: ' + ', '.join(missing))
+        raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
+            f'the {section} is {said}' for section, said in machine.chosen.items())]))
     recording = _read(arguments, servo_text(machine, {}, arguments.tolerance),
                       mapping_text(of, columns))
     wrapped = with_turns(columns, recording, machine.servo())
@@ -112,11 +113,13 @@ def main(arguments: argparse.Namespace) -> int:
             if source not in taken]
     if left:
         say(arguments, f'left out             {", ".join(map(repr, left))}')
+    for section, said in machine.chosen.items():
+        say(arguments, f'{section:<20} is {said}')
     red = [one for one in findings if one.level == 'red']
     for one in findings:
         if one.level == 'red' or one.level != 'green' and not arguments.quiet:
             print(f'{one.level:5}  {one.sentence}\n       {one.action}')
-    tell(arguments, findings=findings, columns={
+    tell(arguments, findings=findings, chosen=machine.chosen, columns={
         name: {'source': one.source, 'unit': one.unit} for name, one in columns.items()})
     if red:
         print('nothing was written: correct a --column, its unit or a value', file=sys.stderr)

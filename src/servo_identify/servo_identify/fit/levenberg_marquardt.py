@@ -18,15 +18,17 @@ SMALL = 1e-4
 
 
 def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: float,
-           held: np.ndarray, told: Callable[[int, float], None],
-           worth: float = 0.0) -> tuple[Unknowns, int]:
+           held: np.ndarray, told: Callable[[int, float], None], worth: float = 0.0,
+           unseen: np.ndarray | None = None) -> tuple[Unknowns, int]:
     """
     Walk downhill until a step moves the shared numbers hardly at all.
 
     That is by less than ``tolerance`` of a standard error of independent residuals (the honest
     ones are larger), or none of them by more than :data:`SMALL` of its scale. A step that takes
     less than a share ``worth`` of the cost is the last one too.
-    ``held`` (p,) marks shared numbers that stay where they are. ``told(iteration, cost)`` is
+    ``held`` (p,) marks shared numbers that stay where they are. Along ``unseen`` (values, d),
+    the changes that the recordings do not show, values move only where bounds force them to.
+    ``told(iteration, cost)`` is
     called at each accepted step and may raise to stop the fit. Returns the unknowns and how many
     steps were taken.
     """
@@ -37,7 +39,7 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
         low, high = problem.room(unknowns)
         gained = 0.0
         while damping < 1e9:
-            step = _step(normal, damping, low, high, held)
+            step = _step(normal, damping, low, high, held, unseen)
             trial, cost = best_starts(problem, [problem.stepped(unknowns, normal, step, share)
                                                 for share in SHARES])
             if cost < normal.cost:
@@ -60,18 +62,26 @@ def solved(problem: Problem, unknowns: Unknowns, iterations: int, tolerance: flo
 
 
 def _step(normal: Normal, damping: float, low: np.ndarray, high: np.ndarray,
-          held: np.ndarray) -> np.ndarray:
+          held: np.ndarray, unseen: np.ndarray | None) -> np.ndarray:
     free = ~held
     step = np.zeros(len(held))
     if not free.any():
         return step
     hessian = normal.hessian[np.ix_(free, free)]
     size = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
+    gradient = normal.gradient[free] / size
     scaled = hessian / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += damping
+    if unseen is not None and unseen.size:
+        change = np.zeros((len(held), unseen.shape[1]))
+        change[:len(unseen)] = unseen
+        change = change[free]
+        seen = np.eye(len(size)) - (size[:, None] * change) @ (change / size[:, None]).T
+        held_back = change / size[:, None]  # weak, so that bounds come first
+        scaled = seen.T @ scaled @ seen + held_back @ held_back.T
+        gradient = seen.T @ gradient
     values, vectors = np.linalg.eigh(scaled)
     root = np.sqrt(np.maximum(values, 1e-12 * values[-1]))
-    gradient = normal.gradient[free] / size
     below = np.minimum(low[free] * size, 0.0) - 1e-12
     above = np.maximum(high[free] * size, 0.0) + 1e-12
     answer = lsq_linear((vectors * root).T, -(vectors.T @ gradient) / root, (below, above),

@@ -26,8 +26,9 @@ from .free_values import Freedom, freedom_of, tolerated
 from .levenberg_marquardt import SHARES, solved
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
-from .standard_errors import cautious, foreseen, spread, UNSURE
+from .standard_errors import cautious, spread
 from .start_search import best_starts, searched
+from .told_apart import alike, PART, still, unseen, UNSURE
 
 RELATIVE_MARGIN = 1e-3
 MOST_ROUNDS, STEPS_A_ROUND, COARSE_ROUNDS, SEARCHES = 12, 2, 2, 3
@@ -50,7 +51,7 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
         bounds: Mapping[str, tuple[float, float]] | None = None, tolerance: bool = True,
         channels: Sequence[str] | None = None, delays: bool = False, robust: bool = False,
         weights: str = 'residual', iterations: int = 40, precision: float = 0.1,
-        near: bool = False, on: np.ndarray | None = None,
+        near: bool = False, nearest: bool = True, on: np.ndarray | None = None,
         progress: Callable[[Progress], None] | None = None) -> Estimate:
     """
     Fit free parameters of a servo to recordings.
@@ -64,9 +65,10 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     leaves where that is larger. 'whitened' does so after taking out what each residual shares with
     the one before. Errors that drift then no longer mask those that swing. ``near``: the
     values to start from are nearly the answer, as those of the equations are, so that neither
-    valleys nor starts are searched for, which takes most of the time. ``on``: switches of the
-    effects. ``progress`` is told before the first step (with the warnings) and after each, and
-    may raise to stop.
+    valleys nor starts are searched for, which takes most of the time. ``nearest``: of values that
+    cannot be told apart those nearest to the given ones, by their scales; else any of them.
+    ``on``: switches of the effects. ``progress`` is told before the first step (with the
+    warnings) and after each, and may raise to stop.
     Raises ValueError (ServoError) for what cannot be fitted.
     """
     if weights not in WEIGHTS:
@@ -79,7 +81,7 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
         problem = Problem(shooting, freedom, delays, robust)
         unknowns = shooting.beginning(_inside(servo.theta, freedom))
         return _fitted(servo, problem, unknowns, mode, weights, iterations, precision, near,
-                       progress or (lambda told: None), begun)
+                       nearest, progress or (lambda told: None), begun)
     finally:
         shooting.close()
 
@@ -93,7 +95,7 @@ def foresee(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], 
     try:
         problem = Problem(shooting, freedom, False, False)
         unknowns = shooting.beginning(_inside(servo.theta, freedom))
-        return tuple(_checked(problem, unknowns)[1])
+        return tuple(_checked(problem, unknowns)[1].sentences)
     finally:
         shooting.close()
 
@@ -116,8 +118,17 @@ def misfit(servo: Servo, recordings: Sequence[Recording], *, mode: str = 'measur
         shooting.close()
 
 
-def _checked(problem: Problem,
-             unknowns: Unknowns) -> tuple[Unknowns, list[str], np.ndarray, float]:
+@dataclass(frozen=True)
+class _Untold:
+    """What recordings do not tell: numbers ``held`` (p,), ``changes`` (values, d), sentences."""
+
+    held: np.ndarray
+    changes: np.ndarray
+    sentences: tuple[str, ...]
+
+
+def _checked(problem: Problem, unknowns: Unknowns, nearest: bool = True
+             ) -> tuple[Unknowns, _Untold, float]:
     """Correct the starts, and say what these recordings will not tell."""
     problem.be_modest()
     problem.step = FINE
@@ -125,10 +136,22 @@ def _checked(problem: Problem,
     if not np.isfinite(normal.cost):
         raise ValueError('the simulation diverges at the values to start from; '
                          'look at the step of the servo file and at its values')
-    still = np.zeros(problem.size)
-    unknowns, cost = best_starts(problem, [problem.stepped(unknowns, normal, still, share)
+    nowhere = np.zeros(problem.size)
+    unknowns, cost = best_starts(problem, [problem.stepped(unknowns, normal, nowhere, share)
                                            for share in SHARES])
-    return unknowns, *foreseen(problem.linearised(unknowns), problem.freedom.names), cost
+    freedom, count = problem.freedom, len(problem.freedom)
+    held = still(problem.linearised(unknowns).hessian, count)
+    said = [f'{freedom.names[i]} is not excited: these recordings do not show a change of it'
+            for i in np.flatnonzero(held[:count])]
+    if not nearest:
+        return unknowns, _Untold(held, np.zeros((count, 0)), tuple(said)), cost
+    problem.step = FINEST
+    hessian = problem.linearised(unknowns).hessian
+    changes = unseen(hessian, held, count)
+    value = np.abs(unknowns.theta[freedom.index])
+    said += alike(changes, np.sqrt(np.diag(hessian)[:count]),
+                  freedom.scale / np.where(value > 0.0, value, freedom.scale), freedom.names)
+    return unknowns, _Untold(held, changes, tuple(said)), cost
 
 
 def _inside(theta: np.ndarray, freedom: Freedom) -> np.ndarray:
@@ -156,12 +179,13 @@ def _reweigh(problem: Problem, raw: np.ndarray, whiten: bool = False) -> float:
 
 
 def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weights: str,
-            iterations: int, precision: float, near: bool,
+            iterations: int, precision: float, near: bool, nearest: bool,
             progress: Callable[[Progress], None], begun: float) -> Estimate:
     freedom, worth = problem.freedom, WORTH if near else 0.0
     first = problem.raw_of(unknowns)
-    unknowns, warned, held, cost = _checked(problem, unknowns)
-    progress(Progress('check', 0, cost, tuple(warned)))
+    unknowns, untold, cost = _checked(problem, unknowns, nearest)
+    progress(Progress('check', 0, cost, untold.sentences))
+    held, changes = untold.held, untold.changes
     taken = 0
 
     def told(iteration: int, cost: float) -> None:
@@ -172,7 +196,8 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
         if _reweigh(problem, problem.raw_of(unknowns), weights == 'whitened') < 0.2 and taken:
             break
         problem.step = COARSE if turn < COARSE_ROUNDS else FINE
-        unknowns, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told, worth)
+        unknowns, done = solved(problem, unknowns, STEPS_A_ROUND, precision, held, told, worth,
+                                changes)
         taken += done
         if turn and not near:
             unknowns, _ = searched(problem, unknowns)
@@ -185,14 +210,16 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
             unknowns, better = searched(problem, unknowns)
         if search and not better:
             break
-        unknowns, done = solved(problem, unknowns, iterations, precision, held, told, worth)
+        unknowns, done = solved(problem, unknowns, iterations, precision, held, told, worth,
+                                changes)
         taken += done
     normal = problem.linearised(unknowns)
     ends = [(normal, True)]  # the normal equations at the end, and whether it was settled there
     if not near and _misfit(problem, unknowns) > ROUGH:
         ends = []
         for problem.step in (COARSE, FINE):
-            unknowns, done = solved(problem, unknowns, iterations, precision, held, told)
+            unknowns, done = solved(problem, unknowns, iterations, precision, held, told,
+                                    unseen=changes)
             taken += done
             normal = problem.linearised(unknowns)
             ends.append((normal, problem.step == FINE))
@@ -204,7 +231,7 @@ def _fitted(servo: Servo, problem: Problem, unknowns: Unknowns, mode: str, weigh
     std = np.sqrt(np.diag(covariance)[:count])
     known = np.append(tolerated(servo, freedom), np.zeros(len(held) - count))
     told_std = np.sqrt(np.diag(_covariance(ends, problem.owner, held, known))[:count])
-    warned += _afterwards(freedom, unknowns, std, held[:count])
+    warned = [*untold.sentences, *_afterwards(freedom, unknowns, std, held[:count], changes)]
     deviation = np.outer(std, std)
     with np.errstate(invalid='ignore'):
         correlation = covariance[:count, :count] / deviation
@@ -242,8 +269,8 @@ def _covariance(ends: Sequence[tuple[Normal, bool]], owner: np.ndarray, held: np
 
 
 def _afterwards(freedom: Freedom, unknowns: Unknowns, std: np.ndarray,
-                held: np.ndarray) -> list[str]:
-    said = []
+                held: np.ndarray, changes: np.ndarray) -> list[str]:
+    said, known = [], np.einsum('ij,ij->i', changes, changes) < PART**2
     value = unknowns.theta[freedom.index]
     edge = RELATIVE_MARGIN * np.minimum(freedom.scale, freedom.high - freedom.low)
     for k, name in enumerate(freedom.names):
@@ -255,7 +282,7 @@ def _afterwards(freedom: Freedom, unknowns: Unknowns, std: np.ndarray,
                 said.append(f'{name} = {value[k]:.6g} is at its bound {bound:g}: not identified; '
                             f'widen the tolerance or look for an effect that is missing')
         size = max(freedom.scale[k], abs(value[k]))
-        if std[k] * freedom.scale[k] > UNSURE * size:
+        if known[k] and std[k] * freedom.scale[k] > UNSURE * size:
             said.append(f'{name} is not identified: its standard error is '
                         f'{100 * std[k] * freedom.scale[k] / size:.0f} % of {size:.3g}')
     return said

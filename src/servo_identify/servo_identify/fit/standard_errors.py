@@ -1,18 +1,10 @@
-"""What recordings can tell: standard errors that do not assume independence, and warnings."""
+"""What recordings can tell: standard errors that do not assume independence."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
 from .fit_problem import Normal
-
-UNSURE = 0.5
-"""A parameter whose standard error exceeds this share of its scale is not identified."""
-
-INFLATED = 20.0
-"""A standard error that others' freedom makes this many times larger is not separable."""
 
 
 def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, known: np.ndarray | None = None,
@@ -80,40 +72,3 @@ def _correlation_time(residual: np.ndarray) -> float:
         stop = below[0] if len(below) else len(auto)
         total += energy[c] * (1.0 + 2.0 * auto[1:stop].sum())
     return max(1.0, total / max(energy.sum(), 1e-300))
-
-
-def foreseen(normal: Normal, names: Sequence[str]) -> tuple[list[str], np.ndarray]:
-    """
-    Say what will not be identified, from the Fisher information at a point.
-
-    ``names`` of the first rows of the normal equations. Returns sentences and the mask (p,) of
-    numbers that these recordings do not move at all, which a fit should hold.
-    """
-    count = len(names)
-    size = np.sqrt(np.maximum(np.diag(normal.hessian), 0.0))
-    dead = size * UNSURE < 1.0
-    dead[count:] = size[count:] < 1e-12  # delays and zeros
-    sentences = [f'{names[i]} is not excited: these recordings do not show a change of it'
-                 for i in np.flatnonzero(dead[:count])]
-    live = np.flatnonzero(~dead)
-    if len(live) < 2:
-        return sentences, dead
-    scaled = normal.hessian[np.ix_(live, live)] / np.outer(size[live], size[live])
-    values, vectors = np.linalg.eigh(scaled)
-    told = set()
-    for value, vector in zip(values, vectors.T, strict=True):
-        if value * INFLATED**2 > 1.0:
-            break
-        # how far this direction may run before the data object, in scales of each member
-        reach = np.abs(vector) / size[live] / np.sqrt(max(value, 1e-14))
-        members = [live[i] for i in np.argsort(-np.abs(vector))
-                   if abs(vector[i]) > 0.2 and live[i] < count]
-        worst = max((reach[np.flatnonzero(live == m)[0]] for m in members), default=0.0)
-        if len(members) < 2 or (worst < 0.1 * UNSURE and value > 1e-7):
-            continue
-        pair = tuple(names[m] for m in members[:4])
-        if pair not in told:
-            told.add(pair)
-            sentences.append(f'{pair[0]} is not separable from {", ".join(pair[1:])}: these '
-                             f'recordings answer only to a combination of them')
-    return sentences, dead

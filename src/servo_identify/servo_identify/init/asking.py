@@ -127,13 +127,14 @@ def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None)
         if section in machine.parts:
             continue
         if section == 'mechanism' and not both:
-            machine.parts['mechanism'] = 'rigid'  # one encoder sees no more
+            machine.choose('mechanism', 'rigid', 'one encoder does not show what bends')
         elif ask:
             told = '; '.join(f'{name}: {ABOUT[name]}' for name in choices)
             machine.parts[section] = _one_of(ask, f'{section} ({told})', list(choices))
         else:
             missing.append(f'--{section} (of {list(choices)})')
-    machine.parts.setdefault('controller', 'none')
+    if 'controller' not in machine.parts:
+        machine.choose('controller', 'none', 'nothing was said of one')
     machine.parts = {section: machine.parts[section] for section in SECTIONS
                      if section in machine.parts}
     for path in machine.needed():

@@ -60,7 +60,8 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
     for section, kind in machine.parts.items():
         if kind == 'none':
             continue
-        lines += ['', f'{section}:', f'  type: {kind}']
+        chosen = [f'# {machine.chosen[section]}'] if section in machine.chosen else []
+        lines += ['', *chosen, f'{section}:', f'  type: {kind}']
         for path, (parameter, unit) in known.items():
             if path.startswith(f'{section}.') and path in values:
                 name = path.partition('.')[2]

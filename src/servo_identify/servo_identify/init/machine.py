@@ -44,13 +44,15 @@ class Machine:
     What was given of a machine so far.
 
     ``linear``: its load moves straight. ``parts`` maps a section to the type of its part,
-    ``texts`` a value's path to what was given for it, with its unit.
+    ``texts`` a value's path to what was given for it, with its unit. ``chosen`` says of each part
+    that nobody gave what it is, why, and what else there is.
     """
 
     name: str
     linear: bool = False
     parts: dict[str, str] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
+    chosen: dict[str, str] = field(default_factory=dict)
 
     @property
     def turning(self) -> bool:
@@ -59,6 +61,12 @@ class Machine:
             return not self.linear or float(self.texts[RATIO]) != 1.0
         except (KeyError, ValueError):
             return True
+
+    def choose(self, section: str, kind: str, why: str) -> None:
+        """Give a part a type that nobody gave, and say why."""
+        others = ', '.join(one for one in SECTIONS[section] if one != kind)
+        self.parts[section] = kind
+        self.chosen[section] = f'{kind}, as {why} (--{section} takes {others} too)'
 
     def declared(self) -> dict[str, tuple[Parameter, str]]:
         """Return declaration and unit of every value of the parts that are chosen, by path."""

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
+from datetime import date
 from importlib import import_module
 import json
 from pathlib import Path
 import time
+from types import ModuleType
 
 from servo_twin.commands.terminal import judged_file, say, tell
 
@@ -70,6 +72,7 @@ def main(arguments: argparse.Namespace) -> int:
         with _bar(part) as told:
             found = _made(part, arguments, pictured, told)
         found['seconds'] = time.perf_counter() - begun
+        found['made'] = date.today().isoformat()
         _kept(arguments.work, part).write_text(json.dumps(found, indent=1) + '\n')
         say(arguments, f'{part}: {found["seconds"]:.0f} s')
     known = {part: json.loads(_kept(arguments.work, part).read_text())
@@ -83,15 +86,15 @@ def main(arguments: argparse.Namespace) -> int:
 def _write(output: Path, known: Mapping[str, dict]) -> list[Path]:
     """Write the pages of the parts that are known, and the comparison of all; return them."""
     from ..papers.paper_comparison import comparison, keep, kept
-    from ..papers.results_page import page
+    from ..papers.results_page import made_on, page
 
     rows, texts = output.parent / 'comparison', {}
     for part in COMPARED:
         if part in known:
-            module = import_module(f'..papers.{part}', __package__)
+            module = of_paper(part)
             keep(rows, part, module.comparison_rows(known[part]))
             if part not in (*RESULTS, *WRITTEN):
-                texts[part] = module.page(known[part])
+                texts[part] = f'{module.page(known[part])}\n*{made_on(known[part])}.*\n'
     pages = _pages(output, list(known))
     for path, part in pages.items():
         path.write_text(
@@ -112,6 +115,12 @@ def pages_of(results: str) -> dict[str, str]:
     return {part: results if part in RESULTS else f'{part}.md' for part in COMPARED}
 
 
+def of_paper(part: str) -> ModuleType:
+    """Return the module that makes the rows of a part in the comparison."""
+    name = {'bench': 'bench_results', 'learners': 'learner_results'}.get(part, part)
+    return import_module(f'..papers.{name}', __package__)
+
+
 def _made(part: str, arguments: argparse.Namespace, pictured: Path,
           told: Callable[[str, float], None]) -> dict:
     if part == 'bench':
@@ -121,7 +130,8 @@ def _made(part: str, arguments: argparse.Namespace, pictured: Path,
         from ..papers.learner_results import learners
         return learners(arguments.work, pictured, arguments.seconds, told)
     if part in machines():
-        return import_module(f'..papers.{part}', __package__).make(arguments.work, pictured, told)
+        made: dict = of_paper(part).make(arguments.work, pictured, told)
+        return made
     told(part, 0.0)
     return import_module(f'..real_machines.{part}', __package__).figures(arguments.data)
 

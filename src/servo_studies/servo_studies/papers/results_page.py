@@ -22,8 +22,14 @@ def page(parts: Mapping[str, Mapping]) -> str:
     for name, section in _SECTIONS.items():
         if name in parts:
             sections.append(section(parts[name]))
-            sections.append(f'*This part took {parts[name]["seconds"]:.0f} s.*\n')
+            sections.append(f'*{made_on(parts[name])}.*\n')
     return '\n'.join(sections)
+
+
+def made_on(found: Mapping) -> str:
+    """Return when the figures of a part were made, and how long that took."""
+    when = f'Made on {found["made"]}' if 'made' in found else 'Made'
+    return f'{when}, in {found["seconds"]:.0f} s'
 
 
 def _bench(found: Mapping) -> str:

@@ -172,12 +172,14 @@ def refitted(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
     Return the values of a servo fitted to recordings by simulation; None where it cannot.
 
     ``near``: the equations found the values to start from. A servo that lacks an effect is not
-    near anything, and where it sticks its starts have to be searched. ``bounds`` by path.
+    near anything, and where it sticks its starts have to be searched. ``bounds`` by path. Asked
+    is how little the tolerances can leave, so values that cannot be told apart are all free.
     """
     if not free:
         return None
     try:
         return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
-                   weights='whitened', tolerance=True, near=near, bounds=bounds)
+                   weights='whitened', tolerance=True, near=near, nearest=False,
+                   bounds=bounds)
     except (ValueError, np.linalg.LinAlgError):
         return None

@@ -1,7 +1,10 @@
 /* The curve of a missing effect with its band, over what was measured. */
 'use strict';
 
-/* A curve with its band over measured points: {curve, points} of one missing effect. */
+/*
+ * A curve with its band over measured points: {curve, points} of one missing effect. While nobody
+ * points at it the legend reads its right end.
+ */
 function curvePlot(place, {curve, points}) {
   const order = curve.x.map((_, k) => k).sort((a, b) => curve.x[a] - curve.x[b]);
   const sorted = list => order.map(k => list[k]);
@@ -20,12 +23,14 @@ function curvePlot(place, {curve, points}) {
   const wide = [...curve.x, ...dots.x].filter(v => v !== null);
   const ends = [Math.min(...wide) / across.factor, Math.max(...wide) / across.factor];
   const range = roomy(Math.min(...heights) / up.factor, Math.max(...heights) / up.factor);
+  const resting = unit => (u, value, series, k) =>
+    read(unit)(u, k === null ? u.data[series].at(-1) : value);
   const line = (label, name, width) => ({
     label,
     stroke: colour(name),
     width,
     points: {show: false},
-    value: read(up.unit),
+    value: resting(up.unit),
   });
   const dotted = colour('twin', 60);
   const drawDots = u => {
@@ -68,7 +73,7 @@ function curvePlot(place, {curve, points}) {
         axis(false),
       ],
       series: [
-        {label: spoken(curve.variable || 'x'), value: read(across.unit)},
+        {label: spoken(curve.variable || 'x'), value: resting(across.unit)},
         line('curve', 'law', 2),
         ...(banded
           ? [

@@ -21,7 +21,7 @@ from . import tables
 from .causes import causes
 from .chain import chain
 from .packed_series import packed_equation, packed_series
-from .words import between, known, percent, spoken
+from .words import between, known, percent, spoken, unbroken
 
 STATUS = {'no_gap': 'no gap', 'explained': 'gap explained',
           'partly_explained': 'gap explained in part', 'unknown': 'cause unknown'}
@@ -142,6 +142,7 @@ def _rounded(thing: Any) -> Any:
 def _template() -> Template:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True,
                               lstrip_blocks=True)
+    environment.filters['unbroken'] = unbroken
     return environment.from_string(_asset('page.html'))
 
 

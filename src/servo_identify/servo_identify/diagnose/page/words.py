@@ -7,8 +7,12 @@ from math import floor, isfinite, log10
 import re
 from typing import TypeGuard
 
+from markupsafe import escape, Markup
+
 MISSING = '–'
 _SHORTENED = re.compile(r'(rad|N|A|V|m|W|Hz|J)(?![A-Za-z%])')
+_FLAG = re.compile(r'(--[a-z][a-z-]*[a-z])')
+_TOGETHER = re.compile(r'(?<=\d) (?=%|\+- )|(?<=\+-) (?=\d)')
 _PREFIXES = ((1e-3, 'm'), (1e-6, 'µ'), (1e-9, 'n'))
 _RAISED = str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹')
 
@@ -16,6 +20,13 @@ _RAISED = str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹')
 def spoken(name: object) -> str:
     """Return a name of a file, an effect or a channel as words."""
     return str(name or '').replace('_', ' ').replace(':', ': ').replace(':  ', ': ')
+
+
+def unbroken(text: object) -> Markup:
+    """Return a sentence as HTML in which no option such as --refit, 90 % or 4 +- 1 breaks."""
+    parts = _FLAG.split(_TOGETHER.sub('\N{NO-BREAK SPACE}', str(text)))
+    return Markup('').join(Markup('<code>{}</code>').format(part) if k % 2 else escape(part)
+                           for k, part in enumerate(parts))
 
 
 def known(value: object) -> TypeGuard[float]:

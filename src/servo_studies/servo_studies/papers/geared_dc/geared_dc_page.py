@@ -173,7 +173,7 @@ select by, the other half to accept by and the unseen ones to report on. It says
 > {said['sentence']}
 
 Effects found: {causes}; on the unseen recordings the gap shrinks by {100 * said['shrink']:.0f} %
-against the twin whose values were fitted within their tolerances.
+against the twin as the data sheet has it.
 """
 
 

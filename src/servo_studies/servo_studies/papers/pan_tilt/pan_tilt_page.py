@@ -29,6 +29,10 @@ servo-twin linearise --help          # transfer function and state space, figure
 ```
 """
 
+CHANNELS = {'load_position': ('load, mrad', 1e3), 'torque': ('torque, N m', 1.0),
+            'torsion': ('torsion, arcmin', 3437.7), 'current': ('current, mA', 1e3)}
+"""Channels of the ranking: what the page says of them, and how many of its units make one."""
+
 
 def page(found: Mapping) -> str:
     """Return the page."""
@@ -65,15 +69,13 @@ its largest speed is below.
 
 
 def _ranking(found: Mapping) -> str:
-    channels = {'load_position': ('load, mrad', 1e3), 'torque': ('torque, N m', 1.0),
-                'wind_up': ('torsion, arcmin', 3437.7), 'current': ('current, mA', 1e3)}
     rows = []
     for one in found['ranking']:
         low, high = one['interval']
         shrink = '' if one['name'] == LINEAR else (
             f'{100.0 * one["shrink"]:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f})')
         rows.append([one['title'], f'{100.0 * one["gap"]:.1f} %', shrink,
-                     *(f'{scale * one["errors"][c]:.3g}' for c, (_, scale) in channels.items()),
+                     *(f'{scale * one["errors"][c]:.3g}' for c, (_, scale) in CHANNELS.items()),
                      str(one['free'])])
     values = [[one['title'], ', '.join(
         f'{path} {_number(value)} {unit}'.rstrip() for path, (value, unit) in
@@ -81,13 +83,13 @@ def _ranking(found: Mapping) -> str:
     return f"""## Which of the five models explains the rig best
 
 Every model was fitted to the same recordings, with all that the servo file gives a tolerance, and
-run again as the diagnosis does over recordings that no fit has seen: from measured states every
-0.4 s, the rest free. The remaining gap is the root mean square error over all channels, each as a
-share of its signal. The shrink is what of the linear model's gap above the noise is gone (90 %, by
+run again as the diagnosis does over recordings that no fit has seen: in stretches whose starts are
+estimated. The remaining gap is the root mean square error over all channels, each as a share of
+its signal. The shrink is what of the linear model's gap above the noise is gone (90 %, by
 recordings redrawn). Models whose intervals overlap are not told apart with certainty. Best:
 **{found['best']}**.
 
-{table(['model', 'remaining gap', 'shrink', *(title for title, _ in channels.values()),
+{table(['model', 'remaining gap', 'shrink', *(title for title, _ in CHANNELS.values()),
         'numbers fitted'], rows)}
 ![Shrink of each model](pictures/pan_tilt_models.png)
 
