@@ -25,7 +25,7 @@ from sensor_msgs.msg import JointState
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config' / 'driver.yaml'
-PATIENCE = 15.0
+PATIENCE = 60.0  # s, of a busy machine; nothing waits for longer than it has to
 
 
 def wait_for(condition: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any:

@@ -19,6 +19,7 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+from way_back import knows_the_way_back
 
 from servo_twin.description import servo_file
 from servo_twin.lockstep.twin import Twin
@@ -97,10 +98,11 @@ class Rig:
     def ask(self, kind, service: str, request):
         """Call a service of the twin."""
         client = self.node.create_client(kind, f'/{self.name}/{service}')
-        assert client.wait_for_service(20.0)
+        self.wait(client.service_is_ready)
+        knows_the_way_back(self.node, f'/{self.name}/twin', self.wait)
         future = client.call_async(request)
-        self.executor.spin_until_future_complete(future, 60.0)
-        assert future.done(), f'{service} did not answer'
+        self.wait(future.done)
+        self.node.destroy_client(client)
         return future.result()
 
     def goes(self, transition: int) -> None:
@@ -167,6 +169,11 @@ def samples(size: int, voltage: float = 1.0) -> np.ndarray:
     return samples_of(columns | {'voltage': np.full(size, voltage)})
 
 
+def ends_of(messages) -> list[int]:
+    """Return the number of the sample after the last one of each message."""
+    return [m.sequence + len(m.load_position) for m in messages]
+
+
 def test_it_answers_every_sample_bit_for_bit_as_the_twin_does_on_arrays(graph):
     rig = graph('rig').ready()
     for k in range(300):
@@ -212,7 +219,7 @@ def test_it_takes_a_value_from_the_next_sample_on_and_says_what_it_refuses(graph
 
 
 def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
-    rig = graph('rig').ready()
+    rig = graph('rig', 'overload:=60.0').ready()
     rig.say(0, samples(10))
     rig.wait(lambda: len(rig.predictions) == 1)
     refused = rig.ask(LoadServo, 'twin/load_servo', LoadServo.Request(content='servo: x'))
@@ -234,8 +241,9 @@ def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
     assert servo_file.loads(loaded.previous).values == servo_file.loads(BENCH).values
     rig.node.destroy_timer(timer)
     assert rig.set('effects.seal.level', 5.0).successful
-    rig.wait(lambda: 10 * len(rig.predictions) == sent[0])
-    assert [m.sequence for m in rig.predictions] == list(range(0, sent[0], 10))
+    rig.wait(lambda: ends_of(rig.predictions)[-1] == sent[0])
+    # a twin that fell behind on a busy machine answers by larger blocks
+    assert [m.sequence for m in rig.predictions] == [0, *ends_of(rig.predictions)[:-1]]
     assert rig.predictions[-1].restarts == 0
 
 
@@ -274,15 +282,10 @@ def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterw
     for k in range(5):
         rig.say(k, samples(10))
     rig.wait(lambda: len(rig.predictions) == 5)
-
-    def change(transition: int) -> None:
-        request = ChangeState.Request(transition=Transition(id=transition))
-        assert rig.ask(ChangeState, 'twin/change_state', request).success
-
-    change(Transition.TRANSITION_DEACTIVATE)
+    rig.goes(Transition.TRANSITION_DEACTIVATE)
     rig.wait(lambda: len(rig.residuals) == 5)
     assert np.isnan(rig.residuals[-1].load).all()
-    change(Transition.TRANSITION_ACTIVATE)
+    rig.goes(Transition.TRANSITION_ACTIVATE)
     rig.say(500, samples(10))
     rig.wait(lambda: len(rig.predictions) == 6)
     assert (rig.predictions[-1].sequence, rig.predictions[-1].restarts) == (500, 0)
