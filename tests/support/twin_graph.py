@@ -1,8 +1,10 @@
 """A twin node as a process of its own, and a rig beside it that says what a test wants."""
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from math import nan
+from pathlib import Path
 import subprocess
 import sys
 import time
@@ -15,6 +17,7 @@ import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 import rclpy
+from rclpy.context import Context
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.task import Future
@@ -76,6 +79,10 @@ class Rig:
 
     def ready(self) -> 'Rig':
         """Ask with empty blocks until the twin hears all topics and is heard on its own."""
+        self.predictions.clear()
+        self.residuals.clear()
+        self.told.clear()
+
         def asked() -> bool:
             self.say(0, samples(0))
             return bool(self.predictions and self.residuals and self.told)
@@ -133,15 +140,16 @@ def servo_files(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
-def graph(servo_files):
-    """Yield a function that starts a twin in a namespace; all are ended afterwards."""
-    rclpy.init()
-    node, executor, rigs = rclpy.create_node('feeder'), EventsExecutor(), []
+@contextmanager
+def twins(folder: Path, context: Context | None = None) -> Iterator[Callable[..., Rig]]:
+    """Give a function that starts a twin in a namespace; all are ended afterwards."""
+    rclpy.init(context=context)
+    node, rigs = rclpy.create_node('feeder', context=context), []
+    executor = EventsExecutor(context=context)
     executor.add_node(node)
 
     def start(name: str, *settings: str) -> Rig:
-        rigs.append(Rig(node, executor, name, f'{servo_files}/bench.yaml', *settings))
+        rigs.append(Rig(node, executor, name, f'{folder}/bench.yaml', *settings))
         return rigs[-1]
 
     yield start
@@ -149,8 +157,30 @@ def graph(servo_files):
         rig.process.terminate()
     codes = [rig.process.wait(20) for rig in rigs]
     node.destroy_node()
-    rclpy.try_shutdown()
+    rclpy.try_shutdown(context=context)
     assert codes == [0] * len(rigs)
+
+
+@pytest.fixture
+def graph(servo_files):
+    """Yield a function that starts a twin in a namespace, for one test."""
+    with twins(servo_files) as start:
+        yield start
+
+
+@pytest.fixture(scope='module')
+def shared_twin(servo_files):
+    """A twin as its servo file has it, for many tests; each takes it as ``rig``."""
+    with twins(servo_files, Context()) as start:
+        yield start('shared').ready()
+
+
+@pytest.fixture
+def rig(shared_twin):
+    """The shared twin, begun anew."""
+    shared_twin.goes(Transition.TRANSITION_DEACTIVATE)
+    shared_twin.goes(Transition.TRANSITION_ACTIVATE)
+    return shared_twin.ready()
 
 
 def samples(size: int, voltage: float = 1.0) -> np.ndarray:

@@ -1,5 +1,5 @@
 """The graph of a twin node is there for all tests of the twin."""
 
-from twin_graph import graph, servo_files
+from twin_graph import graph, rig, servo_files, shared_twin
 
-__all__ = ['graph', 'servo_files']
+__all__ = ['graph', 'rig', 'servo_files', 'shared_twin']

@@ -24,8 +24,7 @@ from servo_twin_msgs.srv import LoadServo
 pytestmark = pytest.mark.ros
 
 
-def test_it_answers_every_sample_bit_for_bit_as_the_twin_does_on_arrays(graph):
-    rig = graph('rig').ready()
+def test_it_answers_every_sample_bit_for_bit_as_the_twin_does_on_arrays(rig):
     for k in range(300):
         rig.say(k, samples(1))
     rig.wait(lambda: len(rig.predictions) == 300 and len(rig.residuals) == 280)
@@ -114,8 +113,7 @@ def test_it_bridges_a_short_gap_and_begins_anew_after_a_long_one(graph):
     assert facts['last restart'].startswith('420 samples were missing before 500')
 
 
-def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
-    rig = graph('rig').ready()
+def test_it_passes_over_a_block_whose_arrays_differ_in_length(rig):
     rig.topics['encoder'].publish(Encoder(
         sequence=1, period=PERIOD, motor_position=[0.0], load_position=[0.0]))
     rig.topics['torque'].publish(Torque(sequence=1, period=PERIOD))
@@ -127,8 +125,7 @@ def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
                          for s in rig.told))
 
 
-def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(graph):
-    rig = graph('rig').ready()
+def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(rig):
     for k in range(5):
         rig.say(k, samples(10))
     rig.wait(lambda: len(rig.predictions) == 5)
@@ -195,8 +192,7 @@ def test_its_service_follows_the_remaps_of_the_process_under_a_name_of_its_own()
         rclpy.try_shutdown()
 
 
-def test_it_answers_in_the_frame_of_the_samples(graph):
-    rig = graph('rig').ready()
+def test_it_answers_in_the_frame_of_the_samples(rig):
     for k in range(0, 100, 10):
         rig.say(k, samples(10), frame='rig/base_link')
     rig.wait(lambda: rig.predictions and rig.residuals)
@@ -213,8 +209,7 @@ def test_the_qos_of_its_topics_can_be_overridden(graph):
     assert [info.reliability.name for info in infos] == ['BEST_EFFORT', 'RELIABLE']
 
 
-def test_a_value_that_it_has_can_be_set_though_it_is_read_on_configure(graph, servo_files):
-    rig = graph('rig').ready()
+def test_a_value_that_it_has_can_be_set_though_it_is_read_on_configure(rig, servo_files):
     assert rig.set('balance_window', 0.04).successful
     assert rig.set('servo_file', f'{servo_files}/bench.yaml').successful
     assert not rig.set('balance_window', 0.05).successful
