@@ -11,7 +11,7 @@ from test_long_recordings import samples_of_bag
 
 from servo_identify.cli import main
 from servo_identify.commands import import_table
-from servo_identify.data import import_in_parts, messages_in_parts
+from servo_identify.data import import_in_parts, on_disk
 from servo_twin.recording import parts
 
 PERIOD, START = 0.002, 1_700_000_000_000_000_000
@@ -70,7 +70,7 @@ def log(path, times):
 def test_is_that_of_the_whole(times, period, tmp_path, monkeypatch, capsys):
     words = [*log(tmp_path / 'log.mcap', times(np.arange(1200))), '--period', str(period)]
     monkeypatch.setattr(import_in_parts, 'ROWS', 37)
-    monkeypatch.setattr(messages_in_parts, '_WRITES', 100)
+    monkeypatch.setattr(on_disk, '_WRITES', 100)
     found = []
     for least in (np.inf, 0.0):
         monkeypatch.setattr(import_table, 'IN_PARTS_FROM', least)
@@ -89,7 +89,7 @@ def test_holds_little_of_each_message(tmp_path, monkeypatch):
     monkeypatch.setattr(parts, 'SAMPLES', 500)
     monkeypatch.setattr(import_in_parts, 'ROWS', 500)
     monkeypatch.setattr(import_in_parts, 'LOOKED_AT', 500)
-    monkeypatch.setattr(messages_in_parts, '_WRITES', 500)
+    monkeypatch.setattr(on_disk, '_WRITES', 500)
     peaks, counts = [], (2000, 10_000)
     for count in counts:
         words = log(tmp_path / f'log{count}.mcap', jittered(np.arange(count)))

@@ -56,10 +56,8 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
     """
     if len(time) < 2:
         raise ValueError(f'{path} has {len(time)} samples; a recording needs two')
-    mean = (time[-1] - time[0]) / (len(time) - 1)
-    own = round_period(mean, len(time))
-    if (follows(time, time[0], own, 0)
-            and (not period or abs(period - own) * len(time) <= EVEN * own)):
+    own = own_period(time[0], time[-1], len(time))
+    if fits(own, period, len(time)) and follows(time, time[0], own, 0):
         return period or own, True
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
@@ -78,6 +76,16 @@ def _check(path: Path, time: np.ndarray) -> None:
         k = back[0]
         raise ValueError(f'{path}: time runs backwards from {time[k]:.9g} s in row {k + 1} to '
                          f'{time[k + 1]:.9g} s in row {k + 2}')
+
+
+def own_period(first: float, last: float, samples: int) -> float:
+    """Return the period, s, of so many even times."""
+    return round_period((last - first) / (samples - 1), samples)
+
+
+def fits(own: float, wanted: float, samples: int) -> bool:
+    """Tell whether samples of a period, s, can be taken for those of the wanted one; 0: any."""
+    return not wanted or abs(wanted - own) * samples <= EVEN * own
 
 
 def follows(time: np.ndarray, start: float, period: float, first: int) -> bool:

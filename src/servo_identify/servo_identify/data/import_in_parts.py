@@ -2,8 +2,8 @@
 A long table as a bag, part by part: read once for what is to be known of it, once for its samples.
 
 This serves a CSV or Parquet file of numbers alone, and messages in the order of their stamps, all
-with times that rise. Their times alone are held. All others are held whole, as table_import.py has
-it; what comes out is the same.
+with times that rise. Of those whose times are not even the times alone are held. All others are
+held whole, as table_import.py has it; what comes out is the same.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+import tempfile
 
 import numpy as np
 
@@ -21,11 +22,12 @@ from servo_twin.recording.recording import Recording
 
 from .column_units import named_columns
 from .csv_table import numbers_in_parts
-from .even_grid import Between, grid_of
+from .even_grid import Between, fits, follows, grid_of, own_period
 from .joining import HELD
 from .mapping import Mapping, read_mapping
 from .message_files import holds_messages
 from .messages_in_parts import long_messages, NotInOrder
+from .on_disk import OnDisk
 from .plausibility import check_angles
 from .table_import import beside, check_columns, described, Seen
 from .tables import from_arrow, Table
@@ -60,7 +62,9 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
               (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
     if any('{' in str(value) for value in facts.values()):
         raise NotPlain
-    with _parts_of(path, plan, bag.absolute().parent) as tables:
+    folder = bag.absolute().parent
+    with (_parts_of(path, plan, folder) as tables,
+          tempfile.TemporaryFile(dir=folder) as file):
         told, warnings = list[str](), list[str]()
 
         def parts() -> Iterator[Columns]:
@@ -71,17 +75,22 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                 if not told:
                     told.extend(again)
 
-        seen, time, some = _looked_over(parts())
+        times = OnDisk(file, 'd')
+        seen, some = _looked_over(parts(), times)
         check_columns(path, seen, list(seen.finite), warnings)
         check_angles(path, some, machine.values['mechanism.ratio'])
-        step, follow = grid_of(path, time, period or (plan.period if plan else 0.0), warnings)
-        samples = _untimed(parts())
-        if not follow:
+        start, = times.part(0, 1)
+        wanted = period or (plan.period if plan else 0.0)
+        own = _even_period(times, seen.rows, wanted)
+        step, samples = wanted or own, _untimed(parts())
+        if not own:
+            time = times.part()
+            step, _ = grid_of(path, time, wanted, warnings)
             between = Between(time, step)
             between.tell_holes(warnings)
             samples = _resampled(samples, between)
         head = described(path, machine, servo.read_text('utf8'), facts, told, warnings,
-                         float(time[0]), step, {})
+                         float(start), step, {})
         coupled = bool(seen.finite.get('coupled_position'))
         with RecordingWriter(bag, block_size, coupled=coupled) as written:
             for part in _in_blocks(samples, block_size):
@@ -90,26 +99,34 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
     return head
 
 
-def _looked_over(parts: Iterator[Columns]) -> tuple[Seen, np.ndarray, Columns]:
-    """Return what was seen, all times, and some rows from all over."""
-    seen, times, stride = Seen(), list[np.ndarray](), 1
+def _looked_over(parts: Iterator[Columns], times: OnDisk) -> tuple[Seen, Columns]:
+    """Return what was seen, and some rows from all over; keep the times."""
+    seen, last, stride = Seen(), -np.inf, 1
     kept: dict[str, list[np.ndarray]] = {}
     for columns in parts:
         time = columns.get('t')
-        last = times[-1][-1] if times else -np.inf
         if time is None or not (np.diff(time, prepend=last) > 0.0).all():
             raise NotPlain
-        times.append(time)
+        times.extend(time)
+        last = time[-1]
         for name, column in columns.items():
             kept.setdefault(name, []).append(column[-seen.rows % stride::stride])
         seen.add(columns)
         if sum(map(len, kept['t'])) > 2 * LOOKED_AT:
             stride *= 2
             kept = {name: [np.concatenate(pieces)[::2]] for name, pieces in kept.items()}
-    if seen.rows < 2 or not np.isfinite(times[-1][-1]):
+    if seen.rows < 2 or not np.isfinite(last):
         raise NotPlain
-    return (seen, np.concatenate(times),
-            {name: np.concatenate(pieces) for name, pieces in kept.items()})
+    return seen, {name: np.concatenate(pieces) for name, pieces in kept.items()}
+
+
+def _even_period(times: OnDisk, rows: int, wanted: float) -> float:
+    """Return the period, s, that times follow as they are, 0 where they are to be resampled."""
+    (start,), (last,) = times.part(0, 1), times.part(rows - 1, 1)
+    own = own_period(start, last, rows)
+    follow = fits(own, wanted, rows) and all(
+        follows(times.part(first, ROWS), start, own, first) for first in range(0, rows, ROWS))
+    return own if follow else 0.0
 
 
 def _untimed(parts: Iterator[Columns]) -> Iterator[Columns]:

@@ -2,49 +2,22 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, ExitStack
 from functools import partial
 from pathlib import Path
 import tempfile
-from typing import IO
 
 import numpy as np
 
 from .joining import at_rows, period_between
 from .messages import Taken, taken
+from .on_disk import OnDisk
 from .tables import Table
-
-_WRITES = 1 << 16  # numbers that are written at once
 
 
 class NotInOrder(Exception):
     """Messages whose stamps run backwards: all of them are to be held to sort them."""
-
-
-class OnDisk:
-    """A column of numbers of eight bytes in a file."""
-
-    def __init__(self, file: IO[bytes], code: str) -> None:
-        self._file, self._code, self._new = file, code, array(code)
-
-    def append(self, number: float) -> None:
-        """Take the next number."""
-        self._new.append(number)  # type: ignore[arg-type]
-        if len(self._new) == _WRITES:
-            self._flush()
-
-    def part(self, first: int = 0, count: int = -1) -> np.ndarray:
-        """Return so many numbers from one on, or all that follow."""
-        self._flush()
-        self._file.seek(8 * first)
-        return np.fromfile(self._file, self._code, count)
-
-    def _flush(self) -> None:
-        self._file.seek(0, 2)
-        self._new.tofile(self._file)
-        self._new = array(self._code)
 
 
 class LongMessages:
