@@ -191,7 +191,7 @@ class Graph:
         codes = [process.wait(60) for process in self.nodes]
         for process in self.fed:
             try:
-                process.wait(15)
+                process.wait(60.0)
             except subprocess.TimeoutExpired:
                 os.kill(process.pid, signal.SIGKILL)
                 process.wait()

@@ -155,7 +155,7 @@ def twins(folder: Path, context: Context | None = None) -> Iterator[Callable[...
     yield start
     for rig in rigs:
         rig.process.terminate()
-    codes = [rig.process.wait(20) for rig in rigs]
+    codes = [rig.process.wait(60.0) for rig in rigs]
     node.destroy_node()
     rclpy.try_shutdown(context=context)
     assert codes == [0] * len(rigs)

@@ -164,7 +164,7 @@ def test_processes_are_killed_when_they_do_not_listen(tmp_path, monkeypatch):
             'signal.signal(15, signal.SIG_IGN); print("deaf", flush=True); time.sleep(600)')
     with Processes(tmp_path) as processes:
         processes.start('deaf', [sys.executable, '-c', deaf])
-        wait_until(lambda: 'deaf' in processes.said('deaf'), 'it listens', 10.0, processes)
+        wait_until(lambda: 'deaf' in processes.said('deaf'), 'it listens', 60.0, processes)
         pid = processes.pids()['deaf']
     assert not Path(f'/proc/{pid}').exists()
 
@@ -209,13 +209,13 @@ def test_it_waits_at_its_end_for_a_diagnosis_that_runs(answer, tmp_path, capsys)
     with Processes(tmp_path) as processes:
         processes.start('view', [sys.executable, '-c', VIEW, BEGINS, str(asked), *[answer][:bool(
             answer)]], may_end=True)
-        wait_until(lambda: BEGINS in processes.said('view'), 'it begins', 10.0, processes)
+        wait_until(lambda: BEGINS in processes.said('view'), 'it begins', 60.0, processes)
         waiting = Thread(target=let_answer, args=[processes])
         waiting.start()
         waiting.join(1.0)
         assert waiting.is_alive()
         asked.touch()
-        waiting.join(10.0)
+        waiting.join(60.0)
         assert not waiting.is_alive()
         let_answer(processes)  # none runs any more: at once
     said = capsys.readouterr().out

@@ -158,7 +158,7 @@ def test_it_says_what_is_wrong_with_a_servo_file_and_waits_to_be_configured(serv
         stderr=subprocess.PIPE, text=True, env=os.environ | {'RCUTILS_COLORIZED_OUTPUT': '0'})
     said = process.stderr.readline()
     process.terminate()
-    rest = process.communicate(timeout=20)[1]
+    rest = process.communicate(timeout=60.0)[1]
     assert process.returncode == 0, rest
     assert "bad.yaml: drive has no parameter 'gian'; did you mean 'gain'?" in said
 

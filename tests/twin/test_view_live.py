@@ -55,7 +55,7 @@ def faulty_rig(tmp_path):
     yield faults
     for process in (rig, hub):
         process.terminate()
-        process.wait(10.0)
+        process.wait(60.0)
 
 
 def test_it_follows_a_rig_moves_values_and_switches_faults(
