@@ -41,7 +41,7 @@ class Graph:
         rclpy.init()
         self.node = rclpy.create_node('tester', namespace='rig')
         self.said, self.estimates, self.predictions, self.residuals = {}, [], [], []
-        self.samples = []
+        self.samples, self.excitation, self.players = [], [], []
         self.history, self.feedback, self.fed = [], [], []
         deep = QoSProfile(depth=5000)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, deep)
@@ -97,11 +97,16 @@ class Graph:
             'autostart:=true',
             'bus.interface:=unix_bus', f'bus.channel:={bus}',
             file=('--params-file', str(CONFIG / 'driver.yaml'))))
-        self.fed.append(subprocess.Popen(
-            [*python, 'servo_rig_driver.record.player_node', *excitation, '--wait', '120',
-             '--ros-args', '-r',
-             '__ns:=/rig']))
+        self.excitation = [*python, 'servo_rig_driver.record.player_node', *excitation, '--wait',
+                           '120', '--ros-args', '-r', '__ns:=/rig']
+        self._keep_moving()
         return emulator, file
+
+    def _keep_moving(self):
+        """Play the excitation of a rig on a bus, again where a busy machine ended it."""
+        if self.excitation and (not self.players or self.players[-1].poll() is not None):
+            self.players.append(subprocess.Popen(self.excitation))
+            self.fed.append(self.players[-1])
 
     def _hear(self, message):
         for status in message.status:
@@ -150,6 +155,7 @@ class Graph:
     def wait(self, condition, seconds=240.0):
         until = monotonic() + seconds
         while not condition():
+            self._keep_moving()
             assert monotonic() < until, f'not within {seconds:g} s; {self.said}'
             sleep(0.02)
 
