@@ -188,13 +188,14 @@ class Listener:
                     for status in self.diagnoses[-1].status]
             raise AssertionError(f'{error}; after {len(self.diagnoses)} it says {told}') from None
 
-    def has_heard(self, words: str) -> None:
+    def has_heard(self, words: str) -> str:
         """Wait until the status of the rig says these words, of now or of what has passed."""
-        def told() -> bool:
+        def told() -> str:
             rig = self.status('rig')
-            return rig is not None and any(words in said for said in (
-                rig.message, *(v.value for v in rig.values if v.key.startswith('past'))))
-        wait_for(told, f'the rig says "{words}"')
+            said = [] if rig is None else [rig.message, *(
+                v.value for v in rig.values if v.key.startswith('past'))]
+            return next((one for one in said if words in one), '')
+        return wait_for(told, f'the rig says "{words}"')
 
     def all_well(self) -> None:
         """Wait until the drive is enabled and nothing is wrong but passing events."""
