@@ -108,9 +108,9 @@ class OnRequest(Device):
                 break
             self.watch.silent(now())
         if answers > 1:
-            self.doubled = sorted(doubled(
-                self.nodes.keys(), lambda: self._counted(port, now), wanted))
-            if self.doubled:
+            pair = doubled(self.nodes.keys(), lambda: self._counted(port, now), wanted)
+            if pair:
+                self.doubled = sorted(pair)
                 return Outcome.DOUBLED
         if asked > 1:  # a late answer would be taken for that to the first sample
             self._quiet(port, now)
@@ -129,11 +129,11 @@ class OnRequest(Device):
             port.receive(0.005)
 
     def _counted(self, port: BusPort, now: Callable[[], int]) -> tuple[set[int], int]:
-        """Ask once, when no answer is under way; return who answered twice, and in what time."""
+        """Ask once, after a silence; return who answered twice, and within what time, ns."""
         self._quiet(port, now, QUIET)
         asked = now()
-        answers = self._asked(port, now, PROMPT)
-        return set(self.nodes) if answers > 1 else set(), self._answered - asked
+        twice = self._asked(port, now, PROMPT) > 1
+        return set(self.nodes) if twice else set(), self._answered - asked
 
     def _quiet(self, port: BusPort, now: Callable[[], int], long: int = 5 * ECHO) -> None:
         """Wait until no answer has come for so long, ns."""
@@ -145,11 +145,7 @@ class OnRequest(Device):
                 quiet_since = now()
 
     def _asked(self, port: BusPort, now: Callable[[], int], echo: int = ECHO) -> int:
-        """
-        Return how many answers one request gets, up to ``echo`` ns after the first one.
-
-        ``_answered`` is when the first one came.
-        """
+        """Return how many answers one request gets, up to ``echo`` ns after the first one."""
         self._answers, self._sampling = 0, False
         port.send(self.query())
         until = now() + max(ECHO, round(self.settings.retry * 1e9))
