@@ -12,8 +12,12 @@ process of its own.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+import json
 from pathlib import Path
+import random
 import re
 import subprocess
 import sys
@@ -105,14 +109,14 @@ def _bags(seconds: float) -> None:
     rows: dict[str, list[float]] = {}
     for minutes in LENGTHS:
         with TemporaryDirectory(prefix='servo_limits_') as folder:
-            bag, table = Path(folder) / 'bag', Path(folder) / 'table.csv'
-            _recorded(bag, table, minutes)
+            bag, table, log = (Path(folder) / name for name in ('bag', 'table.csv', 'log.mcap'))
+            _recorded(bag, table, log, minutes)
             size = sum(file.stat().st_size for file in bag.iterdir())
             print(f'bag of {minutes} min at 1 kHz, {size / 2**20:.0f} MiB on disk:', flush=True)
-            for name, words in _commands(bag, table, Path(folder)).items():
+            for name, words in _commands(bag, table, log, Path(folder)).items():
                 peak, took, said = _peak_of(words)
                 rows.setdefault(name, []).append(peak)
-                print(f'  {name:9} {peak:6.0f} MiB at most, {took:6.1f} s of processor{said}',
+                print(f'  {name:15} {peak:6.0f} MiB at most, {took:6.1f} s of processor{said}',
                       flush=True)
     hours = (LENGTHS[-1] - LENGTHS[-2]) / 60.0
     heads = ' | '.join(f'{minutes} min' for minutes in LENGTHS)
@@ -123,7 +127,7 @@ def _bags(seconds: float) -> None:
               f'{(peaks[-1] - peaks[-2]) / hours:.0f} |', flush=True)
 
 
-def _commands(bag: Path, table: Path, folder: Path) -> dict[str, list[str]]:
+def _commands(bag: Path, table: Path, log: Path, folder: Path) -> dict[str, list[str]]:
     return {
         'replay': ['servo_twin.cli', 'replay', bag, '-o', folder / 'replayed', '--page',
                    folder / 'page.html'],
@@ -133,14 +137,17 @@ def _commands(bag: Path, table: Path, folder: Path) -> dict[str, list[str]]:
                      folder / 'diagnosis'],
         'import': ['servo_identify.cli', 'import', table, '--servo', 'rv_bench', '-o',
                    folder / 'imported'],
+        'import messages': ['servo_identify.cli', 'import', log, '--servo', 'rv_bench',
+                            '--mapping', log.with_suffix('.yaml'), '-o', folder / 'messages'],
     }
 
 
-def _recorded(bag: Path, table: Path, minutes: int) -> None:
+def _recorded(bag: Path, table: Path, log: Path, minutes: int) -> None:
     """Record the bench's servo file, headless and as fast as it goes, a minute at a time."""
     servo = load(shipped('servos/rv_bench.yaml'))
-    state, random = initial_state(servo), np.random.default_rng(1)
-    with RecordingWriter(bag, 10) as written, table.open('w', encoding='utf8') as rows:
+    state, chance = initial_state(servo), np.random.default_rng(1)
+    with (RecordingWriter(bag, 10) as written, table.open('w', encoding='utf8') as rows,
+          _log(log) as say):
         rows.write('t,motor_position,load_position,torque,current,voltage\n')
         for minute in range(minutes):
             time = 60.0 * minute + np.arange(60_000) * 1e-3
@@ -149,11 +156,36 @@ def _recorded(bag: Path, table: Path, minutes: int) -> None:
             y = simulate(servo, inputs_of(columns), 1e-3, state, 'closed_loop')
             columns.update(zip(PREDICTED, y.T.copy(), strict=True))
             for name in COMPARED:
-                columns[name] += servo.noise(name) * random.standard_normal(len(time))
+                columns[name] += servo.noise(name) * chance.standard_normal(len(time))
             written.add(Recording('bench', 1e-3, columns, start=60.0 * minute, servo=servo.name,
                                   servo_file=dumps(servo), sequence=60_000 * minute))
             np.savetxt(rows, np.column_stack([time, *(columns[name] for name in (
                 *COMPARED, 'voltage'))]), fmt='%.9g', delimiter=',')
+            for k in range(0, len(time), 2):
+                say(time[k], {name: float(columns[name][k]) for name in (*COMPARED, 'voltage')})
+
+
+@contextmanager
+def _log(path: Path) -> Iterator[Callable[[float, dict[str, float]], None]]:
+    """Give what logs numbers of a time, s, as JSON, with the jitter of a busy controller."""
+    from mcap.writer import Writer
+
+    late = random.Random(1)
+    path.with_suffix('.yaml').write_text('time: {source: /joint.stamp}\ncolumns:\n' + ''.join(
+        f'  {name}: {{source: /joint.{name}}}\n' for name in (*COMPARED, 'voltage')))
+    with path.open('wb') as stream:
+        writer = Writer(stream)
+        writer.start()
+        joint = writer.register_channel(
+            '/joint', 'json', writer.register_schema('Joint', 'jsonschema', b'{}'))
+
+        def say(time: float, numbers: dict[str, float]) -> None:
+            ns = round((time + late.uniform(0.0, 2e-4)) * 1e9)
+            stamp = {'sec': ns // 10**9, 'nanosec': ns % 10**9}
+            writer.add_message(joint, ns, json.dumps({'stamp': stamp, **numbers}).encode(), ns)
+
+        yield say
+        writer.finish()
 
 
 def _peak_of(words: list[str | Path]) -> tuple[float, float, str]:

@@ -207,7 +207,7 @@ def test_a_page_that_is_served_is_told_by_json_at_once(tmp_path):
             urlopen(served['address'], timeout=10.0).close()
         finally:
             view.send_signal(signal.SIGINT)
-            said, _ = view.communicate(timeout=15.0)
+            said, _ = view.communicate(timeout=60.0)
         assert said == '' and view.returncode == 0
     assert json.loads(found.read_text()) == {**served, 'exit_status': 0}
 

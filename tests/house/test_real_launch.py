@@ -101,8 +101,8 @@ def test_what_it_starts_runs_and_ends_with_it(tmp_path, end):
         wait_for(lambda: DISABLED in run.watcher.states, 'the drive is down')
         assert monotonic() - since < 3.0
         run.watcher.close()
-        run.process.wait(20.0)
-        wait_for(lambda: not any(map(alive, run.pids)), 'all that it started has ended', 10.0)
+        run.process.wait(60.0)
+        wait_for(lambda: not any(map(alive, run.pids)), 'all that it started has ended')
         said = run.text()
         assert 'Traceback' not in said and 'error_already_set' not in said, said
         if end != 'killed':
@@ -131,7 +131,7 @@ def test_beside_a_real_drive_nothing_is_switched_on_by_itself(tmp_path):
             run.pids = children(run.process.pid)
             assert len(run.pids) == 1
             os.killpg(run.process.pid, signal.SIGINT)
-            run.process.wait(20.0)
+            run.process.wait(60.0)
         finally:
             run.close()
 
@@ -153,8 +153,8 @@ def test_a_list_of_joints_gives_an_adapter_a_twin_and_a_bag_for_each(tmp_path):
         pids = children(process.pid)
         assert len(pids) == 6
         os.killpg(process.pid, signal.SIGINT)
-        process.wait(20.0)
-        wait_for(lambda: not any(map(alive, pids)), 'all that it started has ended', 10.0)
+        process.wait(60.0)
+        wait_for(lambda: not any(map(alive, pids)), 'all that it started has ended')
         log.seek(0)
         said = log.read()
         assert said.count('process has finished cleanly') == 6 and 'Traceback' not in said, said

@@ -197,7 +197,7 @@ def test_a_twin_runs_beside_a_robot_whose_drives_nobody_touches(tmp_path, capsys
     finally:
         for process in reversed(running):
             process.send_signal(signal.SIGINT)
-        ended = [process.wait(20.0) for process in running]
+        ended = [process.wait(60.0) for process in running]
         if stack is not None and stack.poll() is None:
             stack.kill()
         ears.close()

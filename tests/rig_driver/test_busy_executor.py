@@ -47,7 +47,7 @@ def test_an_executor_that_always_has_work_is_left_at_once(finishes):
         assert process.stdout.readline() == 'works\n'
         if not finishes:
             process.send_signal(signal.SIGTERM)
-        assert process.wait(10.0) == 0
+        assert process.wait(60.0) == 0
         assert process.stdout.read() == ('' if finishes else 'rests\n') + 'ended\n'
     finally:
         process.kill()

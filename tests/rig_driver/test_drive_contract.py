@@ -6,6 +6,7 @@ from time import monotonic, sleep
 
 from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters
 from driver_bench import wait_for
+from held_up import held_up_since
 import numpy as np
 import pytest
 
@@ -41,7 +42,7 @@ def turning(link, speed=1.0):
 def went_down(made, link, since):
     """Check that the drive braked, then had no torque, and nothing after that."""
     wait_for(lambda: not made.pushes, 'the motor has no torque')
-    assert monotonic() - since < DOWN_WITHIN
+    assert monotonic() - since < DOWN_WITHIN + held_up_since(since)
     wait_for(lambda: 'off' in made.tap.said, 'the last order is on the bus')
     said = [word for word in made.tap.said if word != 'drive']
     assert said[:2] == ['brake', 'off'], made.tap.said
@@ -87,7 +88,7 @@ def test_a_stop_ends_at_rest_however_long_the_quick_stop_may_take(name, tmp_path
         turning(link)
         since = monotonic()
         assert link.link.stop()
-        assert monotonic() - since < DOWN_WITHIN
+        assert monotonic() - since < DOWN_WITHIN + held_up_since(since)
         assert not made.pushes
 
 
@@ -297,6 +298,13 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
             wait_for(lambda: second._wire is not None, 'both are on the bus')
             link.link.open()
             link.link.start()
+
+            def refused():  # one of two that answers late on a busy machine is not there yet
+                if link.link.state == 'streaming':
+                    link.link.stop()
+                    link.link.start()
+                return link.link.state == 'refusing a bus with two nodes of one id'
+            wait_for(refused, 'the driver refuses the bus')
             link.says('two nodes of one id')
             assert not made.pushes and not second.nodes.gives_torque
             wait_for(lambda: 'end it, or give one' in caplog.text, 'a rig hears the other one')

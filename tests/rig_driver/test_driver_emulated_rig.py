@@ -45,7 +45,7 @@ class Machine:
         self.driver.close()
         for process in (self.rig, self.hub):
             process.terminate()
-            process.wait(10.0)
+            process.wait(60.0)
         self.ears.close()
 
 

@@ -8,6 +8,7 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter as RosParameter
 from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
+from way_back import knows_the_way_back
 import yaml
 
 from servo_rig_driver.can_bus.can_hub import CanHub
@@ -27,7 +28,8 @@ class Hands:
 
     def call(self, kind: type, name: str, **request: object):
         client = self.node.create_client(kind, f'driver/{name}')
-        assert client.wait_for_service(15.0), f'no service {name}'
+        wait_for(client.service_is_ready, f'there is a service {name}')
+        knows_the_way_back(self.node, 'driver', lambda heard: wait_for(heard, 'it answers'))
         future = client.call_async(kind.Request(**request))
         wait_for(future.done, f'{name} answers')
         self.node.destroy_client(client)

@@ -90,5 +90,5 @@ def test_a_rig_process_listens_where_it_was_told_and_says_when_its_bus_is_away(t
         assert {one['value'] for one in said['faults']} == {0.0}
     finally:
         rig.terminate()
-        assert rig.wait(15.0) == 0
+        assert rig.wait(60.0) == 0
     assert not faults.exists()

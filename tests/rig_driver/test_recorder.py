@@ -35,7 +35,7 @@ class Recording:
     def end(self, number: int = signal.SIGINT) -> str:
         if self.process.poll() is None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=30)
+        out, err = self.process.communicate(timeout=60.0)
         return out + err
 
     def __enter__(self) -> 'Recording':
@@ -149,7 +149,7 @@ def test_it_warns_that_no_sample_comes_and_finds_a_shipped_servo(tmp_path):
     ('output:=/tmp', '/tmp exists already')])
 def test_it_refuses_what_it_cannot_record(tmp_path, parameter, text):
     with Recording(tmp_path, parameter) as recording:
-        _, said = recording.process.communicate(timeout=30)
+        _, said = recording.process.communicate(timeout=60.0)
     assert recording.process.returncode == 2
     assert text in said and 'Traceback' not in said
 

@@ -8,6 +8,7 @@ from time import monotonic, sleep
 
 from can_watcher import CanWatcher, DISABLED, ENABLED, FAULT
 from driver_bench import alive, CONFIG, DriverProcess, Listener, wait_for
+from held_up import held_up_since
 from lifecycle_msgs.msg import Transition
 import pytest
 from scripted_rig import ScriptedRig
@@ -43,7 +44,7 @@ def bench(tmp_path_factory):
         finally:
             watcher.close()
             rig.terminate()
-            assert rig.wait(10.0) == 0
+            assert rig.wait(60.0) == 0
 
 
 def turning(channel, watcher, namespace='rig', **values):
@@ -88,7 +89,7 @@ def test_a_driver_that_is_killed_leaves_a_drive_that_fails_by_itself_and_stays_s
         driver.process.kill()
         since = monotonic()
         wait_for(lambda: watcher.ask() == FAULT, 'the drive misses SYNC')
-        assert monotonic() - since < WATCHDOG + 1.0
+        assert monotonic() - since < WATCHDOG + 1.0 + held_up_since(since)
         sleep(0.3)
         assert watcher.ask() == FAULT
     finally:
@@ -110,7 +111,7 @@ def test_a_driver_that_was_led_down_by_hand_stays_down_though_it_started_itself(
     try:
         since = monotonic()
         assert hands.change(Transition.TRANSITION_DEACTIVATE)
-        watcher.saw_it_go_down(since, DOWN_WITHIN)
+        watcher.saw_it_go_down(since, DOWN_WITHIN, turns=False)  # set-points may have run out
         assert hands.change(Transition.TRANSITION_CLEANUP)
         stays_down('unconfigured')
         assert hands.change(Transition.TRANSITION_CONFIGURE)
@@ -189,7 +190,7 @@ def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, 
                 sleep(0.05)
         watcher.saw_it_go_down(since, DOWN_WITHIN, turns=False)  # the player may end first
         watcher.close()
-        wait_for(lambda: not any(map(alive, pids)), 'all of them have ended', 8.0)
+        wait_for(lambda: not any(map(alive, pids)), 'all of them have ended')
     finally:
         watcher.close()
         ears.close()
@@ -215,7 +216,7 @@ def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(tmp_path):
         finally:
             wire.bus.shutdown()
             first.terminate()
-            assert first.wait(10.0) == 0
+            assert first.wait(60.0) == 0
 
 
 def test_a_second_rig_leaves_when_it_hears_a_first_one_that_beats_slowly(tmp_path):
@@ -243,7 +244,7 @@ def test_a_second_rig_leaves_when_it_hears_a_first_one_that_beats_slowly(tmp_pat
         finally:
             wire.bus.shutdown()
             first.terminate()
-            assert first.wait(10.0) == 0
+            assert first.wait(60.0) == 0
 
 
 def test_two_nodes_of_one_id_are_named_and_nothing_is_switched_on_or_tried_again(tmp_path):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from second_rig import record
 from second_rig_machines import CLASSES
+import second_rig_motions
 
 pytestmark = pytest.mark.slow
 
@@ -36,5 +37,6 @@ def test_it_resists_more_where_something_more_resists():
 
 @pytest.mark.parametrize(('machine', 'lacks', 'silent'), [
     ('gearmotor', ('gravity',), ('torque',)), ('turntable', (), ('torque', 'load_position'))])
-def test_what_it_lacks_is_named_with_few_sensors_too(machine, lacks, silent):
+def test_what_it_lacks_is_named_with_few_sensors_too(machine, lacks, silent, monkeypatch):
+    monkeypatch.setattr(second_rig_motions, 'SECONDS', 6.0)
     assert diagnosed(Case(0, machine, lacks, False, 1, 2.0, silent))[1] == 'right'

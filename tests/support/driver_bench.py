@@ -25,7 +25,7 @@ from sensor_msgs.msg import JointState
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config' / 'driver.yaml'
-PATIENCE = 15.0
+PATIENCE = 60.0  # s, of a busy machine; nothing waits for longer than it has to
 
 
 def wait_for(condition: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any:
@@ -188,13 +188,14 @@ class Listener:
                     for status in self.diagnoses[-1].status]
             raise AssertionError(f'{error}; after {len(self.diagnoses)} it says {told}') from None
 
-    def has_heard(self, words: str) -> None:
+    def has_heard(self, words: str) -> str:
         """Wait until the status of the rig says these words, of now or of what has passed."""
-        def told() -> bool:
+        def told() -> str:
             rig = self.status('rig')
-            return rig is not None and any(words in said for said in (
-                rig.message, *(v.value for v in rig.values if v.key.startswith('past'))))
-        wait_for(told, f'the rig says "{words}"')
+            said = [] if rig is None else [rig.message, *(
+                v.value for v in rig.values if v.key.startswith('past'))]
+            return next((one for one in said if words in one), '')
+        return wait_for(told, f'the rig says "{words}"')
 
     def all_well(self) -> None:
         """Wait until the drive is enabled and nothing is wrong but passing events."""

@@ -17,10 +17,11 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
+from way_back import knows_the_way_back
 
 from servo_identify.cli import main
 from servo_twin_msgs.action import Diagnose, Retrain
-from servo_twin_msgs.msg import Estimate, Prediction, Residual
+from servo_twin_msgs.msg import Encoder, Estimate, Prediction, Residual
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 
@@ -40,10 +41,12 @@ class Graph:
         rclpy.init()
         self.node = rclpy.create_node('tester', namespace='rig')
         self.said, self.estimates, self.predictions, self.residuals = {}, [], [], []
+        self.samples, self.excitation, self.players = [], [], []
         self.history, self.feedback, self.fed = [], [], []
         deep = QoSProfile(depth=5000)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, deep)
         self.node.create_subscription(Estimate, 'twin/estimate', self.estimates.append, deep)
+        self.node.create_subscription(Encoder, 'encoder', self._sampled, deep)
         self.node.create_subscription(Prediction, 'twin/prediction', self._count, deep)
         self.node.create_subscription(Residual, 'twin/residual', self._keep, deep)
         self.clients = {'retrain': ActionClient(self.node, Retrain, 'retrain'),
@@ -54,7 +57,7 @@ class Graph:
         self.thread.start()
         servo_file = str(CONFIG / 'servos' / f'{servo}.yaml')
         self.nodes = [
-            self._start('servo_twin.nodes.twin_node', 'autostart:=true',
+            self._start('servo_twin.nodes.twin_node', 'autostart:=true', 'overload:=60.0',
                         f'servo_file:={servo_file}'),
             self._start('servo_identify.nodes.identify_node', f'servo_file:={servo_file}',
                         *settings)]
@@ -94,11 +97,16 @@ class Graph:
             'autostart:=true',
             'bus.interface:=unix_bus', f'bus.channel:={bus}',
             file=('--params-file', str(CONFIG / 'driver.yaml'))))
-        self.fed.append(subprocess.Popen(
-            [*python, 'servo_rig_driver.record.player_node', *excitation, '--wait', '120',
-             '--ros-args', '-r',
-             '__ns:=/rig']))
+        self.excitation = [*python, 'servo_rig_driver.record.player_node', *excitation, '--wait',
+                           '120', '--ros-args', '-r', '__ns:=/rig']
+        self._keep_moving()
         return emulator, file
+
+    def _keep_moving(self):
+        """Play the excitation of a rig on a bus, again where a busy machine ended it."""
+        if self.excitation and (not self.players or self.players[-1].poll() is not None):
+            self.players.append(subprocess.Popen(self.excitation))
+            self.fed.append(self.players[-1])
 
     def _hear(self, message):
         for status in message.status:
@@ -109,6 +117,9 @@ class Graph:
 
     def _count(self, message):
         self.predictions.append((message.sequence, len(message.current)))
+
+    def _sampled(self, message):
+        self.samples.append((message.sequence, len(message.motor_position)))
 
     def _keep(self, message):
         self.residuals.append((message.sequence, np.array(message.load)))
@@ -125,9 +136,15 @@ class Graph:
         return sum(self.predictions[-1]) if self.predictions else 0
 
     def missed(self):
-        """Return how many samples the twin did not answer since its first."""
-        answered = list(self.predictions)
-        return answered[-1][0] + answered[-1][1] - answered[0][0] - sum(n for _, n in answered)
+        """
+        Return how many samples the twin did not answer since its first answer.
+
+        Those that a driver on a busy machine left out are nobody's to answer.
+        """
+        answered = {first + k for first, size in list(self.predictions) for k in range(size)}
+        begun, end = min(answered), max(answered)
+        return sum(begun <= first + k <= end and first + k not in answered
+                   for first, size in list(self.samples) for k in range(size))
 
     def fact(self, part, key):
         return self.said.get(part, ('', {}))[1].get(key)
@@ -135,9 +152,10 @@ class Graph:
     def says(self, part, words):
         return lambda: words in self.said.get(part, ('', {}))[0]
 
-    def wait(self, condition, seconds=120.0):
+    def wait(self, condition, seconds=240.0):
         until = monotonic() + seconds
         while not condition():
+            self._keep_moving()
             assert monotonic() < until, f'not within {seconds:g} s; {self.said}'
             sleep(0.02)
 
@@ -156,14 +174,16 @@ class Graph:
     def set_parameter(self, node, name, value):
         """Set a parameter of a node while it runs."""
         client = AsyncParameterClient(self.node, node)
-        assert client.wait_for_services(60.0)
+        self.wait(client.services_are_ready)
+        knows_the_way_back(self.node, node, self.wait)
         asked = client.set_parameters([Parameter(name, value=value)])
         self.wait(asked.done)
         assert asked.result().results[0].successful, asked.result().results[0].reason
 
     def call(self, service):
         client = self.node.create_client(Trigger, service)
-        assert client.wait_for_service(60.0)
+        self.wait(client.service_is_ready)
+        knows_the_way_back(self.node, 'identify', self.wait)
         asked = client.call_async(Trigger.Request())
         self.wait(asked.done)
         return asked.result()
@@ -177,7 +197,7 @@ class Graph:
         codes = [process.wait(60) for process in self.nodes]
         for process in self.fed:
             try:
-                process.wait(15)
+                process.wait(60.0)
             except subprocess.TimeoutExpired:
                 os.kill(process.pid, signal.SIGKILL)
                 process.wait()

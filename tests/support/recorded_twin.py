@@ -70,4 +70,4 @@ def recorder(bag, servo):
         yield found
     finally:
         found.process.send_signal(signal.SIGINT)
-        found.process.wait(20.0)
+        found.process.wait(60.0)

@@ -14,12 +14,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 import yaml
 
 from servo_twin.bag import (
-    BagError,
-    BagWriter,
-    namespaces,
     read_predictions,
     read_recording,
-    Samples,
     write_predictions,
     write_recording,
 )
@@ -236,104 +232,6 @@ def test_it_reads_the_twins_answer(tmp_path):
     assert same_bits(rig, read_recording(tmp_path / 'b', 'rig1'))
 
 
-def test_it_fills_lost_samples_with_nan_and_says_so(tmp_path):
-    order = [k for k in range(300) if k not in (100, 101, 200)]
-    write_by_rosbags(tmp_path / 'b', {'encoder': order, 'torque': list(range(300)),
-                                      'current': list(range(300))})
-    again = read_recording(tmp_path / 'b')
-    assert list(np.flatnonzero(np.isnan(again['motor_position']))) == [100, 101, 200]
-    assert np.isfinite(again['current']).all()
-    assert any('3 samples lost in 2 gaps, the first at sequence 100' in warning
-               for warning in again.warnings)
-
-
-def test_it_joins_by_sequence_and_keeps_the_first_of_two(tmp_path):
-    order = list(range(50)) + list(range(30, 100))
-    write_by_rosbags(tmp_path / 'b', {'encoder': order, 'current': list(range(10, 100))})
-    again = read_recording(tmp_path / 'b')
-    assert again.sequence == 10
-    assert np.array_equal(again['motor_position'], np.arange(10.0, 100.0))
-    assert any('20 samples are there twice' in warning for warning in again.warnings)
-    assert any('no topic /torque' in warning for warning in again.warnings)
-
-
-def test_it_names_where_time_runs_backwards(tmp_path):
-    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, list(range(100))),
-                     stamp=lambda k: (k if k < 60 else k - 30) * 10**6)
-    with pytest.raises(BagError, match='time runs backwards from 0.059.*sequence 59 to 0.030'):
-        read_recording(tmp_path / 'b')
-
-
-def test_it_names_where_the_period_changes(tmp_path):
-    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, list(range(100))),
-                     period=lambda k: 1e-3 if k < 60 else 2e-3)
-    with pytest.raises(BagError, match='period changes from 0.001 s to 0.002 s at sequence 60'):
-        read_recording(tmp_path / 'b')
-
-
-@pytest.mark.parametrize('period', [0.0, np.nan])
-def test_it_refuses_a_period_that_is_none(tmp_path, period):
-    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, [0, 1]), period=lambda k: period)
-    with pytest.raises(BagError, match=f'period = {period} s, it must be positive'):
-        read_recording(tmp_path / 'b')
-
-
-def test_it_splits_where_the_driver_was_restarted(tmp_path):
-    order = list(range(40)) + list(range(100))
-    stamps = [k * 10**6 for k in range(40)] + [(k + 500) * 10**6 for k in range(100)]
-    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, order), stamp=stamps)
-    again = read_recording(tmp_path / 'b')
-    assert len(again) == 100 and again.start == 0.5
-    assert any('stretches of [40, 100] samples' in warning for warning in again.warnings)
-    assert len(read_recording(tmp_path / 'b', stretch=0)) == 40
-    with pytest.raises(BagError, match='stretch = 2 is outside of'):
-        read_recording(tmp_path / 'b', stretch=2)
-
-
-def test_it_asks_which_of_several_rigs(tmp_path):
-    with BagWriter(tmp_path / 'b') as bag:
-        for rig in ('rig1', 'rig2'):
-            bag.write_samples({
-                f'{rig}/encoder': Samples('Encoder', {'motor_position': np.arange(9.0)}),
-                f'{rig}/current': Samples('Current', {'current': np.arange(9.0)}),
-            }, start=0, period=1e-3)
-    assert namespaces(tmp_path / 'b') == ['rig1', 'rig2']
-    with pytest.raises(BagError, match="several namespaces .'rig1', 'rig2'.; say which"):
-        read_recording(tmp_path / 'b')
-    with pytest.raises(BagError, match="no rig in namespace 'rig3'"):
-        read_recording(tmp_path / 'b', 'rig3')
-    assert np.array_equal(read_recording(tmp_path / 'b', '/rig2')['current'], np.arange(9.0))
-
-
-def test_it_names_the_missing_topic_and_what_there_is(tmp_path):
-    write_by_rosbags(tmp_path / 'b', {'encoder': [0, 1, 2]})
-    with pytest.raises(BagError, match=r'no topic /current .*the bag has /encoder'):
-        read_recording(tmp_path / 'b')
-    with pytest.raises(BagError, match='no topic /twin/prediction'):
-        read_predictions(tmp_path / 'b')
-
-
-@pytest.mark.parametrize('name', ['nothing', 'empty', 'text.mcap', 'table.csv'])
-def test_it_says_what_is_no_bag(tmp_path, name):
-    (tmp_path / 'empty').mkdir()
-    (tmp_path / 'text.mcap').write_text('hello')
-    (tmp_path / 'table.csv').write_text('t,voltage\n')
-    with pytest.raises(BagError, match='does not exist|is no bag|is no MCAP file'):
-        read_recording(tmp_path / name)
-
-
-def test_it_refuses_to_write_over_a_bag_or_without_samples(tmp_path):
-    write_recording(tmp_path / 'b', recording(5))
-    with pytest.raises(BagError, match='exists already'):
-        write_recording(tmp_path / 'b', recording(5))
-    with pytest.raises(BagError, match='without samples'):
-        write_recording(tmp_path / 'c', recording(0))
-    for name, start in (('d', -1.0), ('e', 2.0**31)):
-        with pytest.raises(BagError, match='outside of .*ROS stamp'):
-            write_recording(tmp_path / name, recording(5, start=start))
-        assert not (tmp_path / name).exists()
-
-
 def test_it_reads_a_message_with_a_frame_and_of_changing_length(tmp_path):
     types = own_types()
     with Writer(tmp_path / 'b', version=9, storage_plugin=StoragePlugin.MCAP) as bag:
@@ -350,13 +248,3 @@ def test_it_reads_a_message_with_a_frame_and_of_changing_length(tmp_path):
                 k += size
     again = read_recording(tmp_path / 'b')
     assert np.array_equal(again['motor_position'], np.arange(120.0))
-
-
-def test_a_bag_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    from servo_twin.bag import memory
-    original = Recording('bench', 1e-3, {name: np.zeros(5000) for name in COLUMNS})
-    write_recording(tmp_path / 'bag', original)
-    assert len(read_recording(tmp_path / 'bag')) == 5000
-    monkeypatch.setattr(memory, 'free_memory', lambda: 1e5)
-    with pytest.raises(BagError, match='GiB are free; record in parts'):
-        read_recording(tmp_path / 'bag')

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from recorded_twin import recorder
 from std_msgs.msg import String
-from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
+from twin_graph import samples
 
 from servo_twin.bag import read_changes
 from servo_twin.balances.residual_filters import half_of, WINDOW
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.ros
 
 
 def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
-        graph, servo_files, tmp_path, capsys):  # noqa: F811
+        graph, servo_files, tmp_path, capsys):
     bag = tmp_path / 'bag'
     with recorder(bag, f'{servo_files}/bench.yaml') as recorded:
         rig = graph('rig', 'catch:=0.1')

@@ -2,7 +2,7 @@
 
 from fmu_maker import made
 import pytest
-from test_twin_node import graph, PERIOD, samples, servo_files  # noqa: F401  (graph is a fixture)
+from twin_graph import PERIOD, samples
 
 from servo_twin.description import servo_file
 from servo_twin.lockstep.twin import Twin
@@ -28,7 +28,7 @@ effects:
 
 
 def test_it_answers_in_lockstep_bit_for_bit_and_outlives_a_step_that_fails(
-        graph, tmp_path):  # noqa: F811
+        graph, tmp_path):
     text = SERVO.format(fmu=made(tmp_path, 2))
     rig = graph('rig').ready()
     loaded = rig.ask(LoadServo, 'twin/load_servo', LoadServo.Request(content=text))

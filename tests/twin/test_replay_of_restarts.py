@@ -4,7 +4,7 @@ from lifecycle_msgs.msg import Transition
 import numpy as np
 import pytest
 from recorded_twin import recorder
-from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
+from twin_graph import samples
 
 from servo_twin.bag import read_changes
 from servo_twin.cli import main
@@ -14,7 +14,7 @@ DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_A
 
 
 @pytest.mark.ros
-def test_a_replay_begins_where_the_twin_began_again(graph, servo_files, tmp_path, capsys):  # noqa: F811
+def test_a_replay_begins_where_the_twin_began_again(graph, servo_files, tmp_path, capsys):
     bag = tmp_path / 'bag'
     with recorder(bag, f'{servo_files}/bench.yaml') as recorded:
         rig = graph('rig', 'catch:=0.05')

@@ -99,7 +99,7 @@ class Run:
         for pid in [*self.pids.values(), self.process.pid]:
             if alive(pid):
                 os.kill(pid, signal.SIGKILL)
-        self.process.wait(10.0)
+        self.process.wait(60.0)
 
 
 @contextmanager

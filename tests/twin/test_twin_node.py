@@ -1,174 +1,30 @@
 """The twin node, as a process of its own fed over ROS 2: it ..."""
 
 from array import array
-from collections.abc import Callable
-from math import nan
 import os
 import subprocess
 import sys
-import time
 
-from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters
 import rclpy
-from rclpy.experimental import EventsExecutor
-from rclpy.node import Node
-from rclpy.task import Future
+from twin_graph import BENCH, ends_of, PERIOD, samples
 
 from servo_twin.description import servo_file
 from servo_twin.lockstep.twin import Twin
-from servo_twin.nodes.message_conversion import to_time, TOPICS
+from servo_twin.nodes.message_conversion import to_time
 from servo_twin.nodes.servo_loading import ServoLoading
 from servo_twin.nodes.twin_health import TwinHealth
-from servo_twin.recording.joined_samples import CHANNELS, samples_of
 from servo_twin.recording.recording import BALANCES
-from servo_twin_msgs.msg import Current, Encoder, Prediction, Residual, Torque
+from servo_twin_msgs.msg import Current, Encoder, Torque
 from servo_twin_msgs.srv import LoadServo
 
 pytestmark = pytest.mark.ros
-PERIOD = 1e-3
-BENCH = """
-servo: bench
-drive: {type: current, gain: 0.49, torque_constant: 0.4878}
-mechanism: {type: two_inertia, rotor_inertia: 1.14e-4, load_inertia: 5.76, ratio: 161.0,
-            stiffness: 5.0e+5, damping: 40.0}
-sensors: {motor_encoder: {}, load_encoder: {}, torque_sensor: {}, current_sensor: {}}
-effects:
-  bearing: {effect: coulomb_friction, at: load, level: 20.0}
-"""
-OTHER = BENCH.replace('servo: bench', 'servo: other').replace('bearing', 'seal')
 
 
-class Rig:
-    """A rig of its own namespace that says what the test wants, and a twin process beside it."""
-
-    def __init__(self, node: Node, executor: EventsExecutor, name: str, file: str,
-                 *more: str) -> None:
-        self.node, self.executor, self.name = node, executor, name
-        self.predictions: list[Prediction] = []
-        self.residuals: list[Residual] = []
-        self.told: list = []
-        self.topics = {topic: node.create_publisher(kind, f'{name}/{topic}', 5000)
-                       for topic, kind in TOPICS.items()}
-        node.create_subscription(Prediction, f'{name}/twin/prediction', self.predictions.append,
-                                 5000)
-        node.create_subscription(Residual, f'{name}/twin/residual', self.residuals.append, 5000)
-        node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 10)
-        self.process = subprocess.Popen(
-            [sys.executable, '-m', 'servo_twin.nodes.twin_node', '--ros-args', '-r',
-             f'__ns:=/{name}',
-             '-p', 'autostart:=true', '-p', f'servo_file:={file}', '-p', 'catch:=0.0',
-             *(word for setting in more for word in ('-p', setting))])
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        self.told += [s for s in message.status if s.name == f'/{self.name}/twin: twin']
-
-    def wait(self, condition: Callable[[], bool], seconds: float = 60.0) -> None:
-        """Run callbacks until a condition holds; fails after some seconds."""
-        done, limit = Future(), time.monotonic() + seconds
-
-        def look() -> None:
-            if not done.done() and (condition() or time.monotonic() > limit):
-                done.set_result(None)
-
-        timer = self.node.create_timer(0.01, look)
-        self.executor.spin_until_future_complete(done, seconds + 5.0)
-        self.node.destroy_timer(timer)
-        assert condition(), f'not within {seconds:g} s'
-
-    def ready(self) -> 'Rig':
-        """Ask with empty blocks until the twin hears all topics and is heard on its own."""
-        def asked() -> bool:
-            self.say(0, samples(0))
-            return bool(self.predictions and self.residuals and self.told)
-
-        self.wait(asked)
-        self.say(1, samples(0))
-        self.wait(lambda: self.predictions[-1].sequence == self.residuals[-1].sequence == 1)
-        self.predictions.clear()
-        self.residuals.clear()
-        return self
-
-    def ask(self, kind, service: str, request):
-        """Call a service of the twin."""
-        client = self.node.create_client(kind, f'/{self.name}/{service}')
-        assert client.wait_for_service(20.0)
-        future = client.call_async(request)
-        self.executor.spin_until_future_complete(future, 60.0)
-        assert future.done(), f'{service} did not answer'
-        return future.result()
-
-    def goes(self, transition: int) -> None:
-        """Have the twin make a transition of its lifecycle."""
-        assert self.ask(ChangeState, 'twin/change_state', ChangeState.Request(
-            transition=Transition(id=transition))).success
-
-    def set(self, name: str, value: float | str):
-        """Set a parameter of the twin."""
-        kind = {'type': ParameterType.PARAMETER_STRING, 'string_value': value} if isinstance(
-            value, str) else {'type': ParameterType.PARAMETER_DOUBLE, 'double_value': value}
-        parameter = Parameter(name=name, value=ParameterValue(**kind))
-        return self.ask(SetParameters, 'twin/set_parameters',
-                        SetParameters.Request(parameters=[parameter])).results[0]
-
-    def say(self, sequence: int, samples: np.ndarray, lack: str = '', frame: str = '') -> None:
-        """Publish a block of samples, on all topics but one."""
-        columns = {name: array('d', column.tobytes())
-                   for name, column in zip(CHANNELS, samples.T, strict=True)}
-        for topic, kind in TOPICS.items():
-            message = kind(sequence=sequence, period=PERIOD, **{
-                field: columns[field] for field in kind.get_fields_and_field_types()
-                if field in columns})
-            message.header.stamp = to_time(10**18 + round(sequence * PERIOD * 1e9))
-            message.header.frame_id = frame
-            if topic != lack:
-                self.topics[topic].publish(message)
-
-
-@pytest.fixture(scope='module')
-def servo_files(tmp_path_factory):
-    """The bench and another servo, as files."""
-    folder = tmp_path_factory.mktemp('servos')
-    for name, text in (('bench', BENCH), ('other', OTHER)):
-        (folder / f'{name}.yaml').write_text(text)
-    return folder
-
-
-@pytest.fixture
-def graph(servo_files):
-    """Yield a function that starts a twin in a namespace; all are ended afterwards."""
-    rclpy.init()
-    node, executor, rigs = rclpy.create_node('feeder'), EventsExecutor(), []
-    executor.add_node(node)
-
-    def start(name: str, *settings: str) -> Rig:
-        rigs.append(Rig(node, executor, name, f'{servo_files}/bench.yaml', *settings))
-        return rigs[-1]
-
-    yield start
-    for rig in rigs:
-        rig.process.terminate()
-    codes = [rig.process.wait(20) for rig in rigs]
-    node.destroy_node()
-    rclpy.try_shutdown()
-    assert codes == [0] * len(rigs)
-
-
-def samples(size: int, voltage: float = 1.0) -> np.ndarray:
-    """Return samples of a rig that stands still although it gets a command."""
-    columns = {name: np.full(size, nan) for name in CHANNELS}
-    columns |= {name: np.zeros(size) for name in ('motor_position', 'load_position', 'torque',
-                                                  'current')}
-    return samples_of(columns | {'voltage': np.full(size, voltage)})
-
-
-def test_it_answers_every_sample_bit_for_bit_as_the_twin_does_on_arrays(graph):
-    rig = graph('rig').ready()
+def test_it_answers_every_sample_bit_for_bit_as_the_twin_does_on_arrays(rig):
     for k in range(300):
         rig.say(k, samples(1))
     rig.wait(lambda: len(rig.predictions) == 300 and len(rig.residuals) == 280)
@@ -212,7 +68,7 @@ def test_it_takes_a_value_from_the_next_sample_on_and_says_what_it_refuses(graph
 
 
 def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
-    rig = graph('rig').ready()
+    rig = graph('rig', 'overload:=60.0').ready()
     rig.say(0, samples(10))
     rig.wait(lambda: len(rig.predictions) == 1)
     refused = rig.ask(LoadServo, 'twin/load_servo', LoadServo.Request(content='servo: x'))
@@ -234,8 +90,9 @@ def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
     assert servo_file.loads(loaded.previous).values == servo_file.loads(BENCH).values
     rig.node.destroy_timer(timer)
     assert rig.set('effects.seal.level', 5.0).successful
-    rig.wait(lambda: 10 * len(rig.predictions) == sent[0])
-    assert [m.sequence for m in rig.predictions] == list(range(0, sent[0], 10))
+    rig.wait(lambda: ends_of(rig.predictions)[-1] == sent[0])
+    # a twin that fell behind on a busy machine answers by larger blocks
+    assert [m.sequence for m in rig.predictions] == [0, *ends_of(rig.predictions)[:-1]]
     assert rig.predictions[-1].restarts == 0
 
 
@@ -256,8 +113,7 @@ def test_it_bridges_a_short_gap_and_begins_anew_after_a_long_one(graph):
     assert facts['last restart'].startswith('420 samples were missing before 500')
 
 
-def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
-    rig = graph('rig').ready()
+def test_it_passes_over_a_block_whose_arrays_differ_in_length(rig):
     rig.topics['encoder'].publish(Encoder(
         sequence=1, period=PERIOD, motor_position=[0.0], load_position=[0.0]))
     rig.topics['torque'].publish(Torque(sequence=1, period=PERIOD))
@@ -269,20 +125,14 @@ def test_it_passes_over_a_block_whose_arrays_differ_in_length(graph):
                          for s in rig.told))
 
 
-def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(graph):
-    rig = graph('rig').ready()
+def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(rig):
     for k in range(5):
         rig.say(k, samples(10))
     rig.wait(lambda: len(rig.predictions) == 5)
-
-    def change(transition: int) -> None:
-        request = ChangeState.Request(transition=Transition(id=transition))
-        assert rig.ask(ChangeState, 'twin/change_state', request).success
-
-    change(Transition.TRANSITION_DEACTIVATE)
+    rig.goes(Transition.TRANSITION_DEACTIVATE)
     rig.wait(lambda: len(rig.residuals) == 5)
     assert np.isnan(rig.residuals[-1].load).all()
-    change(Transition.TRANSITION_ACTIVATE)
+    rig.goes(Transition.TRANSITION_ACTIVATE)
     rig.say(500, samples(10))
     rig.wait(lambda: len(rig.predictions) == 6)
     assert (rig.predictions[-1].sequence, rig.predictions[-1].restarts) == (500, 0)
@@ -308,7 +158,7 @@ def test_it_says_what_is_wrong_with_a_servo_file_and_waits_to_be_configured(serv
         stderr=subprocess.PIPE, text=True, env=os.environ | {'RCUTILS_COLORIZED_OUTPUT': '0'})
     said = process.stderr.readline()
     process.terminate()
-    rest = process.communicate(timeout=20)[1]
+    rest = process.communicate(timeout=60.0)[1]
     assert process.returncode == 0, rest
     assert "bad.yaml: drive has no parameter 'gian'; did you mean 'gain'?" in said
 
@@ -342,8 +192,7 @@ def test_its_service_follows_the_remaps_of_the_process_under_a_name_of_its_own()
         rclpy.try_shutdown()
 
 
-def test_it_answers_in_the_frame_of_the_samples(graph):
-    rig = graph('rig').ready()
+def test_it_answers_in_the_frame_of_the_samples(rig):
     for k in range(0, 100, 10):
         rig.say(k, samples(10), frame='rig/base_link')
     rig.wait(lambda: rig.predictions and rig.residuals)
@@ -360,8 +209,7 @@ def test_the_qos_of_its_topics_can_be_overridden(graph):
     assert [info.reliability.name for info in infos] == ['BEST_EFFORT', 'RELIABLE']
 
 
-def test_a_value_that_it_has_can_be_set_though_it_is_read_on_configure(graph, servo_files):
-    rig = graph('rig').ready()
+def test_a_value_that_it_has_can_be_set_though_it_is_read_on_configure(rig, servo_files):
     assert rig.set('balance_window', 0.04).successful
     assert rig.set('servo_file', f'{servo_files}/bench.yaml').successful
     assert not rig.set('balance_window', 0.05).successful

@@ -6,7 +6,7 @@ import signal
 
 import numpy as np
 import pytest
-from test_twin_node import graph, PERIOD, samples, servo_files  # noqa: F401  (fixtures)
+from twin_graph import PERIOD, samples
 import yaml
 
 from servo_twin.recording.waiting_blocks import Block, WaitingBlocks
@@ -43,7 +43,7 @@ def test_past_the_limit_only_the_newest_is_kept_and_the_rest_counted():
 
 
 @pytest.mark.parametrize('held', [1.5, 4.0])
-def test_a_twin_that_was_held_up_says_how_far_it_is_behind(graph, held):  # noqa: F811
+def test_a_twin_that_was_held_up_says_how_far_it_is_behind(graph, held):
     rig = graph('rig', 'overload:=2.0').ready()
     os.kill(rig.process.pid, signal.SIGSTOP)
     for k in range(0, round(held / PERIOD), 10):

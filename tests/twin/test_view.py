@@ -42,7 +42,7 @@ class ViewProcess:
     def end(self, number: int = signal.SIGINT) -> int:
         """End it by a signal and return its exit status."""
         self.process.send_signal(number)
-        return self.process.wait(15.0)
+        return self.process.wait(60.0)
 
 
 @pytest.fixture(scope='module')

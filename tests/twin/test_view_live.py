@@ -10,8 +10,8 @@ from headless_chromium import Browser, found
 import pytest
 from rcl_interfaces.srv import GetParameters
 import rclpy
-from test_twin_node import graph, samples, servo_files  # noqa: F401  (fixtures)
 from test_view import ViewProcess
+from twin_graph import samples
 
 from servo_twin.bringup.processes import wait_until
 from servo_twin.nodes.message_conversion import to_time
@@ -55,11 +55,11 @@ def faulty_rig(tmp_path):
     yield faults
     for process in (rig, hub):
         process.terminate()
-        process.wait(10.0)
+        process.wait(60.0)
 
 
 def test_it_follows_a_rig_moves_values_and_switches_faults(
-        graph, faulty_rig, tmp_path):  # noqa: F811
+        graph, faulty_rig, tmp_path):
     rig = graph('rig').ready()
     events = rig.node.create_publisher(EventMessage, '/rig/events', EVENTS)
     view = ViewProcess('--control', '--faults', faulty_rig)
@@ -127,7 +127,7 @@ def test_it_follows_a_rig_moves_values_and_switches_faults(
         assert view.end() == 0
 
 
-def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):  # noqa: F811
+def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):
     graph('rig').ready()
     rig = LiveRig('rig')
     try:
@@ -140,7 +140,7 @@ def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):  # noqa: F81
             rig.close()
 
 
-def test_a_diagnosis_says_what_it_takes_and_can_be_ended(graph, tmp_path):  # noqa: F811
+def test_a_diagnosis_says_what_it_takes_and_can_be_ended(graph, tmp_path):
     rig = graph('rig').ready()
     view = ViewProcess()
     feeder, browser = Feeder(rig), Browser(tmp_path / 'profile')

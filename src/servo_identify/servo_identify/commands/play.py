@@ -10,10 +10,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 import sys
+from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_file, say, tell
 
 from ..data.arguments import add_data, files, recordings
+
+if TYPE_CHECKING:
+    from servo_twin.physics.servo import Servo
+
+    from ..learn.transmission.two_way_backlash import Play
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +39,7 @@ def main(arguments: argparse.Namespace) -> int:
     """
     from servo_twin.description import servo_file
 
-    from ..learn.transmission.two_way_backlash import measured_play, with_curve
+    from ..learn.transmission.two_way_backlash import with_curve
 
     settings = list(arguments.settings)
     if arguments.output and not settings:
@@ -50,8 +56,7 @@ def main(arguments: argparse.Namespace) -> int:
     known, refused = [], []
     for k, bag in enumerate(bags):
         try:
-            recording, = recordings(arguments, [bag])
-            known.append((k, bag, recording, measured_play(servo, recording)))
+            known.append((k, bag, *_measured(arguments, servo, bag)))
         except ValueError as problem:
             refused.append(str(problem))
     tell(arguments, refused=refused, bags=[
@@ -67,8 +72,17 @@ def main(arguments: argparse.Namespace) -> int:
         raise ValueError('no bag is left: none was passed both ways')
     if arguments.output:
         plays = {settings[k]: play for k, _, _, play in known}
-        servo_file.save(with_curve(servo, plays, [recording for _, _, recording, _ in known]),
-              arguments.output)
+        servo_file.save(with_curve(servo, plays, [name for _, _, name, _ in known]),
+                        arguments.output)
         tell(arguments, written=[arguments.output])
         say(arguments, f'written to {arguments.output}')
     return 1 if refused else 0
+
+
+def _measured(arguments: argparse.Namespace, servo: Servo, bag: Path) -> tuple[str, Play]:
+    """Return the name of a bag and its backlash; the bag is not held any longer."""
+    from ..fit.estimate import bag_name
+    from ..learn.transmission.two_way_backlash import measured_play
+
+    recording, = recordings(arguments, [bag])
+    return bag_name(recording), measured_play(servo, recording)

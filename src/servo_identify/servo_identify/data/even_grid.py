@@ -18,6 +18,8 @@ from .joining import HELD, HOLE
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
 
+_AT_ONCE = 100_000  # samples whose places are looked up together
+
 
 def even(path: Path, columns: dict[str, np.ndarray], period: float,
          warnings: list[str]) -> tuple[float, float, dict[str, np.ndarray]]:
@@ -37,19 +39,32 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
                         'out')
         time = np.delete(time, repeated)
         rest = {name: np.delete(column, repeated) for name, column in rest.items()}
+    step, follow = grid_of(path, time, period, warnings)
+    if follow:
+        return float(time[0]), step, rest
+    between = Between(time, step)
+    between.tell_holes(warnings)
+    return float(time[0]), step, between.values(rest, 0, 0, between.samples)
+
+
+def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
+            ) -> tuple[float, bool]:
+    """
+    Return the step, s, of the grid of rising times, and whether they follow it as they are.
+
+    ``period`` and ``warnings`` as of :func:`even`. Raises ValueError for less than two times.
+    """
     if len(time) < 2:
         raise ValueError(f'{path} has {len(time)} samples; a recording needs two')
-    mean = (time[-1] - time[0]) / (len(time) - 1)
-    own = round_period(mean, len(time))
-    if (follows(time, time[0], own, 0)
-            and (not period or abs(period - own) * len(time) <= EVEN * own)):
-        return float(time[0]), period or own, rest
+    own = own_period(time[0], time[-1], len(time))
+    if fits(own, period, len(time)) and follows(time, time[0], own, 0):
+        return period or own, True
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
     warnings.append(
         f'times are not even ({shortest:.6g} to {longest:.6g} s apart): resampled to '
         f'{step:.6g} s, measurements linearly, commands by their last value')
-    return float(time[0]), step, _resample(time, rest, step, warnings)
+    return step, False
 
 
 def _check(path: Path, time: np.ndarray) -> None:
@@ -61,6 +76,16 @@ def _check(path: Path, time: np.ndarray) -> None:
         k = back[0]
         raise ValueError(f'{path}: time runs backwards from {time[k]:.9g} s in row {k + 1} to '
                          f'{time[k + 1]:.9g} s in row {k + 2}')
+
+
+def own_period(first: float, last: float, samples: int) -> float:
+    """Return the period, s, of so many even times."""
+    return round_period((last - first) / (samples - 1), samples)
+
+
+def fits(own: float, wanted: float, samples: int) -> bool:
+    """Tell whether samples of a period, s, can be taken for those of the wanted one; 0: any."""
+    return not wanted or abs(wanted - own) * samples <= EVEN * own
 
 
 def follows(time: np.ndarray, start: float, period: float, first: int) -> bool:
@@ -88,18 +113,56 @@ def _usual(time: np.ndarray) -> float:
     return meant if near else median
 
 
-def _resample(time: np.ndarray, columns: dict[str, np.ndarray], step: float,
-              warnings: list[str]) -> dict[str, np.ndarray]:
-    grid = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
-    last = np.clip(np.searchsorted(time, grid + 1e-9 * step, 'right') - 1, 0, len(time) - 1)
-    following = np.minimum(last + 1, len(time) - 1)
-    usual = max(step, float(np.median(np.diff(time))))
-    hole = (time[following] - time[last] > HOLE * usual) & (grid > time[last] + 1e-9 * step)
-    if hole.any():
-        warnings.append(f'{int(hole.sum())} rows lie in holes of more than {HOLE:g} periods, the '
-                        f'first at t = {grid[hole][0]:.9g} s; they are NaN')
-    result = {}
-    for name, column in columns.items():
-        value = column[last] if name in HELD else np.interp(grid, time, column)
-        result[name] = np.where(hole, np.nan, value)
-    return result
+class Between:
+    """
+    The samples of an even grid, each between two rows of uneven times.
+
+    ``time``: s, of all rows, rising; ``step``: s, of the grid, which begins with the first row.
+    """
+
+    def __init__(self, time: np.ndarray, step: float) -> None:
+        self.time, self.step = time, step
+        self.samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1
+        self._hole = HOLE * max(step, float(np.median(np.diff(time))))
+
+    def row(self, sample: int) -> int:
+        """Return the number of the first row that is needed from a sample on."""
+        return max(int(self._places(sample, sample + 1)[1][0]) - 1, 0)
+
+    def known(self, rows: int) -> int:
+        """Return how many samples lie between the first so many rows."""
+        if rows >= len(self.time):
+            return self.samples
+        return max(int((self.time[rows - 1] - self.time[0]) / self.step) - 1, 0) if rows else 0
+
+    def values(self, columns: dict[str, np.ndarray], row: int, first: int, end: int
+               ) -> dict[str, np.ndarray]:
+        """Return samples ``first`` to ``end`` of columns that begin with a row."""
+        grid, last, hole = self._places(first, end)
+        result = {}
+        for name, column in columns.items():
+            value = column[last - row] if name in HELD else np.interp(
+                grid, self.time[row:row + len(column)], column)
+            result[name] = np.where(hole, np.nan, value)
+        return result
+
+    def tell_holes(self, warnings: list[str]) -> None:
+        """Say how many samples lie in holes, and where the first of them is."""
+        count, at = 0, np.nan
+        for first in range(0, self.samples, _AT_ONCE):
+            grid, _, hole = self._places(first, min(first + _AT_ONCE, self.samples))
+            if hole.any() and not count:
+                at = grid[hole][0]
+            count += int(hole.sum())
+        if count:
+            warnings.append(f'{count} rows lie in holes of more than {HOLE:g} periods, the '
+                            f'first at t = {at:.9g} s; they are NaN')
+
+    def _places(self, first: int, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the times of samples, the last row before each, and whether it is in a hole."""
+        time, step = self.time, self.step
+        grid = time[0] + step * np.arange(first, end)
+        last = np.clip(np.searchsorted(time, grid + 1e-9 * step, 'right') - 1, 0, len(time) - 1)
+        following = np.minimum(last + 1, len(time) - 1)
+        hole = (time[following] - time[last] > self._hole) & (grid > time[last] + 1e-9 * step)
+        return grid, last, hole

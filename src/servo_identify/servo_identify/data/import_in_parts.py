@@ -1,15 +1,18 @@
 """
 A long table as a bag, part by part: read once for what is to be known of it, once for its samples.
 
-This serves a CSV or Parquet file of numbers alone whose times are even. All others are held whole,
-as table_import.py has it; what comes out is the same.
+This serves a CSV or Parquet file of numbers alone, and messages in the order of their stamps, all
+with times that rise. Of those whose times are not even the times alone are held. All others are
+held whole, as table_import.py has it; what comes out is the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+import tempfile
 
 import numpy as np
 
@@ -19,8 +22,12 @@ from servo_twin.recording.recording import Recording
 
 from .column_units import named_columns
 from .csv_table import numbers_in_parts
-from .even_grid import EVEN, follows, round_period
+from .even_grid import Between, fits, follows, grid_of, own_period
+from .joining import HELD
 from .mapping import Mapping, read_mapping
+from .message_files import holds_messages
+from .messages_in_parts import long_messages, NotInOrder
+from .on_disk import OnDisk
 from .plausibility import check_angles
 from .table_import import beside, check_columns, described, Seen
 from .tables import from_arrow, Table
@@ -55,42 +62,53 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
               (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
     if any('{' in str(value) for value in facts.values()):
         raise NotPlain
-    told, warnings = list[str](), list[str]()
+    folder = bag.absolute().parent
+    with (_parts_of(path, plan, folder) as tables,
+          tempfile.TemporaryFile(dir=folder) as file):
+        told, warnings = list[str](), list[str]()
 
-    def parts() -> Iterator[Columns]:
-        for table in _tables(path, plan):
-            again = list[str]()
-            yield plan.apply(table, machine, again) if plan else named_columns(
-                table, machine, again)
-            if not told:
-                told.extend(again)
+        def parts() -> Iterator[Columns]:
+            for table in tables():
+                again = list[str]()
+                yield plan.apply(table, machine, again) if plan else named_columns(
+                    table, machine, again)
+                if not told:
+                    told.extend(again)
 
-    seen, start, end, some = _looked_over(parts())
-    check_columns(path, seen, list(seen.finite), warnings)
-    check_angles(path, some, machine.values['mechanism.ratio'])
-    own = round_period((end - start) / (seen.rows - 1), seen.rows)
-    wanted = period or (plan.period if plan else 0.0) or own
-    if abs(wanted - own) * seen.rows > EVEN * own:
-        raise NotPlain
-    head = described(path, machine, servo.read_text('utf8'), facts, told, warnings, start,
-                     wanted, {})
-    coupled = bool(seen.finite.get('coupled_position'))
-    with RecordingWriter(bag, block_size, coupled=coupled) as written:
-        for part in _in_blocks(_even(parts(), start, own), block_size):
-            written.add(replace(head, columns=part.columns, sequence=part.sequence,
-                                start=head.start + part.sequence * head.period))
+        times = OnDisk(file, 'd')
+        seen, some = _looked_over(parts(), times)
+        check_columns(path, seen, list(seen.finite), warnings)
+        check_angles(path, some, machine.values['mechanism.ratio'])
+        start, = times.part(0, 1)
+        wanted = period or (plan.period if plan else 0.0)
+        own = _even_period(times, seen.rows, wanted)
+        step, samples = wanted or own, _untimed(parts())
+        if not own:
+            time = times.part()
+            step, _ = grid_of(path, time, wanted, warnings)
+            between = Between(time, step)
+            between.tell_holes(warnings)
+            samples = _resampled(samples, between)
+        head = described(path, machine, servo.read_text('utf8'), facts, told, warnings,
+                         float(start), step, {})
+        coupled = bool(seen.finite.get('coupled_position'))
+        with RecordingWriter(bag, block_size, coupled=coupled) as written:
+            for part in _in_blocks(samples, block_size):
+                written.add(replace(head, columns=part.columns, sequence=part.sequence,
+                                    start=head.start + part.sequence * head.period))
     return head
 
 
-def _looked_over(parts: Iterator[Columns]) -> tuple[Seen, float, float, Columns]:
-    """Return what was seen, the first and the last time, and some rows from all over."""
-    seen, start, last, stride = Seen(), np.nan, np.nan, 1
+def _looked_over(parts: Iterator[Columns], times: OnDisk) -> tuple[Seen, Columns]:
+    """Return what was seen, and some rows from all over; keep the times."""
+    seen, last, stride = Seen(), -np.inf, 1
     kept: dict[str, list[np.ndarray]] = {}
     for columns in parts:
         time = columns.get('t')
-        if time is None or not (np.diff(time, prepend=last if seen.rows else -np.inf) > 0.0).all():
+        if time is None or not (np.diff(time, prepend=last) > 0.0).all():
             raise NotPlain
-        start, last = (start if seen.rows else float(time[0])), float(time[-1])
+        times.extend(time)
+        last = time[-1]
         for name, column in columns.items():
             kept.setdefault(name, []).append(column[-seen.rows % stride::stride])
         seen.add(columns)
@@ -99,18 +117,47 @@ def _looked_over(parts: Iterator[Columns]) -> tuple[Seen, float, float, Columns]
             kept = {name: [np.concatenate(pieces)[::2]] for name, pieces in kept.items()}
     if seen.rows < 2 or not np.isfinite(last):
         raise NotPlain
-    return seen, start, last, {name: np.concatenate(pieces) for name, pieces in kept.items()}
+    return seen, {name: np.concatenate(pieces) for name, pieces in kept.items()}
 
 
-def _even(parts: Iterator[Columns], start: float, period: float) -> Iterator[Columns]:
-    """Yield the parts without their times, which have to be those of an even grid."""
-    rows = 0
+def _even_period(times: OnDisk, rows: int, wanted: float) -> float:
+    """Return the period, s, that times follow as they are, 0 where they are to be resampled."""
+    (start,), (last,) = times.part(0, 1), times.part(rows - 1, 1)
+    own = own_period(start, last, rows)
+    follow = fits(own, wanted, rows) and all(
+        follows(times.part(first, ROWS), start, own, first) for first in range(0, rows, ROWS))
+    return own if follow else 0.0
+
+
+def _untimed(parts: Iterator[Columns]) -> Iterator[Columns]:
+    """Yield the parts without their times."""
     for columns in parts:
-        time = columns.pop('t')
-        if not follows(time, start, period, rows):
-            raise NotPlain
-        rows += len(time)
+        del columns['t']
         yield columns
+
+
+def _resampled(parts: Iterator[Columns], between: Between) -> Iterator[Columns]:
+    """Yield the samples of an even grid as soon as the rows around them are there."""
+    held: Columns = {}
+    row = first = 0  # numbers of the first row that is held, and of the next sample
+    for columns in parts:
+        held = _joined(held, columns)
+        end = between.known(row + _rows(held))
+        if end > first:
+            yield between.values(held, row, first, end)
+            first = end
+        if first < between.samples:
+            over = between.row(first) - row
+            held, row = {name: column[over:] for name, column in held.items()}, row + over
+
+
+def _joined(before: Columns, columns: Columns) -> Columns:
+    return {name: np.concatenate([before[name], column]) if before else column
+            for name, column in columns.items()}
+
+
+def _rows(columns: Columns) -> int:
+    return len(next(iter(columns.values()), ()))
 
 
 def _in_blocks(parts: Iterator[Columns], size: int) -> Iterator[Recording]:
@@ -118,15 +165,31 @@ def _in_blocks(parts: Iterator[Columns], size: int) -> Iterator[Recording]:
     rest: Columns = {}
     number = 0
     for columns in parts:
-        rest = {name: np.concatenate([rest[name], column]) if rest else column
-                for name, column in columns.items()}
-        whole = len(next(iter(rest.values()))) // size * size
+        rest = _joined(rest, columns)
+        whole = _rows(rest) // size * size
         if whole:
             yield Recording('', 1.0, {name: column[:whole] for name, column in rest.items()},
                             sequence=number)
             rest, number = {name: column[whole:] for name, column in rest.items()}, number + whole
-    if rest and len(next(iter(rest.values()))):
+    if _rows(rest):
         yield Recording('', 1.0, rest, sequence=number)
+
+
+@contextmanager
+def _parts_of(path: Path, plan: Mapping | None, folder: Path
+              ) -> Iterator[Callable[[], Iterator[Table]]]:
+    """Give what yields the parts of a file, each time it is called."""
+    if not holds_messages(path):
+        yield lambda: _tables(path, plan)
+        return
+    if plan is None or 'source' not in plan.columns['t']:
+        raise NotPlain
+    try:
+        with long_messages(path, plan.sources(), plan.columns['t']['source'],
+                           plan.sources(*HELD), folder) as messages:
+            yield lambda: messages.tables(ROWS)
+    except NotInOrder:
+        raise NotPlain from None
 
 
 def _tables(path: Path, plan: Mapping | None) -> Iterator[Table]:

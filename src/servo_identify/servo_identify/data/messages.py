@@ -10,10 +10,11 @@ receipt where there is no header or it is zero. The topic of the mapping's time 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 import re
-from typing import Any
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -30,13 +31,44 @@ _DEEPEST, _LONGEST = 6, 32  # of fields within fields, of rows whose elements ar
 _LACKING = object()
 
 
-def read_messages(path: Path, sources: Collection[str], time: str, held: Collection[str]) -> Table:
-    """
-    Return the table of ``sources``, with the rows of the topic of ``time``.
+class Numbers(Protocol):
+    """A column that grows number by number: an array, or a file."""
 
-    Other topics are interpolated linearly; ``held`` sources keep their last value. Before the
-    first message of its topic a source is NaN. Raises ValueError for a topic, field or name that
-    is not there; the error says what is.
+    def append(self, number: Any, /) -> None:
+        """Take the next number."""
+        ...
+
+
+Column = TypeVar('Column', bound=Numbers)
+
+
+@dataclass(frozen=True)
+class Taken(Generic[Column]):
+    """
+    What was taken of the messages of a file, in their order.
+
+    ``topic_of``: of each source, but for those that are a stamp; ``stamps``: of each topic, ns;
+    ``leading``: the topic that gives the rows.
+    """
+
+    path: Path
+    leading: str
+    topic_of: dict[str, str]
+    stamps: dict[str, Column]
+    values: dict[str, Column]
+
+    def table(self, rows: np.ndarray, value_of: Callable[[str, str], np.ndarray]) -> Table:
+        """Return sources at the times of rows, s; ``value_of(source, topic)`` gives one."""
+        return Table(self.path, {source: value_of(source, topic) if topic else rows
+                                 for source, topic in self.topic_of.items()})
+
+
+def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], Column]
+          ) -> Taken[Column]:
+    """
+    Take ``sources`` out of the messages; ``new`` makes a column of an array's type code.
+
+    Raises ValueError for a topic, field or name that is not there; the error says what is.
     """
     wanted = sorted({*sources, time})
     with opened(path) as file:
@@ -45,14 +77,43 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
         of_topic: dict[str, list[tuple[str, list[str]]]] = {}
         for source, (topic, parts) in plans.items():
             of_topic.setdefault(topic, []).append((source, parts))
-        stamps = {topic: array('q') for topic in of_topic}
-        values = {source: array('d') for source in wanted}
+        stamps = {topic: new('q') for topic in of_topic}
+        values = {source: new('d') for source in wanted}
+        empty = set(of_topic)
         for message in file.messages(of_topic):
+            empty.discard(message.topic)
             stamps[message.topic].append(_stamp(message.content, message.received))
             for source, parts in of_topic[message.topic]:
                 if parts != ['stamp']:
                     values[source].append(_value(path, source, message.content, parts))
-    return _joined(path, plans, stamps, values, time, held)
+    leading = plans[time][0]
+    if leading in empty:
+        raise ValueError(f'{path}: there is no message on {leading}')
+    return Taken(path, leading, {source: '' if parts == ['stamp'] else topic
+                                 for source, (topic, parts) in plans.items()}, stamps, values)
+
+
+def read_messages(path: Path, sources: Collection[str], time: str, held: Collection[str]) -> Table:
+    """
+    Return the table of ``sources``, with the rows of the topic of ``time``.
+
+    Other topics are interpolated linearly; ``held`` sources keep their last value. Before the
+    first message of its topic a source is NaN. Raises ValueError as :func:`taken` does.
+    """
+    found = taken(path, sources, time, array)
+    zero = min(found.stamps[found.leading])
+    times = {topic: np.array(those, dtype=np.int64) - zero
+             for topic, those in found.stamps.items()}
+    order = np.argsort(times[found.leading], kind='stable')
+    rows = times[found.leading][order] * 1e-9
+
+    def value_of(source: str, topic: str) -> np.ndarray:
+        values = np.array(found.values[source])
+        if topic == found.leading:
+            return np.asarray(values[order])
+        return at_rows(rows, times[topic] * 1e-9, values, source in held)
+
+    return found.table(rows, value_of)
 
 
 def fields_of(path: Path) -> dict[str, str]:
@@ -178,24 +239,3 @@ def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> 
     if index >= len(row):
         return np.nan  # a message may leave its row empty
     return row[index]
-
-
-def _joined(path: Path, plans: dict[str, tuple[str, list[str]]], stamps: dict[str, array[int]],
-            values: dict[str, array[float]], time: str, held: Collection[str]) -> Table:
-    leading = plans[time][0]
-    if not stamps[leading]:
-        raise ValueError(f'{path}: there is no message on {leading}')
-    zero = min(stamps[leading])
-    times = {topic: np.array(those, dtype=np.int64) - zero for topic, those in stamps.items()}
-    order = np.argsort(times[leading], kind='stable')
-    rows = times[leading][order] * 1e-9
-    columns = {}
-    for source, (topic, parts) in plans.items():
-        if parts == ['stamp']:
-            columns[source] = rows
-        elif topic == leading:
-            columns[source] = np.array(values[source])[order]
-        else:
-            columns[source] = at_rows(rows, times[topic] * 1e-9, np.array(values[source]),
-                                      source in held)
-    return Table(path, columns)

@@ -14,15 +14,14 @@ from ..driver.rig_health import Heartbeats
 from .canopen_listener import CanopenListener
 from .canopen_rig import RigFrames
 from .device import Outcome
+from .doubled_ids import doubled, ECHO, PROMPT
+from .doubled_ids import QUIET as SILENCE
 from .pdo_table import NMT_ID
 from .sdo import REQUEST_ID
 
 SECOND = 1_000_000_000
 QUIET = SECOND // 30
 HEARTBEAT_MAY_TAKE = 0.3
-ECHO = SECOND // 50
-"""Within which the second of two nodes with one id answers what the first has answered, ns."""
-PROOFS = 2
 NMT_START, NMT_PRE_OPERATIONAL = 0x01, 0x80
 CYCLE_PERIOD, HEARTBEAT_TIME = 0x1006, 0x1017  # in us and in ms, CiA 301
 
@@ -47,14 +46,14 @@ class NodeStart:
         self.now = now
         self.answered = answered
         self.doubled: list[int] = []
+        self._heartbeat = round(listener.watch.beats.timeout * 1e3 / 4)
 
     def run(self, wanted: Callable[[], bool]) -> Outcome:
         """Start all nodes, telling meanwhile which are silent; returns how that ended."""
         self.watch.beats.expect(self.now())
         self.listener.twice.clear()
-        heartbeat = round(self.watch.beats.timeout * 1e3 / 4)
         steps = (lambda: self._written(CYCLE_PERIOD, self.period // 1000),
-                 lambda: self._written(HEARTBEAT_TIME, heartbeat),
+                 lambda: self._written(HEARTBEAT_TIME, self._heartbeat),
                  lambda: self._told(NMT_PRE_OPERATIONAL, Heartbeats.PRE_OPERATIONAL),
                  lambda: self._told(NMT_START, Heartbeats.OPERATIONAL))
         for step in steps:
@@ -64,11 +63,14 @@ class NodeStart:
                     return Outcome.CALLED_OFF
                 if self.watch.foreign:
                     return Outcome.FOREIGN
-            if self.listener.twice and self._proven():
-                return Outcome.DOUBLED
+            if self.listener.twice:
+                self.doubled = sorted(doubled(self.listener.twice, self._counted, wanted))
+                self.listener.twice.clear()
+                if self.doubled:
+                    return Outcome.DOUBLED
         return Outcome.STARTED
 
-    def _written(self, index: int, value: int) -> bool:
+    def _written(self, index: int, value: int, echo: int = ECHO) -> bool:
         requests = self.frames.writing(index, value)
         asked = {(identifier - REQUEST_ID, index) for identifier, _ in requests}
         self.listener.stored.clear()
@@ -76,30 +78,22 @@ class NodeStart:
         self.port.send(requests)
         if not self._comes_true(lambda: asked <= self.listener.stored, self.retry):
             return False
-        self._comes_true(lambda: False, ECHO * 1e-9)
+        self._comes_true(lambda: False, echo * 1e-9)
         return True
 
-    def _proven(self) -> bool:
-        """
-        Whether two nodes have one id, and not one node answered two requests late.
-
-        Each proof waits until no answer is under way, asks once and counts the answers.
-        """
+    def _counted(self) -> tuple[set[int], int]:
+        """Write once, when no answer is under way; return who answered twice, and in what time."""
         listener = self.listener
-        suspects = set(listener.twice)
-        for _ in range(PROOFS):
-            quiet = self.now()
-            while self.now() - quiet < 5 * ECHO:
-                listener.stored.clear()
-                self.port.receive(0.01)
-                if listener.stored:
-                    quiet = self.now()
-            listener.twice.clear()
-            self._written(HEARTBEAT_TIME, round(self.watch.beats.timeout * 1e3 / 4))
-            suspects &= listener.twice
+        quiet = self.now()
+        while self.now() - quiet < SILENCE:
+            listener.stored.clear()
+            self.port.receive(0.01)
+            if listener.stored:
+                quiet = self.now()
         listener.twice.clear()
-        self.doubled = sorted(suspects)
-        return bool(suspects)
+        asked = self.now()
+        self._written(HEARTBEAT_TIME, self._heartbeat, PROMPT)
+        return set(listener.twice), self.now() - asked - PROMPT
 
     def _told(self, command: int, state: int) -> bool:
         beats = self.watch.beats

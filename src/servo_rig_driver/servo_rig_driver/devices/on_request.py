@@ -18,11 +18,10 @@ from ..driver.rig_watch import RigWatch
 from ..driver.sample_blocks import COLUMNS
 from ..driver.setpoints import Mode, Setpoint
 from .device import Answer, Device, Outcome
+from .doubled_ids import doubled, ECHO, PROMPT, QUIET
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 
-ECHO = 20_000_000  # ns within which two drives of one id have both answered
-PROOFS = 3
 NO_ANSWER = -1
 """The kind of a frame that a drive sends by itself, or that is not part of a sample."""
 
@@ -52,7 +51,7 @@ class OnRequest(Device):
         self.doubled: list[int] = []
         self.reading = Reading()
         self._sampling = False  # whether answers are samples
-        self._answers = 0
+        self._answers = self._answered = 0
         self.forget()
 
     @property
@@ -108,9 +107,11 @@ class OnRequest(Device):
             if answers:
                 break
             self.watch.silent(now())
-        if answers > 1 and all(self._asked_quietly(port, now) > 1 for _ in range(PROOFS)):
-            self.doubled = list(self.nodes)
-            return Outcome.DOUBLED
+        if answers > 1:
+            pair = doubled(self.nodes.keys(), lambda: self._counted(port, now), wanted)
+            if pair:
+                self.doubled = sorted(pair)
+                return Outcome.DOUBLED
         if asked > 1:  # a late answer would be taken for that to the first sample
             self._quiet(port, now)
         self._greet(port, now)
@@ -127,29 +128,33 @@ class OnRequest(Device):
         while now() < until and not self._answers:
             port.receive(0.005)
 
-    def _asked_quietly(self, port: BusPort, now: Callable[[], int]) -> int:
-        """Return how many answers one request gets, once no earlier one is under way."""
-        self._quiet(port, now)
-        return self._asked(port, now)
+    def _counted(self, port: BusPort, now: Callable[[], int]) -> tuple[set[int], int]:
+        """Ask once, after a silence; return who answered twice, and within what time, ns."""
+        self._quiet(port, now, QUIET)
+        asked = now()
+        twice = self._asked(port, now, PROMPT) > 1
+        return set(self.nodes) if twice else set(), self._answered - asked
 
-    def _quiet(self, port: BusPort, now: Callable[[], int]) -> None:
-        """Wait until no answer has come for a while."""
+    def _quiet(self, port: BusPort, now: Callable[[], int], long: int = 5 * ECHO) -> None:
+        """Wait until no answer has come for so long, ns."""
         quiet_since = now()
-        while now() - quiet_since < 5 * ECHO:
+        while now() - quiet_since < long:
             self._answers = 0
             port.receive(0.01)
             if self._answers:
                 quiet_since = now()
 
-    def _asked(self, port: BusPort, now: Callable[[], int]) -> int:
-        """Return how many answers one request gets."""
+    def _asked(self, port: BusPort, now: Callable[[], int], echo: int = ECHO) -> int:
+        """Return how many answers one request gets, up to ``echo`` ns after the first one."""
         self._answers, self._sampling = 0, False
         port.send(self.query())
         until = now() + max(ECHO, round(self.settings.retry * 1e9))
+        self._answered = until
         while now() < until and not self.watch.foreign:
             port.receive(0.005)
-            if self._answers == 1:
-                until = min(until, now() + ECHO)
+            if self._answers and self._answered > now():
+                self._answered = now()
+                until = self._answered + echo
         return self._answers
 
     def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:

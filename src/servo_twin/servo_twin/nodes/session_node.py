@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from threading import Event, Thread
+from time import monotonic
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 import rclpy
+from rclpy.client import Client
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -18,7 +21,7 @@ CONFIGURE = Transition.TRANSITION_CONFIGURE
 ACTIVATE = Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
 
-ASKED = 2  # times that a node is asked for a transition
+AGAIN = 1.0  # s after which a node without an answer is asked for its state again
 
 
 class Session(Node):
@@ -35,7 +38,7 @@ class Session(Node):
         super().__init__('session', namespace=namespace)
         health = HeardHealth(namespace)
         self.facts, self.sentences, self.levels = health.facts, health.sentences, health.levels
-        self._clients_of: dict[str, object] = {}
+        self._clients_of: dict[str, tuple[Client, Client]] = {}
         self.create_subscription(DiagnosticArray, '/diagnostics', health.hear, 100)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
@@ -59,20 +62,32 @@ class Session(Node):
             return
 
     def change(self, node: str, transition: int, patience: float = 30.0) -> bool:
-        """Ask a node of the namespace for a lifecycle transition; return whether it was made."""
-        client = self._clients_of.get(node)
-        if client is None:
-            client = self.create_client(ChangeState, f'{node}/change_state')
-            self._clients_of[node] = client
+        """
+        Ask a node of the namespace for a lifecycle transition; return whether it was made.
+
+        An answer is lost where the node has not heard of the client yet. Clients are announced in
+        order, so a node that has answered the later one knows the way back to both.
+        """
+        until = monotonic() + patience
+        if node not in self._clients_of:
+            self._clients_of[node] = (self.create_client(ChangeState, f'{node}/change_state'),
+                                      self.create_client(GetState, f'{node}/get_state'))
+        changes, states = self._clients_of[node]
+        while self._answer(states, GetState.Request(), AGAIN) is None:
+            if monotonic() > until:
+                return False
+        answer = self._answer(changes, ChangeState.Request(transition=Transition(id=transition)),
+                              until - monotonic())
+        return answer is not None and answer.success
+
+    @staticmethod
+    def _answer(client: Client, request: Any, patience: float) -> Any:
+        """Return what a service answers within some seconds, None where it does not."""
         if not client.wait_for_service(patience):
-            return False
-        for _ in range(ASKED):  # a request that comes before its way back is known has no answer
-            answered = Event()
-            future = client.call_async(ChangeState.Request(transition=Transition(id=transition)))
-            future.add_done_callback(lambda _, answered=answered: answered.set())
-            if answered.wait(patience / ASKED):
-                return future.result().success
-        return False
+            return None
+        answered, future = Event(), client.call_async(request)
+        future.add_done_callback(lambda _: answered.set())
+        return future.result() if answered.wait(patience) else None
 
     def linked(self, topic: str, readers: int) -> bool:
         """Whether a topic of the namespace has a writer and at least so many readers."""

@@ -24,6 +24,7 @@ from servo_twin_msgs.msg import Event, Prediction, Residual
 from ..description.servo_file import dumps, load, loads
 from ..description.shipped import servo_file
 from ..lockstep.live_changes import changed
+from ..nodes.ending import LOOKS
 from ..nodes.heard_health import HeardHealth
 from ..nodes.message_conversion import to_instant, TOPICS
 from ..physics.servo import Servo, ServoError
@@ -35,7 +36,6 @@ from .twin_values import TwinValues
 
 SAMPLES = QoSProfile(depth=500)
 _KEPT = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_SPIN = 0.1  # s between two looks at whether it is to end
 _LOOKS = 1.0  # s between two looks at whether a twin is there
 _SILENT = 1.5  # s without a sample after which the page says so
 _SHORTEST = 5.0  # s of samples from which a diagnosis makes sense
@@ -75,13 +75,13 @@ class LiveRig(Source):
         self._executor.add_node(self._node)
         self._node.create_timer(_LOOKS, self._values.look)
         self._known: tuple[tuple, Servo | None] = ((), None)
-        self._closing = False
+        self._over = RosFuture()  # heeded by an executor that always has work to do, too
         self._thread = Thread(target=self._spin, name='ros', daemon=True)
         self._thread.start()
 
     def _spin(self) -> None:
-        while rclpy.ok() and not self._closing:
-            self._executor.spin_until_future_complete(RosFuture(), _SPIN)
+        while rclpy.ok() and not self._over.done():
+            self._executor.spin_until_future_complete(self._over, LOOKS)
 
     def look(self, wanted: bool) -> None:
         """Subscribe to the samples, or let them pass by."""
@@ -186,7 +186,7 @@ class LiveRig(Source):
 
     def close(self) -> None:
         """End thread and node."""
-        self._closing = True
+        self._over.set_result(None)
         self._thread.join()
         self._executor.remove_node(self._node)
         self._node.destroy_node()

@@ -8,16 +8,22 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-import numpy as np
-
-from ..bag import BagError, read_changes, read_events, read_predictions, read_recording
+from ..bag import (
+    BagError,
+    open_predictions,
+    open_recording,
+    OpenRecording,
+    read_changes,
+    read_events,
+)
 from ..description.servo_file import dumps, load, loads
 from ..lockstep.lockstep import warm_up
-from ..lockstep.whole_recording import answer
+from ..lockstep.whole_recording import Answering
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Happened
-from ..recording.joined_samples import CHANNELS
-from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
+from ..recording.parts import parts_of
+from ..recording.recording import Recording
+from .shown_rows import ShownRows
 from .source import EVENTS, Source
 from .traces import NAMES
 
@@ -34,29 +40,38 @@ class PlayedBag(Source):
 
     def __init__(self, bag: Path, servo: Path | None = None, namespace: str | None = None) -> None:
         super().__init__()
-        self._recording = read_recording(bag, namespace, digest=False)
+        self._bag, self._namespace = bag, namespace
         self._events = read_events(bag, namespace)
-        self._servo = _servo_of(self._recording, servo)
-        twin, self._warnings = self._answer(bag, servo, namespace)
-        self._rows = _rows(self._recording, twin)
+        self._rows = ShownRows()
+        with open_recording(bag, namespace) as whole:
+            self._size, self._duration, self._first = len(whole), whole.duration, whole.sequence
+            self._recording = whole.part(whole.sequence, whole.sequence)
+            self._servo = _servo_of(self._recording, servo)
+            self._warnings = [*self._answered(whole, servo), *whole.warnings]
         self._at = 0.0  # s of the recording up to which it is shown
         self._playing, self._looked, self._since = True, False, monotonic()
         self._shown = 0
 
-    def _answer(self, bag: Path, servo: Path | None, namespace: str | None
-                ) -> tuple[Predictions | None, list[str]]:
+    def _answered(self, whole: OpenRecording, servo: Path | None) -> list[str]:
+        """Keep all that is shown, part by part; return what is to be said of the answers."""
         if servo is None:
             try:
-                live = read_predictions(bag, namespace)
-                return live, list(live.warnings)
+                with open_predictions(self._bag, self._namespace) as live:
+                    for part in parts_of(whole):
+                        self._rows.add(part, live.part(part.sequence, part.sequence + len(part)))
+                    return list(live.warnings)
             except BagError:
-                pass  # recorded without its twin
+                self._rows.clear()  # recorded without its twin
         if self._servo is None:
-            return None, ['no servo file is stored in the bag: --servo gives it a twin']
+            for part in parts_of(whole):
+                self._rows.add(part, None)
+            return ['no servo file is stored in the bag: --servo gives it a twin']
         warm_up(self._servo)
-        changes = [] if servo else read_changes(bag, namespace)
-        twin = answer(self._recording, self._servo, changes=changes)
-        return twin, list(twin.warnings)
+        changes = [] if servo else read_changes(self._bag, self._namespace)
+        twin = Answering(whole, self._servo, changes=changes)
+        for part, answer in twin:
+            self._rows.add(part, answer)
+        return list(twin.warnings)
 
     def look(self, wanted: bool) -> None:
         """Go on, or stand still."""
@@ -70,7 +85,7 @@ class PlayedBag(Source):
         if end <= self._shown:
             return
         first = max(self._shown, end - round(self.traces.seconds / self._recording.period))
-        rows = self._rows[:, first:end]
+        rows = self._rows.part(first, end)
         period = self._recording.period
         self.traces.put('encoder', first, round((self._recording.start + first * period) * 1e9),
                         period, dict(zip(NAMES, rows, strict=True)))
@@ -79,36 +94,36 @@ class PlayedBag(Source):
     @property
     def _reached(self) -> int:
         """How many samples have been played."""
-        return min(len(self._recording), int(self._at / self._recording.period + 1e-9))
+        return min(self._size, int(self._at / self._recording.period + 1e-9))
 
     def _move(self) -> None:
         now = monotonic()
         if self._playing and self._looked:
-            self._at = min(self._at + now - self._since, self._recording.duration)
+            self._at = min(self._at + now - self._since, self._duration)
         self._since = now
 
     def play(self, playing: bool | None, at: float | None) -> None:
         """Play or pause; going to a second shows what was before it."""
         self._move()
         if at is not None and isfinite(at):
-            self._at = min(max(0.0, at), self._recording.duration)
+            self._at = min(max(0.0, at), self._duration)
             self._shown = 0
             self.traces.clear()
         if playing is not None:
             self._playing = playing
-            if playing and self._at >= self._recording.duration:
+            if playing and self._at >= self._duration:
                 self.play(None, 0.0)
 
     def facts(self) -> dict[str, Any]:
         """Return title, position and the servo's values."""
         recording = self._recording
-        playing = self._playing and self._at < recording.duration
+        playing = self._playing and self._at < self._duration
         told = {
             'status': {
                 'title': recording.name, 'servo': recording.servo or 'no servo file',
                 'said': 'playing a recording' if playing else 'paused', 'level': 0,
-                'nodes': [], 'warnings': [*recording.warnings, *self._warnings]},
-            'played': {'at': round(self._at, 2), 'duration': recording.duration,
+                'nodes': [], 'warnings': self._warnings},
+            'played': {'at': round(self._at, 2), 'duration': self._duration,
                        'playing': playing}}
         if self._servo is not None:
             told['values'] = values_of(self._servo)
@@ -128,13 +143,15 @@ class PlayedBag(Source):
         if self._servo is None:
             raise ServoError(f'{self._recording.name}: no servo file is stored in it; give one by '
                              '--servo')
-        end = self._recording.sequence + self._reached
+        end = self._first + self._reached
         first = end - round(seconds / self._recording.period)
-        return replace(self._recording.part(first, end), servo=self._servo.name,
-                       servo_file=dumps(self._servo))
+        with open_recording(self._bag, self._namespace) as whole:
+            return replace(whole.part(first, end), servo=self._servo.name,
+                           servo_file=dumps(self._servo))
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Give up what is kept."""
+        self._rows.close()
 
 
 def values_of(servo: Servo) -> list[dict[str, Any]]:
@@ -151,19 +168,3 @@ def _servo_of(recording: Recording, given: Path | None) -> Servo | None:
     if not recording.servo_file:
         return None
     return loads(recording.servo_file, f'servo file in {recording.name}', code=False)
-
-
-def _rows(recording: Recording, twin: Predictions | None) -> np.ndarray:
-    """Return all that is shown by sample, shape (len(NAMES), samples), in the order of NAMES."""
-    rows = np.full((len(NAMES), len(recording)), np.nan, np.float32)
-    for k, name in enumerate(CHANNELS):
-        rows[k] = recording[name]
-    if twin is None:
-        return rows
-    shift = twin.sequence - recording.sequence
-    first, end = max(0, shift), min(len(recording), shift + len(twin))
-    answers = [twin.prediction[name] for name in PREDICTED]
-    answers += [twin.residual[name] for name in COMPARED + BALANCES]
-    for k, values in enumerate(answers, len(CHANNELS)):
-        rows[k, first:end] = values[first - shift:end - shift]
-    return rows

@@ -18,7 +18,6 @@ import numpy as np
 from servo_twin.physics.servo import Provenance, Servo, ServoError
 from servo_twin.recording.recording import Recording
 
-from ...fit.estimate import bag_name
 from ...fit.segments import smoothed
 
 CELLS, FEWEST = 40, 5  # of the angle that was passed; those that must be passed both ways
@@ -104,10 +103,9 @@ def _friction(servo: Servo, slow: float, fast: float) -> float:
     return total
 
 
-def with_curve(servo: Servo, plays: Mapping[float, Play], recordings: Sequence[Recording]
-               ) -> Servo:
+def with_curve(servo: Servo, plays: Mapping[float, Play], bags: Sequence[str]) -> Servo:
     """
-    Return the servo with the backlash over the setting of its slide, m, as measured.
+    Return the servo with the backlash over the setting of its slide, m, as measured in bags.
 
     Raises ServoError where the servo has no effect carrier_backlash, or fewer than two settings
     were measured.
@@ -122,10 +120,9 @@ def with_curve(servo: Servo, plays: Mapping[float, Play], recordings: Sequence[R
     path = f'effects.{placed[0]}'
     constant, cosine, sine = _over_the_turn([plays[s] for s in settings])
     widths = tuple(max(0.0, plays[s].width * constant) for s in settings)
-    bags = tuple(bag_name(r) for r in recordings)
     worst = max(plays[s].std for s in settings)
-    said = Provenance('play of recordings that go both ways', worst, bags)
-    shape = Provenance('play of recordings that go both ways', None, bags)
+    said = Provenance('play of recordings that go both ways', worst, tuple(bags))
+    shape = Provenance('play of recordings that go both ways', None, tuple(bags))
     return replace(servo, values={**servo.values, f'{path}.settings': settings,
                                   f'{path}.widths': widths, f'{path}.cosine': cosine,
                                   f'{path}.sine': sine},

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from servo_identify.fit.estimate import bag_name
 from servo_identify.learn.transmission.two_way_backlash import measured_play, with_curve
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
@@ -40,7 +41,7 @@ def make(work: Path, pictured: Path, told: Callable[[str, float], None]) -> dict
     recordings = ema_recordings.recorded(cases, folder / 'play', part(0.0, 0.1))
     plays = {case.setting: measured_play(drawing, recording)
              for case, recording in zip(cases, recordings, strict=True)}
-    curved = with_curve(drawing, plays, recordings)
+    curved = with_curve(drawing, plays, [bag_name(one) for one in recordings])
     learned = ema_recordings.learned()
     servo, std = identified(curved, learned, ema_recordings.recorded(learned, folder / 'learned',
                                                            part(0.1, 0.15)), part(0.15, 0.3))
