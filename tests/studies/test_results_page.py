@@ -38,7 +38,9 @@ def bench(work):
     push = run('sine_short', 'voltage', 1.7 * np.sin(2.0 * np.pi * time))
     ramp = run('position_ramp_0', 'position', 0.02 * np.minimum(1.0, np.minimum(
         time, 1.5 - time) / 0.5))
-    return recorded(work, parts=[Part('open', False, (push,), 1), Part('ramp', False, (ramp,), 2)])
+    turn = run('turn', 'velocity', np.repeat([0.5, -0.5], 1500))
+    return recorded(work, parts=[Part('open', False, (push,), 1), Part('ramp', False, (ramp,), 2),
+                                 Part('turn', False, (turn,), 4)])
 
 
 def test_training_and_test_runs_have_no_set_points_in_common():
@@ -78,6 +80,19 @@ def test_models_run_and_are_drawn_beside_the_rig(bench, tmp_path):
     results_plots.torque({'forward': course}, tmp_path / 'torque.png')
     assert all((tmp_path / f'{name}.png').stat().st_size > 10_000 for name in (
         'open', 'fits', 'reversal', 'speed', 'torque'))
+
+
+def test_the_torque_of_the_rig_is_read_alike_whatever_the_first_model_found(bench):
+    sheet, (recording,) = compared_models.data_sheet(), bench['turn']
+    fitted = sheet.with_values({'drive.torque_constant': 0.3})
+    courses = model_errors.torque_over_turn({'fitted': fitted, 'sheet': sheet}, recording, 2.0)
+    for title, way in ('forward', 1.0), ('reverse', -1.0):
+        rows = np.flatnonzero(way * recording['reference_velocity'] > 0.0)[500:-500]
+        angle, torque = recording['load_position'][rows], 2.0 * recording['current'][rows]
+        cells = np.floor(np.mod(angle, 2.0 * np.pi) * 180.0 / np.pi)
+        course = courses[title]
+        at = int(cells[len(cells) // 2])
+        assert course.measured[at] == pytest.approx(torque[cells == at].mean())
 
 
 def test_the_position_loop_has_the_gains_of_the_speed_loop_inside():

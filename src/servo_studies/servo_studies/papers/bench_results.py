@@ -15,7 +15,7 @@ from servo_twin.recording.recording import Recording
 
 from . import model_errors, results_plots
 from .bench_recordings import recorded
-from .compared_models import learned, Models
+from .compared_models import data_sheet, learned, Models
 from .paper_systems import SYSTEMS
 
 PICTURED = ('sine_1.5V_1Hz', 'square_1.8V_0.5Hz')  # those of figure 11
@@ -66,7 +66,8 @@ def _closed_loop(servos: Mapping[str, Servo], recordings: Mapping[str, list[Reco
                  pictured: Path) -> dict:
     speed = model_errors.velocity_loop(servos, recordings['velocity_loop'][0])
     results_plots.velocity_loop(speed, pictured / 'results_velocity_loop.png')
-    torque = model_errors.torque_over_turn(servos, recordings['reversal'][0])
+    torque = model_errors.torque_over_turn(servos, recordings['reversal'][0],
+                                           data_sheet().numbers['drive.torque_constant'])
     results_plots.torque(torque, pictured / 'results_torque.png')
     angle = model_errors.reversals(servos, recordings['position_ramp'])
     results_plots.reversals(angle, pictured / 'results_reversal.png')

@@ -74,9 +74,13 @@ def velocity_loop(servos: Mapping[str, Servo], recording: Recording) -> Course:
                   {n: speed(rolled(s, recording, 'closed_loop')[:, 1]) for n, s in servos.items()})
 
 
-def torque_over_turn(servos: Mapping[str, Servo], recording: Recording
+def torque_over_turn(servos: Mapping[str, Servo], recording: Recording, constant: float
                      ) -> dict[str, Course]:
-    """Return the motor torque over the load's angle at constant speed, N m (figure 13)."""
+    """
+    Return the motor torque over the load's angle at constant speed, N m (figure 13).
+
+    ``constant`` is the torque constant by which the current of the rig is read, N m/A.
+    """
     way = recording['reference_velocity']
     top = np.max(np.abs(way))
     answers = {name: rolled(servo, recording, 'closed_loop') for name, servo in servos.items()}
@@ -90,7 +94,6 @@ def torque_over_turn(servos: Mapping[str, Servo], recording: Recording
             count = np.bincount(cell, minlength=CELLS)
             return np.bincount(cell, torque[rows], CELLS) / np.where(count, count, np.nan)
 
-        constant = next(iter(servos.values())).values['drive.torque_constant']
         courses[title] = Course(
             title, (np.arange(CELLS) + 0.5) * 360.0 / CELLS,
             over_angle(recording['load_position'], constant * recording['current']),

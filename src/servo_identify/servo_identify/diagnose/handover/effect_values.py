@@ -56,6 +56,9 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         return _loops(part, one)
     elif name == 'backlash':
         values = {'width': float(a[0])}
+    elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
+        values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
+        fixed = {'excess': 0.0, 'reference': one.detail['mean']}
     else:
         return None
     effect = find(name)

@@ -63,12 +63,12 @@ class Formed:
 
 def formed(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     """
-    Return the effect of the twin that a part of the answer is; None where there is none.
+    Return the effect of the twin that a part of the answer is; None where none or a flat curve is.
 
     The law of the catalogue where the curve lies within its band, else the flexible effect.
     ``stiffness`` (N m/rad) turns a lost angle into a torque of the transmission.
     """
-    if part.curve is None:
+    if part.curve is None or not part.curve.size():
         return None
     law = lawful(part, servo, stiffness)
     flexible = FLEXIBLE.get((part.mechanism.port, part.curve.variable))

@@ -157,7 +157,8 @@ def _drift(builder: Builder, site: str) -> Hypothesis | None:
     form = Form('time', 's', 'N m', lambda one: one.motion.time, lambda x: np.column_stack(
         [*(np.exp(-x / settling) for settling in times), *[np.zeros(len(x))] * (span > 0.0)]))
     return builder.hypothesis(mechanism, builder.resisting(site, budget),
-                              [1] * (len(times) + (span > 0.0)), times, either=True, form=form)
+                              [1] * (len(times) + (span > 0.0)), times, either=True, form=form,
+                              detail={'mean': mean, 'span': span})
 
 
 def _presliding(builder: Builder, site: str) -> Hypothesis | None:
