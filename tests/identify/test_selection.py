@@ -71,6 +71,18 @@ def test_what_acts_is_named_where_it_acts(rig, blind, truth):
 
 
 @pytest.mark.slow
+def test_friction_is_the_motors_though_a_stiff_transmission_twists_little():
+    stiff = SERVO.with_values({'mechanism.stiffness': 3.0 * SERVO.numbers['mechanism.stiffness']})
+    rubs = with_effect('stribeck_friction', 'motor', excess=0.2, fade=8.0)
+    rig = replace(rubs, values={**rubs.values, 'mechanism.stiffness': stiff.values[
+        'mechanism.stiffness']})
+    several = [without(recorded(rig, seed), 'torque') for seed in (1, 2)]
+    named = named_by_equations(several, stiff)
+    assert [one for one in named if one[0] == 'stribeck_friction'] == [
+        ('stribeck_friction', 'motor')]
+
+
+@pytest.mark.slow
 def test_an_offset_that_drifts_is_the_sensors():
     several = []
     for seed in (1, 2):

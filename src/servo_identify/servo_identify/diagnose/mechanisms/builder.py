@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..decisions import OPEN
 from ..residuals.samples import ResidualSamples
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .signal_scales import Scales
@@ -77,7 +78,8 @@ def sides_of(builder: Builder) -> tuple[str, ...]:
 
     Both where the torque between them is measured. Without that sensor the torsion measures it:
     friction of the load twists the transmission and friction of the motor does not. That tells
-    them apart where the one shows in the transmission as clearly as in the torque balance.
+    them apart where friction of the load as large as the gap of the torque balance would show in
+    the transmission for certain.
     """
     samples = builder.samples
     if 'torque' not in samples.present:
@@ -86,6 +88,7 @@ def sides_of(builder: Builder) -> tuple[str, ...]:
         column = builder.resisting('load', lambda one: np.ones((len(one.motion.rows), 1))).table
         twisted, balanced = (float(np.mean(column[samples.rows(name)] ** 2))
                              for name in ('transmission', 'torque'))
-        if twisted >= balanced:
+        gap = float(np.mean(samples.base[samples.rows('torque')] ** 2))
+        if twisted * gap >= OPEN**2 * balanced:
             return ('load', 'motor')
     return ('load',)
