@@ -81,11 +81,13 @@ def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
     """Return the value of the servo file that a part stands for, by path; empty for others."""
     servo, one = found.samples.servo, found.hypotheses[part.number]
     if part.path:
-        return _changed(servo, part, {part.path: part.change}).values
-    if not one.path:
+        changes = {part.path: part.change}
+    elif one.path:
+        value = value_of(found.samples, one.path, float(part.amplitudes[0]))
+        changes = {one.path: value - servo.numbers[one.path]}
+    else:
         return {}
-    value = value_of(found.samples, one.path, float(part.amplitudes[0]))
-    return _changed(servo, part, {one.path: value - servo.numbers[one.path]}).values
+    return _changed(servo, part, changes).values
 
 
 def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, Value]) -> Added:

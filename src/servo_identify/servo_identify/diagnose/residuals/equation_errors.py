@@ -204,11 +204,15 @@ class EquationErrors(AlongMotion):
         Vandanjon, Gautier 2014). So it leaves out friction that an explanation put there: where
         friction is most of the torque, each friction would be a share of itself.
         """
+        return self._known_load - (self._found('load_torque') - self._found('load_resistance'))
+
+    @cached_property
+    def _known_load(self) -> np.ndarray:
+        """The same by the servo file alone, without what an explanation adds."""
         motion, values = self.motion, self.servo.numbers
         out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
         own = values['mechanism.load_inertia'] * motion['load_acceleration']
-        more = self._found('load_torque') - self._found('load_resistance')
-        return own + motion['external'] - out['load_push'] - out['load_resistance'] - more
+        return own + motion['external'] - out['load_push'] - out['load_resistance']
 
     @cached_property
     def predicted_current(self) -> np.ndarray:
@@ -225,8 +229,7 @@ class EquationErrors(AlongMotion):
         explanation adds is scaled too, and its free amplitude has that already. Were it part of
         the regressor, any friction would be explained by a motor without torque.
         """
-        found = self._found('load_torque') - self._found('load_resistance')
-        return self._asked(self.predicted_load + found, np.zeros(()))
+        return self._asked(self._known_load, np.zeros(()))
 
     def _asked(self, load: np.ndarray, more: np.ndarray) -> np.ndarray:
         """Current, A, for a torque of the load and ``more`` on the motor, N m, inner samples."""

@@ -122,13 +122,13 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
 def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
     """What values that the explanation moves add to the torques on the shafts, N m."""
     theta = one.servo.theta.copy()
-    for label, value in answer.nuisances().items():
-        if label in one.slots:
-            theta[one.slots[label].start] += value
+    values = answer.within_tolerance()
     for index in answer.explanation.smallest.choice.numbers:
         path = answer.hypotheses[index].path
         if path:
-            theta[one.slots[path].start] += answer.amplitudes(index)[0]
+            values[path] = value_of(answer.samples, path, answer.amplitudes(index)[0])
+    for path, value in values.items():
+        theta[one.slots[path].start] = value
     change = (one.evaluated(theta, one.motion) - one.evaluated(one.servo.theta, one.motion)).T
     out = dict(zip(EVALUATED, change, strict=True))
     moved = theta - one.servo.theta
