@@ -109,9 +109,10 @@ def test_a_driver_that_was_led_down_by_hand_stays_down_though_it_started_itself(
         assert hands.state() == state
 
     try:
+        ears.command(3, [0.5] * 2000, ears.now())  # for as long as it takes to be heard
         since = monotonic()
         assert hands.change(Transition.TRANSITION_DEACTIVATE)
-        watcher.saw_it_go_down(since, DOWN_WITHIN, turns=False)  # set-points may have run out
+        watcher.saw_it_go_down(since, DOWN_WITHIN)
         assert hands.change(Transition.TRANSITION_CLEANUP)
         stays_down('unconfigured')
         assert hands.change(Transition.TRANSITION_CONFIGURE)

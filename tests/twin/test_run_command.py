@@ -40,11 +40,6 @@ def children_of(folder):
     return found
 
 
-def lost(said):
-    """Return how many samples a run says that it lost, as a busy machine does."""
-    return int(re.search(r', (\d+) lost, ', said)[1])
-
-
 def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     folder = tmp_path / 'bench'
     done = subprocess.run(run_command(folder, '--duration', 2, '--view', '--port', 0),
@@ -52,13 +47,13 @@ def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     assert 'view: http://127.0.0.1:' in done.stdout
     assert 'replay and live run are identical to the last bit' in done.stdout
+    assert re.search(r', \d+ lost, ', done.stdout)  # a busy machine may lose some, and says so
     recording, live = read_recording(folder / 'sine'), read_predictions(folder / 'sine')
+    assert recording.duration > 2.0
     assert recording.family == 'sine'
     assert recording.servo == 'rv_bench'
     assert len(live) == len(recording)
-    if not lost(done.stdout):
-        assert recording.duration > 2.0
-        assert np.nanmax(abs(recording['reference_velocity'])) == pytest.approx(0.5, rel=0.02)
+    assert np.nanmax(abs(recording['reference_velocity'])) == pytest.approx(0.5, rel=0.02)
     assert (folder / 'page.html').stat().st_size > 20_000
     assert children_of(folder) == []
 
@@ -71,7 +66,7 @@ def test_it_drives_a_drive_that_people_own_by_its_name_alone(tmp_path):
     assert 'replay and live run are identical to the last bit' in done.stdout
     recording = read_recording(folder / 'sine')
     assert recording.servo == 'moteus'
-    assert np.nanmax(abs(recording['motor_position'])) > (0.0 if lost(done.stdout) else 0.5)
+    assert np.nanmax(abs(recording['motor_position'])) > 0.5
     assert children_of(folder) == []
 
 
