@@ -6,6 +6,7 @@ import pytest
 from servo_identify.diagnose.handover.added import added_of
 from servo_identify.diagnose.handover.curves import parts_of
 from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.confidence import preferred
 from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording
@@ -22,20 +23,28 @@ tolerance: {{mechanism.rotor_inertia: {inertia_within}, effects.viscous.slope: {
 """
 
 
-def moved(seed, level=0.0, constant=CONSTANT):
-    """Return a recording of a joint with Coulomb friction of a level, N m."""
+def moved(seed, level=0.0, constant=CONSTANT, stiffness=0.0, saturates=0.0, reach=0.4):
+    """
+    Return a recording of a joint with Coulomb friction of a level, N m.
+
+    Also with a spring of a ``stiffness``, N m/rad, and a motor whose torque is its constant times
+    the current over ``1 + saturates |current|``; ``reach`` rad is how far it swings.
+    """
     time = np.arange(0.0, 30.0, PERIOD)
     angle, speed, acceleration = np.zeros((3, len(time)))
     for k, rate in enumerate(2.0 * np.pi * np.array([0.11, 0.27, 0.53])):
         phase = rate * time + seed + 2.0 * k
-        angle += 0.4 / (k + 1) * np.sin(phase)
-        speed += 0.4 / (k + 1) * rate * np.cos(phase)
-        acceleration -= 0.4 / (k + 1) * rate**2 * np.sin(phase)
+        angle += reach / (k + 1) * np.sin(phase)
+        speed += reach / (k + 1) * rate * np.cos(phase)
+        acceleration -= reach / (k + 1) * rate**2 * np.sin(phase)
     torque = INERTIA * acceleration + SLOPE * speed + level * np.tanh(speed / 1e-3)
+    torque += stiffness * angle
+    asked = torque / constant
+    current = asked / (1.0 - saturates * np.abs(asked))
     chance = np.random.default_rng(seed)
     return Recording(f'moved_{seed}', PERIOD, {
         'motor_position': angle + chance.normal(0.0, 5e-5, len(time)),
-        'current': torque / constant + chance.normal(0.0, 0.02, len(time))}, family='moved')
+        'current': current + chance.normal(0.0, 0.02, len(time))}, family='moved')
 
 
 def found_by(servo, several):
@@ -64,3 +73,22 @@ def test_a_torque_constant_is_found_however_far_it_is_off(share):
     name, values = found_by(servo, [moved(seed, constant=share * CONSTANT) for seed in (1, 2, 3)])
     assert name == 'torque_constant_error'
     assert values == {'drive.torque_constant': pytest.approx(share * CONSTANT, rel=0.05)}
+
+
+TRUSTED = JOINT.format(constant=CONSTANT, inertia=INERTIA, slope=SLOPE, inertia_within='2 %',
+                       slope_within='2 %')
+
+
+def test_a_spring_over_a_short_travel_may_be_a_weight_and_both_are_told():
+    several = [moved(seed, stiffness=40.0, reach=0.15) for seed in (1, 2, 3)]
+    found, rivals = preferred(explained(residual_samples(several, servo_file.loads(TRUSTED))))
+    (number, (_, others)), = rivals.items()
+    named = {found.hypotheses[number].mechanism.name, *(one.mechanism.name for one in others)}
+    assert named == {'gravity', 'spring_load'}
+
+
+def test_a_motor_that_saturates_from_small_currents_on_is_named():
+    several = [moved(seed, saturates=2.2, reach=1.0) for seed in (1, 2, 3)]
+    assert max(np.abs(one.columns['current']).max() for one in several) > 2.0
+    found = explained(residual_samples(several, servo_file.loads(TRUSTED)))
+    assert [one.mechanism.name for one in found.chosen] == ['torque_saturation']

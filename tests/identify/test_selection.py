@@ -15,6 +15,7 @@ from servo_identify.diagnose.answer.row_instants import (
 )
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.confidence import preferred
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import Split
 from servo_twin.description import servo_file
@@ -91,6 +92,26 @@ def test_an_offset_that_drifts_is_the_sensors():
         several.append(replace(one, columns={**one.columns,
                                              'current': one.columns['current'] + ramp}))
     assert named_by_equations(several) == {('current_sensor_offset', 'current')}
+
+
+@pytest.mark.slow
+def test_a_gain_that_one_sign_has_alone_is_the_sensors():
+    several = []
+    for seed in (1, 2):
+        one = recorded(SERVO, seed)
+        read = one.columns['current'] * np.where(one.columns['current'] > 0.0, 1.25, 1.0)
+        several.append(replace(one, columns={**one.columns, 'current': read}))
+    assert named_by_equations(several) == {('current_sensor_gain', 'current')}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('rig', [
+    SERVO.with_values({'mechanism.stiffness': 3.0 * SERVO.numbers['mechanism.stiffness']}),
+    with_effect('stiffness_ripple', 'mesh', order=20.0, cosine=(2e4,), sine=(1e4,))])
+def test_a_stiffness_that_is_another_or_varies_is_no_hysteresis(rig):
+    several = [recorded(rig, seed) for seed in (1, 2)]
+    found, rivals = preferred(explained(residual_samples(several, SERVO)))
+    assert {found.hypotheses[number].mechanism.name for number in rivals} == {'stiffness_error'}
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
-from .effect_values import by_orders, direct, one_way
+from .effect_values import by_orders, direct, one_way, rippled
 from .laws import Formed, formed, lawful
 
 FINE_STEP = 0.2  # of the time in which a spring swings by one radian
@@ -104,10 +104,17 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         values |= one.detail['shapes']
         return _placed(part, [Formed(one.detail['effect'], values, tuple(values), True)], site,
                        taken)
-    if name == 'stiffness_error':
-        return _sprung(servo, part, amplitudes)
     if name == 'presliding_friction':
         return _presliding(replace(servo, values={**servo.values, **changed}), part, one, taken)
+    stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
+    if one.detail.get('law') == 'stiffness_ripple':
+        several, more = rippled(one.knots, amplitudes, stiffness)
+        both = (_placed(part, several, site, taken),
+                _changed(servo, part, {'mechanism.stiffness': more}))
+        return replace(both[0], values={**both[0].values, **both[1].values},
+                       free=(*both[0].free, *both[1].free))
+    if name == 'stiffness_error':
+        return _sprung(servo, part, amplitudes)
     waves = by_orders(part, one)
     if waves:
         mean = amplitudes[np.asarray(one.knots) == 0.0][:1] if len(one.knots) else []
@@ -125,7 +132,6 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         return _placed(part, [same], site, taken)
     if name == UNKNOWN and part.mechanism.port == 'sensor':
         return Added(part)
-    stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     known = formed(_with_port(part), servo, stiffness)
     if known is None:
         return Added(part)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.optimize import nnls
 
@@ -10,8 +12,12 @@ from servo_twin.physics.servo import Value
 
 from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis
+from ..mechanisms.orders import waves
+from ..mechanisms.values import FAR
 from .curves import Curve, Part
 from .laws import Formed, of_orders
+
+TURN = 4096  # angles of a turn at which a stiffness is taken from its compliance
 
 
 def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
@@ -31,6 +37,25 @@ def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     return of_orders(find(law), tuple(knots[at]), part.amplitudes[at])
 
 
+def rippled(orders: Sequence[float], amplitudes: np.ndarray, stiffness: float
+            ) -> tuple[list[Formed], float]:
+    """
+    Return a stiffness that varies over the turn, and by how much its mean is another, N m/rad.
+
+    ``amplitudes`` rad/(N m) are those of cosine and sine of the compliance, each of one of
+    ``orders``; its mean has order 0. Where a compliance varies much, its mean is no measure of
+    that of the stiffness.
+    """
+    angle = np.linspace(0.0, 2.0 * np.pi, TURN, endpoint=False)
+    table = waves(angle, dict.fromkeys(orders))
+    compliance = 1.0 / stiffness + table[:, table.any(axis=0)] @ amplitudes
+    stiff = 1.0 / np.maximum(compliance, 1.0 / (FAR * stiffness))
+    each = sorted({order for order in orders if order})
+    rows = 2.0 * waves(angle, each).T @ stiff / TURN
+    several = of_orders(find('stiffness_ripple'), tuple(np.repeat(each, 2)), rows)
+    return several, float(stiff.mean()) - stiffness
+
+
 def direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
@@ -44,7 +69,7 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values = {'offset': float(np.mean(part.curve.y if part.curve is not None else a))}
         law = part.curve is None
     elif name in ('current_sensor_gain', 'torque_sensor_gain'):
-        values = {'excess': float(a[0])}
+        values, law = _gain(part)
     elif name in ('sensor_delay', 'command_delay'):
         values = {'delay': float(np.asarray(one.knots or (1.0,)) @ a)}
     elif name == 'current_lag':
@@ -64,6 +89,15 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     effect = find(name)
     whole = {n: p.default for n, p in effect.parameters.items()} | values | fixed
     return Formed(effect, whole, tuple(values), law)
+
+
+def _gain(part: Part) -> tuple[dict[str, float], bool]:
+    """Return the excess of a reading in proportion, and whether that is all of it."""
+    if part.curve is None:
+        return {'excess': float(part.amplitudes[0])}, True
+    x, y, often = part.curve.x, part.curve.y, part.curve.density
+    excess = float((often * x) @ y) / float((often * x) @ x)
+    return {'excess': excess}, part.curve.size(y - excess * x) <= FORM * part.curve.size()
 
 
 def one_way(curve: Curve, way: float) -> list[Formed]:

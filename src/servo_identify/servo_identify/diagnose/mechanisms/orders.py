@@ -67,7 +67,7 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     """
     Return (orders at which the residual of an equation repeats over an angle, how many tried).
 
-    ``times`` names what the wave is multiplied by: direction, current, or the sign of the torque.
+    ``times`` names what the wave is multiplied by: direction, current, load, or the sign of this.
     An order is tried where the shaft covers at least so much of its period, ``least``. The
     strongest comes first.
     """
@@ -79,10 +79,14 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     factor = np.ones(len(target))
     if times == 'direction':
         factor = samples.of_motion(equation, 'direction')
-    elif times == 'current':
-        factor = samples.of_motion(equation, 'current') / (builder.scales.current or 1.0)
+    elif times == 'current':  # what the motion asks for: not every rig measures it, or the torque
+        factor = samples.along(equation, lambda one, motion: one.predicted_current)
+        factor /= builder.scales.current or 1.0
     elif times == 'flank':
-        factor = np.sign(samples.of_motion(equation, 'torque'))
+        factor = samples.along(equation, lambda one, motion: one.flank(motion))
+    elif times == 'load':
+        factor = samples.along(equation, lambda one, motion: one.transmitted(motion))
+        factor /= builder.scales.torque or 1.0
     return strongest(at, target, factor, least)
 
 

@@ -22,6 +22,9 @@ ORDERS = (1.0, 2.0)
 MOMENTS = 6
 """Of a recording, between which an offset changes evenly."""
 
+RANGES = (0.1, 0.3, 0.6)
+"""Shares of the largest reading from which another gain may hold."""
+
 
 def readings_of(builder: Builder) -> Iterator[Hypothesis]:
     """Yield the hypotheses of the sensors that every recording has."""
@@ -45,7 +48,8 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
                 lambda one: np.ones((full(one), 1))),
             _drifting(builder, f'{sensor}_offset', channel)))
         if channel == 'torque' or 'drive' in builder.samples.present:
-            yield from filter(None, (_gain(builder, f'{sensor}_gain', channel),))
+            yield from filter(None, (_gain(builder, f'{sensor}_gain', channel, bends)
+                                     for bends in (False, True)))
     if {'motor_position', 'load_position'} <= has:
         yield from filter(None, (
             *(off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
@@ -120,25 +124,40 @@ def _drifting(builder: Builder, name: str, channel: str) -> Hypothesis | None:
                               tuple(edges), form=form)
 
 
-def _gain(builder: Builder, name: str, channel: str) -> Hypothesis | None:
+def _gain(builder: Builder, name: str, channel: str, bends: bool) -> Hypothesis | None:
     """
-    A reading in proportion to its truth.
+    A reading in proportion to its truth, or one whose gain differs by sign and size.
 
     A current is what the motion asks for, or what the drive makes: its reading would explain its
     own noise. The reading of the torque is smoothed over the test function, and what the motion
     asks for hangs on the friction of the load. Without the drive's command the gain of a current
     sensor cannot be told from the torque constant.
     """
+    current = channel == 'current'
     mechanism = Mechanism(name, 'sensor', channel, (channel,), 'odd')
-    if channel == 'torque':
-        columns = builder.place('torque', lambda one: one.motion.calm_torque[:, None], -1.0)
+    top = builder.scales.current if current else builder.scales.torque
+
+    def truth(one: EquationErrors) -> np.ndarray:
+        return one.known_current if current else one.motion.calm_torque
+
+    def excess(x: np.ndarray) -> np.ndarray:
+        if not bends:
+            return x[:, None]
+        beyond = [np.sign(x) * np.maximum(np.abs(x) - share * top, 0.0) for share in RANGES]
+        return np.column_stack((x, np.abs(x), *beyond))
+
+    columns = builder.place(channel, lambda one: excess(truth(one)), -1.0)
+    if current:
+        made = builder.place('current', lambda one: excess(one.drive_current(one.servo.theta)),
+                             -1.0)
+        drive = builder.samples.rows('drive')[:, None]
+        columns = replace(columns, table=np.where(drive, made.table, columns.table))
+    if not bends:
         return builder.hypothesis(mechanism, columns, [0])
-    columns = builder.place('current', lambda one: one.known_current[:, None], -1.0)
-    made = builder.place('current', lambda one: one.drive_current(one.servo.theta)[:, None],
-                         -1.0)
-    drive = builder.samples.rows('drive')[:, None]
-    return builder.hypothesis(
-        mechanism, replace(columns, table=np.where(drive, made.table, columns.table)), [0])
+    unit = 'A' if current else 'N m'
+    form = Form(channel, unit, unit, truth, excess)
+    return builder.hypothesis(mechanism, columns, [1, 0, *[1] * len(RANGES)], either=True,
+                              form=form)
 
 
 def _speed(one: EquationErrors, shaft: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from .memory import resonator
 from .orders import periodic, waves
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
-KNEES = (0.2, 0.4, 0.6, 0.8)  # shares of the largest current from which torque may be lost
+KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
 STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push back
 FREQUENCIES, DAMPINGS = 40, (0.02, 0.08, 0.3)  # of a payload
 REFINED, NEAR = 4, 5  # rounds of search for a frequency, and values in each after the first
@@ -32,7 +32,8 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         residual, equation, 'motor_angle', 'motor_torque', 'current',
         lambda one: one.predicted_current, 'N m/A')
     yield from filter(None, (*(_gravity(builder, orders) for orders in HANGING),
-                             _spring(builder), _saturation(builder)))
+                             *(_spring(builder, bends) for bends in (False, True)),
+                             _saturation(builder)))
     yield from _payload(builder, residual)
 
 
@@ -46,7 +47,8 @@ def _gravity(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None:
                               knots, form=form)
 
 
-def _spring(builder: Builder) -> Hypothesis | None:
+def _spring(builder: Builder, bends: bool) -> Hypothesis | None:
+    """A spring at the load: in proportion to its stretch, or one that also bends over."""
     low, high = builder.scales.travel('load_angle')
     if not high > low:
         return None
@@ -55,13 +57,16 @@ def _spring(builder: Builder) -> Hypothesis | None:
 
     def torque(angle: np.ndarray) -> np.ndarray:
         place = (angle - middle) / half
+        line = np.column_stack((np.ones(len(place)), -place))
+        if not bends:
+            return line
         ends = [np.maximum(way * place - (1.0 - 2.0 * share), 0.0) * -way
                 for share in STOPS for way in (1.0, -1.0)]
-        return np.column_stack((np.ones(len(place)), -place, -place**3, *ends))
+        return np.column_stack((line, -place**3, *ends))
 
     form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'], torque)
     return builder.hypothesis(mechanism, builder.of_form('load_torque', form),
-                              [0, 1, 1, *[1] * 2 * len(STOPS)], form=form)
+                              [0, 1, *[1] * bends * (1 + 2 * len(STOPS))], form=form)
 
 
 def _saturation(builder: Builder) -> Hypothesis | None:

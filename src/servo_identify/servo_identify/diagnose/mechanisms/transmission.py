@@ -19,7 +19,7 @@ from .memory import stop_operator
 from .orders import periodic
 
 BENDS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares of the largest torque at which it may bend
-LOOPS = (0.05, 0.12, 0.3, 0.7, 1.5)  # shares over which a hysteresis loop may close
+LOOPS = (0.05, 0.12, 0.3, 0.7)  # shares over which a loop may close: one that never is elastic
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
 
 
@@ -33,6 +33,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
         yield from filter(None, (_bent(builder, top), _hysteresis(builder, top),
                                  _by_load(builder, top)))
+        yield from _varying(builder, residual)
     if top > 0.0:
         yield from filter(None, (_backlash(builder),))
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
@@ -48,6 +49,14 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         for one in periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
                             '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART):
             yield _without_energy(builder, one)
+
+
+def _varying(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
+    """A stiffness that varies over the turn, as with the number of teeth that carry."""
+    mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load', 'angle'), 'odd')
+    for one in periodic(builder, mechanism, residual, 'transmission', 'load_angle', 'torsion',
+                        'load', lambda one: one.transmitted(), 'rad/(N m)', mean=True):
+        yield replace(one, detail={'law': 'stiffness_ripple'})
 
 
 def _without_energy(builder: Builder, one: Hypothesis) -> Hypothesis:

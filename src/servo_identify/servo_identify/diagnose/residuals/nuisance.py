@@ -100,10 +100,11 @@ def value_of(samples: ResidualSamples, path: str, amplitude: float) -> float:
 
 def _scales(samples: ResidualSamples, path: str) -> bool:
     """
-    Tell whether a value multiplies the force that the other terms explain.
+    Tell whether a value divides what the other terms explain.
 
     The column is what the motion asks for, so that its amplitude is that of the reciprocal: half
-    the torque constant asks for twice the current.
+    the torque constant asks for twice the current, half the stiffness for twice the torsion.
     """
     sensed = any('current' in one.measured.channels for one in samples.errors)
-    return path == 'drive.torque_constant' or (path == 'drive.gain' and not sensed)
+    return path in ('drive.torque_constant', 'mechanism.stiffness') or (
+        path == 'drive.gain' and not sensed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,6 +16,7 @@ from .along_motion import drive_current
 from .doubt import doubt_about
 from .equation_errors import EquationErrors
 from .measured import measure
+from .motion import Motion
 from .residual_noise import propagated_noise, signal_of
 from .sampling_instants import Columns, sampling_columns
 from .test_function import TestFunction
@@ -132,13 +133,19 @@ class ResidualSamples:
 
     def of_motion(self, equation: str, name: str) -> np.ndarray:
         """Return a column of the motion at the samples of an equation, in order."""
+        return self.along(equation, lambda one, motion: (
+            getattr(motion, name) if hasattr(motion, name) else motion[name]))
+
+    def along(self, equation: str, of: Callable[[EquationErrors, Motion], np.ndarray]
+              ) -> np.ndarray:
+        """Return a series of inner samples of a motion at the samples of an equation, in order."""
         parts = []
         for number, one in enumerate(self.errors):
             if (number, equation) not in self._keep:
                 continue
             motion, test = one.motion_of(equation), one.test(equation)
             at = test.centres(len(one.measured.recording)) - motion.test.reach
-            series = getattr(motion, name) if hasattr(motion, name) else motion[name]
+            series = of(one, motion)
             parts.append(series[np.clip(at, 0, len(series) - 1)][self._keep[number, equation]])
         return np.concatenate(parts) if parts else np.zeros(0)
 

@@ -65,6 +65,7 @@ def preferred(found: Explained) -> tuple[Explained, dict[int, tuple[float, list[
 
     With it, :func:`rivals_of` for each member, by its number.
     """
+    found = _by_values(found)
     known: dict[int, tuple[float, list[Rival]]] = {}
     for number in found.explanation.smallest.choice.numbers:
         confidence, rivals = known[number] = rivals_of(found, number)
@@ -75,6 +76,27 @@ def preferred(found: Explained) -> tuple[Explained, dict[int, tuple[float, list[
             known = {}  # beside another member the others are as sure anew
     return found, {number: known.get(number) or rivals_of(found, number)
                    for number in found.explanation.smallest.choice.numbers}
+
+
+def _by_values(found: Explained) -> Explained:
+    """
+    Return the answer with each curve that says no more than a value of the file exchanged for it.
+
+    What the curve does better then is less than a form may be off.
+    """
+    search, best = found.search, found.explanation.best
+    for number in found.explanation.smallest.choice.numbers:
+        if found.hypotheses[number].path:
+            continue
+        rest = found.explanation.smallest.choice.minus(number)
+        for choice in _swaps(found, rest, number):
+            other = next(n for n in choice.numbers if n not in rest.numbers)
+            fit = search.fitted(choice)
+            if (found.hypotheses[other].path and search.beyond(fit) and search.alike(fit, best)
+                    and _same(found, number, other, fit)):
+                found = replace(found, explanation=replace(found.explanation, smallest=fit))
+                break
+    return found
 
 
 def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
