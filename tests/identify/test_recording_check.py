@@ -113,6 +113,22 @@ def test_it_warns_of_an_inertia_that_is_far_from_that_of_the_file(good):
     assert any('times the inertia' in one.sentence for one in of_level('amber', good, servo))
 
 
+def test_command_and_current_in_milliamperes_are_red_where_the_inertia_alone_speaks():
+    servo = load(CONFIG / 'servos' / 'odrive.yaml')
+    values = servo.values
+    time = np.arange(4000) * 1e-3
+    angle = 4.0 * np.sin(9.0 * time) + 2.0 * np.sin(31.0 * time)
+    acceleration = -4.0 * 81.0 * np.sin(9.0 * time) - 2.0 * 961.0 * np.sin(31.0 * time)
+    current = 1e3 * acceleration / values['drive.torque_constant'] * (
+        values['mechanism.rotor_inertia']
+        + values['mechanism.load_inertia'] / values['mechanism.ratio']**2)
+    nothing = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    one = Recording('arm', 1e-3, {**nothing, 'motor_position': angle, 'voltage': current,
+                                  'current': current})
+    red, = of_level('red', one, servo)
+    assert 'times the inertia' in red.sentence and 'thousandths' in red.sentence
+
+
 @pytest.mark.parametrize(('machine', 'pattern'), [
     ('emps', 'emps/*.mat'), ('two_mass', 'two_mass/*.mat'), ('xl330', 'xl330*/*.json')])
 def test_it_is_never_red_on_recordings_of_real_machines(shared_data, machine, pattern):
