@@ -106,6 +106,12 @@ def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
     assert not of_level('red', lacking)
 
 
+def test_it_finds_nothing_good_in_units_where_a_recording_is_too_short_to_tell(good):
+    short = replace(good, columns={name: column[:60] for name, column in good.columns.items()})
+    assert any('lasts' in one.sentence for one in of_level('amber', short))
+    assert not any('unit' in one.sentence for one in of_level('green', short))
+
+
 def test_it_warns_of_an_inertia_that_is_far_from_that_of_the_file(good):
     heavy = BENCH.with_values({'mechanism.load_inertia': 10 * 5.76,
                                'mechanism.rotor_inertia': 1.14e-3})

@@ -51,8 +51,8 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     machine = _machine(servo)
     if in_memory(paths):
         return Recordings((_held(paths, machine, name, family),))
-    several = [paths] if isinstance(paths, str | Path) else (
-        list(paths) if isinstance(paths, Iterable) else [paths])
+    several: list[Any] = [paths] if isinstance(paths, str | Path) or not isinstance(
+        paths, Iterable) else list(paths)
     if several and all(map(in_memory, several)):
         return Recordings(tuple(_held(one, machine, f'{name}_{number}', family)
                                 for number, one in enumerate(several, 1)))

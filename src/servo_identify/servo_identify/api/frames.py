@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def columns_of(held: Any) -> dict[str, np.ndarray]:
     return found | {str(one): _numbers(str(one), held[one]) for one in held}
 
 
-def in_memory(data: Any) -> bool:
+def in_memory(data: Any) -> TypeGuard[Mapping[str, Any]]:
     """Whether something is columns in memory, not the name of a file or several names."""
     return isinstance(data, Mapping) or hasattr(data, 'columns') or hasattr(data, 'data_vars')
 
