@@ -232,3 +232,10 @@ def test_it_runs_with_any_of(command, kind, data, capsys):
     assert identify([command, str(data[kind]), '--servo', str(SERVO), '--quiet']) == 0
     assert identify([command, str(data[kind]), '--servo', str(SERVO), '--json', '-']) == 0
     assert capsys.readouterr().out.lstrip().startswith(('{', '['))
+
+
+def test_a_place_where_nothing_can_be_written_is_refused_before_the_work(capsys):
+    for words in (['fit', '-o', '/proc/new.yaml'], ['diagnose', '-o', '/proc/answer']):
+        assert identify([*words, str(TABLE), '--servo', str(SERVO)]) == 2
+        assert '/proc' in (said := capsys.readouterr().err)
+        assert 'nothing can be written there' in said

@@ -141,6 +141,37 @@ def test_columns_in_memory_are_read_with_their_units():
         si.read({'voltage': time, 'load_position': time}, BENCH)
 
 
+def test_it_reads_stamps_of_a_calendar_and_several_tables_in_memory():
+    stamps = np.datetime64('2026-05-04T10:00:00') + (np.arange(500) * 4).astype('timedelta64[ms]')
+    columns = {'t': stamps, 'load_position': np.sin(0.1 * np.arange(500))}
+    two = si.read([columns, columns], BENCH)
+    assert [one.name for one in two] == ['table_1', 'table_2']
+    assert two[0].period == pytest.approx(0.004)
+
+
+@pytest.mark.parametrize('held', [np.zeros((5, 3)), None, [np.zeros(3)]])
+def test_it_says_what_it_reads_where_something_else_is_given(held):
+    with pytest.raises(TypeError, match='read takes names of files, or columns by name'):
+        si.read(held, BENCH)
+
+
+def test_columns_that_were_not_read_and_exchanged_arguments_are_refused_in_a_sentence(data):
+    for call in (si.check, si.fit, si.diagnose):
+        with pytest.raises(TypeError, match='data = si.read'):
+            call({'t': np.arange(9.0)}, BENCH)
+    with pytest.raises(TypeError, match='data is ServoFile, not recordings'):
+        si.check(BENCH, data)
+    with pytest.raises(TypeError, match='this is Recordings'):
+        si.check(data, data)
+
+
+def test_columns_without_a_row_and_of_text_are_refused_by_name():
+    with pytest.raises(ValueError, match='table has no rows'):
+        si.read({'t': [], 'load_position': []}, BENCH)
+    with pytest.raises(ValueError, match="column 'load_position' holds no numbers"):
+        si.read({'t': [0.0, 0.1], 'load_position': ['a', 'b']}, BENCH)
+
+
 def test_a_recording_is_given_out_as_columns_and_read_back(data):
     table = data.table(1)
     (again,) = si.read(table, BENCH)

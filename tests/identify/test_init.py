@@ -10,11 +10,15 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.data.physical_units import factor_to, UnitError, value_in
 from servo_identify.data.reading import read_recordings
+from servo_identify.init.asking import choose_columns
 from servo_identify.init.flag_names import TYPES, VALUES
 from servo_identify.init.machine import flags, SECTIONS
 from servo_identify.init.noise import noise_of
-from servo_identify.init.proposals import ANGLE, looks_like
+from servo_identify.init.proposals import ANGLE, looks_like, proposed
+from servo_identify.init.sources import Offered, offered
+from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load
+from servo_twin.recording.recording import COLUMNS, Recording
 
 SERVO = Path(__file__).resolve().parents[2] / 'config' / 'servos' / 'geared_dc.yaml'
 GIVEN = ['--drive', 'voltage', '--resistance', '2100 mohm', '--back-emf', '212 rpm/V',
@@ -271,3 +275,73 @@ def test_it_says_which_mechanism_it_chose_why_and_what_else_there_is(run, tmp_pa
     assert init(data, tmp_path, *more, '--mechanism', 'rigid', '--force') == 0
     assert 'bends' not in capsys.readouterr().out
     assert 'bends' not in (tmp_path / 'new' / 's.yaml').read_text()
+
+
+@pytest.mark.parametrize(('source', 'column'), [
+    ('Sollstrom [mA]', 'current_reference'), ('Motorwinkel', 'motor_position'),
+    ('Lastwinkel', 'load_position'), ('Istwinkel', ANGLE), ('Motorstrom', 'current')])
+def test_it_takes_german_names_apart(source, column):
+    assert looks_like(source) == column
+
+
+def test_a_table_of_a_german_logger_needs_no_column_named_but_the_shaft(tmp_path, run, capsys):
+    folder = tmp_path / 'Läufe im Mai'
+    folder.mkdir()
+    table = {'Zeit [s]': run['time'], 'Lastwinkel [deg]': np.degrees(run['q']),
+             'Strom [mA]': 1e3 * run['i'], 'Sollstrom [mA]': 1e3 * run['i']}
+    for number in (1, 2):
+        write(folder / f'sinus_{number}.csv', table, ';', ',')
+    servo = tmp_path / 's.yaml'
+    assert main(['init', str(folder / 'sinus_1.csv'), '-o', str(servo), '--drive', 'current',
+                 '--gain', '1 A/A', '--torque-constant', '45 mN m/A', '--rotor-inertia',
+                 '320 g cm2', '--load-inertia', '120 kg cm2', '--ratio', '50',
+                 '--no-questions']) == 0
+    assert "Läufe im Mai/*.csv'" in capsys.readouterr().out.splitlines()[-1]
+    two = read_recordings([folder / '*.csv'], servo, tmp_path / 's_columns.yaml')
+    assert len(two) == 2
+    np.testing.assert_allclose(two[0]['voltage'], run['i'], atol=1e-8)
+    np.testing.assert_allclose(two[0]['load_position'], run['q'], atol=1e-8)
+
+
+def test_the_set_point_is_not_the_command_of_an_amplifier_with_another_gain(tmp_path, run, capsys):
+    data = write(tmp_path / 'run.csv', {'t': run['time'], 'load_position': run['q'],
+                                        'current': run['i'], 'current_reference': run['i']})
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--drive', 'current',
+                 '--gain', '0.5 A/V', '--torque-constant', '45 mN m/A', '--rotor-inertia',
+                 '320 g cm2', '--load-inertia', '120 kg cm2', '--ratio', '50',
+                 '--no-questions']) == 0
+    assert 'there is no voltage' in capsys.readouterr().out
+
+
+def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out():
+    names = [f'/joint_states.{kind}[{joint}]' for kind in ('position', 'effort')
+             for joint in ('shoulder', 'elbow')]
+    of = Offered(Path('bag'), (*names, '/joint_states.stamp'), {}, kinds=dict.fromkeys(
+        names, 'sensor_msgs/msg/JointState'))
+    missing = choose_columns(of, proposed(of), {}, True, None)[1]
+    assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
+    chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
+    assert not missing and chosen['load_position'].source == '/joint_states.position[elbow]'
+
+
+def test_it_refuses_a_bag_of_this_project_and_says_what_to_do(run, tmp_path):
+    columns = {name: np.full(len(run['time']), np.nan) for name in COLUMNS}
+    bag = write_recording(tmp_path / 'bag', Recording('bag', 2e-3, {
+        **columns, 'load_position': run['q']}))
+    with pytest.raises(ValueError, match='a bag of this project already'):
+        offered(bag)
+
+
+def test_a_folder_of_tables_is_answered_by_their_pattern(run, tmp_path):
+    write(tmp_path / 'run.csv', run)
+    with pytest.raises(ValueError, match=r"it holds tables, which are '.*/\*\.csv'"):
+        read_recordings([tmp_path], SERVO)
+
+
+def test_ctrl_c_while_a_command_is_loaded_is_told_by_the_exit_status_alone(monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('servo_twin.cli.import_module', interrupted)
+    assert main(['check', 'run.csv', '--servo', 'rv_bench']) == 130
+    assert capsys.readouterr().err == ''

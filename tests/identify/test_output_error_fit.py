@@ -1,5 +1,6 @@
 """Output-error fitting, on recordings whose truth is known."""
 
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -146,6 +147,16 @@ def test_it_names_the_column_that_a_mode_needs():
     recording = sampled(BENCH, np.full(500, np.nan))
     with pytest.raises(ValueError, match="needs the column 'voltage'"):
         fit(BENCH, [recording], ['mechanism.stiffness'])
+
+
+def test_it_refuses_recordings_without_motion_and_those_of_a_few_samples():
+    still = sampled(BENCH, np.zeros(500))
+    still = replace(still, columns={name: np.full(500, column[0])
+                                    for name, column in still.columns.items()})
+    with pytest.raises(ValueError, match='nothing moves'):
+        fit(BENCH, [still], ['mechanism.stiffness'])
+    with pytest.raises(ValueError, match='has 5 samples; a fit needs at least 30'):
+        fit(BENCH, [sampled(BENCH, np.ones(5))], ['mechanism.stiffness'])
 
 
 @pytest.fixture(scope='module')

@@ -106,11 +106,33 @@ def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
     assert not of_level('red', lacking)
 
 
+def test_it_finds_nothing_good_in_units_where_a_recording_is_too_short_to_tell(good):
+    short = replace(good, columns={name: column[:60] for name, column in good.columns.items()})
+    assert any('lasts' in one.sentence for one in of_level('amber', short))
+    assert not any('unit' in one.sentence for one in of_level('green', short))
+
+
 def test_it_warns_of_an_inertia_that_is_far_from_that_of_the_file(good):
     heavy = BENCH.with_values({'mechanism.load_inertia': 10 * 5.76,
                                'mechanism.rotor_inertia': 1.14e-3})
     servo = replace(heavy, tolerance={})
     assert any('times the inertia' in one.sentence for one in of_level('amber', good, servo))
+
+
+def test_command_and_current_in_milliamperes_are_red_where_the_inertia_alone_speaks():
+    servo = load(CONFIG / 'servos' / 'odrive.yaml')
+    values = servo.values
+    time = np.arange(4000) * 1e-3
+    angle = 4.0 * np.sin(9.0 * time) + 2.0 * np.sin(31.0 * time)
+    acceleration = -4.0 * 81.0 * np.sin(9.0 * time) - 2.0 * 961.0 * np.sin(31.0 * time)
+    current = 1e3 * acceleration / values['drive.torque_constant'] * (
+        values['mechanism.rotor_inertia']
+        + values['mechanism.load_inertia'] / values['mechanism.ratio']**2)
+    nothing = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    one = Recording('arm', 1e-3, {**nothing, 'motor_position': angle, 'voltage': current,
+                                  'current': current})
+    red, = of_level('red', one, servo)
+    assert 'times the inertia' in red.sentence and 'thousandths' in red.sentence
 
 
 @pytest.mark.parametrize(('machine', 'pattern'), [

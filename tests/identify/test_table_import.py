@@ -230,7 +230,7 @@ def test_it_says_what_bags_hold(tmp_path, capsys):
     assert main(['info', str(tmp_path / 'bag'), str(tmp_path / 'nowhere')]) == 2
     said = capsys.readouterr()
     assert '0.2 s at 1000 Hz' in said.out and 'family chirp' in said.out
-    assert 'not measured' in said.out and 'motor_position is missing in 1 rows' in said.out
+    assert 'not measured' in said.out and 'motor_position is missing in 1 row,' in said.out
     assert 'nowhere does not exist' in said.err
 
 

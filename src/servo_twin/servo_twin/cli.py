@@ -62,8 +62,11 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
         return 0
     if not argv or argv[0] not in commands:
         return _overview(program, about, commands, argv)
-    module, parser = _parser(program, argv[0], commands, package)
-    return _run(module, parser.parse_args(argv[1:]), program, argv[0])
+    try:  # from here on, so that Ctrl-C while modules are loaded says nothing more than later
+        module, parser = _parser(program, argv[0], commands, package)
+        return _run(module, parser.parse_args(argv[1:]), program, argv[0])
+    except KeyboardInterrupt:
+        return 130
 
 
 def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: str) -> int:

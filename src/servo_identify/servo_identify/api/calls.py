@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,9 @@ def load_servo(name_or_path: str | Path) -> ServoFile:
     return ServoFile(servo_file.load(path), path.read_text('utf8'), path)
 
 
-def read(paths: str | Path | Sequence[str | Path] | Mapping[str, Any], servo: Machine,
-         mapping: str | Path | None = None, name: str = 'table', family: str = '') -> Recordings:
+def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[str, Any]],
+         servo: Machine, mapping: str | Path | None = None, name: str = 'table',
+         family: str = '') -> Recordings:
     """
     Read recordings: bags, tables, patterns of their names, or columns held in memory.
 
@@ -44,15 +45,21 @@ def read(paths: str | Path | Sequence[str | Path] | Mapping[str, Any], servo: Ma
     (samples,), a pandas DataFrame, an xarray Dataset. They are ``t`` in s (a column, the index or
     a coordinate) and the channels in SI units, or with the unit behind the name
     (``motor_position [deg]``). ``mapping`` is a mapping file for tables with other names.
-    ``name`` and ``family`` are those of columns in memory.
-    Raises ValueError or OSError that names the file or the column.
+    ``name`` and ``family`` are those of columns in memory; several of them are numbered.
+    Raises TypeError for what is neither, ValueError or OSError that names the file or the column.
     """
     machine = _machine(servo)
     if in_memory(paths):
-        table = Table(Path(name), columns_of(paths))
-        facts = {'family': family} if family else {}
-        return Recordings((recording_of(table, machine.servo, machine.text, facts),))
-    several = [paths] if isinstance(paths, str | Path) else list(paths)
+        return Recordings((_held(paths, machine, name, family),))
+    several: list[Any] = [paths] if isinstance(paths, str | Path) or not isinstance(
+        paths, Iterable) else list(paths)
+    if several and all(map(in_memory, several)):
+        return Recordings(tuple(_held(one, machine, f'{name}_{number}', family)
+                                for number, one in enumerate(several, 1)))
+    if not all(isinstance(one, str | Path) for one in several):
+        raise TypeError('read takes names of files, or columns by name, such as '
+                        "{'t': ..., 'current': ..., 'load_position': ...}; this is "
+                        f'{type(paths).__name__}')
     if machine.path is None:
         raise ValueError(f'{machine.name} has no file; tables are read by one: save it and '
                          'load_servo it')
@@ -66,7 +73,7 @@ def check(data: Sequence[Recording], servo: Machine) -> Checked:
     Looks at units, signs, sampling, saturation and excitation. The answer prints one line a
     finding and is true where no finding is red.
     """
-    return Checked(check_data(list(data), _machine(servo).servo))
+    return Checked(check_data(_recordings(data), _machine(servo).servo))
 
 
 def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
@@ -82,7 +89,7 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
     names = tuple(free) or tuple(machine.servo.tolerance)
     if not names:
         raise ServoError(f'{machine.name}: no parameter has a tolerance; name some as free')
-    estimate = fit_output_error(machine.servo, list(data), names, **{'delays': True, **how})
+    estimate = fit_output_error(machine.servo, _recordings(data), names, **{'delays': True, **how})
     return Fitted(estimate, machine)
 
 
@@ -104,7 +111,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
 
     machine = _machine(servo)
     more = {} if progress is None else {'tick': progress}
-    found = diagnose_recordings(list(data), machine.servo, list(accept), list(report),
+    found = diagnose_recordings(_recordings(data), machine.servo, list(accept), list(report),
                                 tuple(without), reach=reach, despite=despite_check, **more)
     return Answer(found, machine)
 
@@ -114,4 +121,25 @@ def _machine(servo: Machine) -> ServoFile:
         return servo
     if isinstance(servo, Servo):
         return ServoFile(servo, servo_file.dumps(servo))
-    return load_servo(servo)
+    if isinstance(servo, str | Path):
+        return load_servo(servo)
+    raise TypeError('a machine is what load_servo returned, a path or the name of a shipped servo '
+                    f'file; this is {type(servo).__name__}')
+
+
+def _recordings(data: Sequence[Recording]) -> list[Recording]:
+    """Return recordings as a list; raises TypeError for what was not read yet."""
+    several = [data] if isinstance(data, Recording) or not isinstance(data, Iterable) else (
+        list(data))
+    if all(isinstance(one, Recording) for one in several):
+        return several
+    raise TypeError(f'data is {type(data).__name__}, not recordings; read it first: '
+                    'data = si.read(..., servo)')
+
+
+def _held(columns: Mapping[str, Any], machine: ServoFile, name: str, family: str) -> Recording:
+    """Return the recording of columns in memory."""
+    table = Table(Path(name), columns_of(columns))
+    if not all(map(len, table.columns.values())):
+        raise ValueError(f'{name} has no rows')
+    return recording_of(table, machine.servo, machine.text, {'family': family} if family else {})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -14,19 +14,20 @@ def columns_of(held: Any) -> dict[str, np.ndarray]:
     """
     Return the columns of a dictionary, a pandas DataFrame or an xarray Dataset, each (samples,).
 
-    An index or coordinate named ``t`` is the time, in s or as a duration. A unit in the ``units``
-    attribute of an xarray variable goes behind its name, as ``motor_position [deg]``.
+    An index or coordinate named ``t`` is the time, in s, as a duration or as stamps of a calendar,
+    which count from the first. A unit in the ``units`` attribute of an xarray variable goes behind
+    its name, as ``motor_position [deg]``. Raises ValueError for a column that holds no numbers.
     """
     if hasattr(held, 'data_vars'):
         variables = {str(one): held[one] for one in [*held.coords, *held.data_vars]}
-        return {_with_unit(name, one.attrs.get('units', '')): _numbers(one.values)
+        return {_with_unit(name, one.attrs.get('units', '')): _numbers(name, one.values)
                 for name, one in variables.items()}
     index: Any = getattr(held, 'index', None)
-    found = {'t': _numbers(index.values)} if getattr(index, 'name', None) == 't' else {}
-    return found | {str(one): _numbers(held[one]) for one in held}
+    found = {'t': _numbers('t', index.values)} if getattr(index, 'name', None) == 't' else {}
+    return found | {str(one): _numbers(str(one), held[one]) for one in held}
 
 
-def in_memory(data: Any) -> bool:
+def in_memory(data: Any) -> TypeGuard[Mapping[str, Any]]:
     """Whether something is columns in memory, not the name of a file or several names."""
     return isinstance(data, Mapping) or hasattr(data, 'columns') or hasattr(data, 'data_vars')
 
@@ -62,8 +63,13 @@ def _with_unit(name: str, unit: str) -> str:
     return f'{name} [{unit}]' if unit else name
 
 
-def _numbers(column: Any) -> np.ndarray:
+def _numbers(name: str, column: Any) -> np.ndarray:
     values = np.asarray(column)
+    if values.dtype.kind == 'M':
+        values = values - values[:1]
     if values.dtype.kind == 'm':
         return values / np.timedelta64(1, 's')
-    return values.astype(float)
+    try:
+        return values.astype(float)
+    except (TypeError, ValueError) as problem:
+        raise ValueError(f'column {name!r} holds no numbers: {problem}') from None

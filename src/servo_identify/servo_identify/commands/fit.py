@@ -17,6 +17,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_file, new_folder, say, tell, terminal
@@ -97,6 +98,8 @@ def main(arguments: argparse.Namespace) -> int:
         tell(arguments, **answer.estimate.as_dict())
         if not arguments.quiet:
             _show(answer.estimate, servo_file.load(arguments.servo))
+        for warning in answer.estimate.warnings:
+            print(f'warning: {warning}', file=sys.stderr)
     say(arguments, *answer.said, f'written to {arguments.output}')
     return 0
 
@@ -158,5 +161,3 @@ def _show(estimate: Estimate, before: Servo) -> None:
     for channel, delay in estimate.delays.items():
         console.print(f'{channel} is late by {1e3 * delay:.3f} ± '
                       f'{1e3 * estimate.delay_std[channel]:.3f} ms', highlight=False)
-    for warning in estimate.warnings:
-        console.print(f'warning: {warning}', style='yellow', markup=False)

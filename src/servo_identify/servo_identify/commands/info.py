@@ -66,4 +66,5 @@ def _show(console: Console, facts: dict[str, Any]) -> None:
         console.print(f'note: {facts["note"]}', markup=False)
     for warning in facts['warnings']:
         console.print(f'warning: {warning}', markup=False, style='yellow')
-    console.print(f'sha256 {facts["sha256"]}', style='dim')
+    if facts['sha256']:
+        console.print(f'sha256 {facts["sha256"]}', style='dim')

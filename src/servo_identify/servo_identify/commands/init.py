@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+import re
 import shlex
 import sys
 import tempfile
@@ -71,7 +72,7 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description import servo_file
 
     from ..data.check import check
-    from ..init.asking import choose_columns, complete, given_columns
+    from ..init.asking import choose_columns, complete, given_columns, with_command
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed
@@ -87,12 +88,13 @@ def main(arguments: argparse.Namespace) -> int:
                                       given_columns(of, arguments.column), arguments.si, ask,
                                       arguments.linear)
     machine = _machine(arguments)
-    if arguments.mapping_out is None and needs_mapping(of, columns):
-        arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     missing += complete(machine, columns, ask)
     if missing:
         raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
             f'the {section} is {said}' for section, said in machine.chosen.items())]))
+    columns = with_command(machine, columns)
+    if arguments.mapping_out is None and needs_mapping(of, columns):
+        arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     recording = _read(arguments, servo_text(machine, {}, arguments.tolerance),
                       mapping_text(of, columns))
     wrapped = with_turns(columns, recording, machine.servo())
@@ -108,7 +110,9 @@ def main(arguments: argparse.Namespace) -> int:
         turn = f', and wraps around at each turn of {one.wraps:.6g}' if one.wraps else ''
         say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
     taken = {one.source for one in columns.values()}
-    beside = [one for one in of.sources if arguments.joint and f'[{arguments.joint}]' in one]
+    joints = {f'[{arguments.joint}]'} if arguments.joint else {
+        name for source in taken for name in re.findall(r'\[[^\[\]]+\]$', source)}
+    beside = [one for one in of.sources if one.endswith(tuple(joints))]
     left = [source for source in (beside if of.messages else (*of.sources, *of.refused))
             if source not in taken]
     if left:
@@ -129,7 +133,9 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.mapping_out:
         write(arguments.mapping_out, mapping_text(of, columns))
         written.append(arguments.mapping_out)
-    following = shlex.join(_next(arguments))
+    drives = {'voltage', 'current'} & columns.keys()
+    following = shlex.join(_next(arguments)) if drives else (
+        'record the command or the current: without both there is no diagnosis')
     tell(arguments, written=written, next=following)
     say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
     return 0
@@ -185,10 +191,22 @@ def _given(arguments: argparse.Namespace, names: Sequence[str]) -> bool:
 
 
 def _next(arguments: argparse.Namespace) -> list[str]:
-    words = ['servo-identify', 'diagnose', str(arguments.data), '--servo', str(arguments.output)]
+    words = ['servo-identify', 'diagnose', _alike(arguments.data), '--servo',
+             str(arguments.output)]
     if arguments.mapping_out:
         words += ['--mapping', str(arguments.mapping_out)]
     return [*words, '-o', 'answer']
+
+
+def _alike(data: Path) -> str:
+    """Return a pattern of the tables beside one where all have its header, else its own name."""
+    beside = sorted(data.parent.glob(f'*{data.suffix}')) if data.suffix == '.csv' else []
+    heads = set()
+    for path in beside:
+        with path.open('rb') as file:
+            heads.add(file.readline(65_536))
+    return str(data.parent / f'*{data.suffix}') if len(beside) > 1 and len(heads) == 1 else (
+        str(data))
 
 
 def _ask(question: str, default: str) -> str:

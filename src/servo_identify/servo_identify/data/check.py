@@ -59,7 +59,9 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     if not any(one.level == 'red' for one in found):
         found += scale_findings(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
-        found.append(Finding('green', 'No unit, scale or sign contradicts the servo file.'))
+        if any(one.duration >= SHORTEST for one in surveys):
+            found.append(Finding('green',
+                                 'No unit, scale or sign contradicts the servo file.'))
         found += untold(looked, servo, shown)
     found += [*_excitation(shown.values()), *_replicates(recordings), *_channels(surveys)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
@@ -166,7 +168,8 @@ def _replicates(recordings: Sequence[Long]) -> list[Finding]:
     if counts.get('', 0) > 1:
         return [Finding('amber', f'{counts[""]} recordings do not say their family, the motion '
                         'that they are of: those that repeat one motion cannot be told.',
-                        'give it on import: --family NAME, or recordings.yaml beside the tables')]
+                        'give it on import: --family NAME; or write recordings.yaml beside the '
+                        f'tables, with {recordings[0].name}.csv: {{family: NAME, replicate: 1}}')]
     if len(recordings) > 1 and max(counts.values()) < PURPOSES:
         told = ', '.join(f'{name or "not said"} {count}' for name, count in counts.items())
         return [Finding('amber', f'No family has {PURPOSES} recordings ({told}): the diagnosis '

@@ -99,8 +99,9 @@ def value_in(text: str, wanted: str) -> float:
     Return a number with its unit, such as '1.2 mH', in ``wanted``.
 
     A speed constant (rpm/V) is understood where a back EMF or a torque constant is wanted, and a
-    lead (mm/rev) where a ratio in rad/m is: it is their inverse. Raises UnitError for text that is
-    no number, a unit that is missing, unknown or of another quantity.
+    lead (mm/rev) where a ratio in rad/m is: it is their inverse. The gain of a drive whose command
+    is a current may be in A/A: one unit of command counts as one volt. Raises UnitError for text
+    that is no number, a unit that is missing, unknown or of another quantity.
     """
     match = re.match(r'\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$', text)
     if not match:
@@ -116,6 +117,8 @@ def value_in(text: str, wanted: str) -> float:
     try:
         return number * factor_to(unit, wanted)
     except UnitError:
+        if wanted == 'A/V' and _of(unit, '1') is not None:
+            return number * factor_to(unit, '1')
         inverse = (wanted in ('V s/rad', 'N m/A') and _of(unit, 'rad/s/V')
                    or wanted == 'rad/m' and _of(unit, 'm/rad'))
         if inverse and number > 0.0:

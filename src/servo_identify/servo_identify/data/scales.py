@@ -31,6 +31,7 @@ ALIKE = 3.0
 """Nats within which two mistakes are told together."""
 MOST_RECORDINGS, MOST_MISTAKES = 8, 3
 NEAR = 0.25  # of a logarithm, within which a factor is worth a question
+NO_SERVO_FILE = 100.0  # a factor on the inertia by which no servo file is wrong
 SHARE = 0.3  # of the torque that acceleration must explain before its inertia is believed
 
 
@@ -198,9 +199,12 @@ def _far_off(one: Recording, found: Excitation | None, servo: Servo) -> list[Fin
         return []
     known = {'the angle is that of the other shaft?': servo.values['mechanism.ratio'],
              'the angle is in turns?': TURN}
+    if found.inertia > 1.0:
+        known['command and current are in thousandths (mV and mA)?'] = 1e3
     near = [f' That is near {factor:.4g}: {what}' for what, factor in known.items()
             if abs(abs(np.log(found.inertia)) - abs(np.log(factor))) < NEAR]
-    return [Finding('amber', f'{one.name}: the recording shows {found.inertia:.3g} times the '
+    level = 'red' if abs(np.log(found.inertia)) > np.log(NO_SERVO_FILE) else 'amber'
+    return [Finding(level, f'{one.name}: the recording shows {found.inertia:.3g} times the '
                     'inertia of the servo file.' + ''.join(near), 'look at inertias, ratio, '
                     'torque constant, and at the units of command and angle', one.name)]
 

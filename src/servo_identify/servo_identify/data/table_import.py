@@ -128,7 +128,9 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
                          'Which is which, a mapping file says (--mapping); `servo-identify init '
                          f'{path} -o S.yaml` writes one')
     if 'motor_position' not in have and 'load_position' not in have:
-        raise ValueError(f'{path} has neither motor_position nor load_position; it has {have}')
+        empty = [name for name in ('motor_position', 'load_position') if name in seen.finite]
+        raise ValueError(f'{path}: no number stands in {" or ".join(empty)}' if empty else
+                         f'{path} has neither motor_position nor load_position; it has {have}')
     if 'voltage' not in have:
         warnings.append('there is no voltage, the command that the drive received: a twin cannot '
                         'be driven by this recording')
@@ -137,8 +139,8 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
             raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}')
         if name in seen.absent and name != 't':
             count, first = seen.absent[name]
-            warnings.append(f'{name} is missing in {count} rows, the first is row {first + 1}; '
-                            'they stay NaN')
+            warnings.append(f'{name} is missing in {count} row{"s" * (count != 1)}, the first is '
+                            f'row {first + 1}; they stay NaN')
 
 
 def beside(path: Path) -> dict[str, Any]:

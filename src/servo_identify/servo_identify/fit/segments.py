@@ -22,6 +22,8 @@ from .fit_choices import INPUT_OF
 
 CHANNELS = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
 """Columns of what the kernel puts out."""
+LEAST = 30
+"""Samples of a recording, below which its motion cannot be smoothed."""
 
 
 
@@ -56,12 +58,16 @@ def courses_of(servo: Servo, recordings: Sequence[Recording], mode: str,
     """
     Cut recordings into horizons of ``horizon`` s (None: chosen by the data).
 
-    Raises ValueError when a recording lacks what the mode needs or nothing is left to compare.
+    Raises ValueError when a recording lacks what the mode needs or is too short, nothing moves in
+    any of them, or nothing is left to compare.
     """
     if mode not in INPUT_OF:
         raise ValueError(f'there is no mode {mode!r} to fit in; there are {list(INPUT_OF)}')
     if not recordings:
         raise ValueError('there is no recording to fit to')
+    if not any(np.ptp(at[np.isfinite(at)]) > 0.0 for at in map(_any_position, recordings)):
+        raise ValueError(f'{", ".join(one.name for one in recordings)}: nothing moves, so nothing '
+                         'can be fitted; record with a command that moves the machine')
     return tuple(_course(servo, r, mode, horizon, channels) for r in recordings)
 
 
@@ -131,7 +137,9 @@ def _any_position(recording: Recording) -> np.ndarray:
 
 def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None,
             channels: Sequence[str] | None) -> Course:
-    _any_position(recording)
+    if len(recording) < LEAST:
+        raise ValueError(f'{recording.name} has {len(recording)} samples; a fit needs at least '
+                         f'{LEAST}')
     needed = INPUT_OF[mode]
     if needed and not recording.has(needed):
         raise ValueError(f'{recording.name}: mode {mode!r} needs the column {needed!r}; '

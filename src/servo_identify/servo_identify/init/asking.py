@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+import re
 import shlex
 
 from servo_twin.description.nearest_name import or_what
@@ -64,7 +65,11 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[column] = next((one for one in several if one.source == answer),
                                   Proposal(column, answer, ''))
         else:
-            missing.append(f'--column {column}=SOURCE (of {[one.source for one in several]})')
+            joints = [re.search(r'\[([^\[\]]+)\]$', one.source) for one in several]
+            missing.append(f'--joint NAME (of {[one[1] for one in joints if one]})'
+                           if all(one and not one[1].isdigit() for one in joints)
+                           else f'--column {column}=SOURCE (of '
+                                f'{[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
@@ -146,6 +151,21 @@ def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None)
         else:
             missing.append(f"{flag(path)} '{example(unit, path)}'")
     return missing
+
+
+def with_command(machine: Machine, columns: Mapping[str, Proposal]) -> dict[str, Proposal]:
+    """
+    Return the columns with the set-point of the current as the command, where it is that.
+
+    A drive of 1 A for one unit of command was told a current: its command is the set-point.
+    """
+    told = columns.get('current_reference')
+    drive = machine.declared().get('drive.gain')
+    if 'voltage' in columns or told is None or drive is None or drive[1] != 'A/V' or (
+            machine.values().get('drive.gain') != 1.0):
+        return dict(columns)
+    given = {**columns, 'voltage': Proposal('voltage', told.source, told.unit)}
+    return {name: given[name] for name in NAMES if name in given}
 
 
 def _one_of(ask: Ask, question: str, choices: Sequence[str]) -> str:

@@ -22,8 +22,11 @@ _COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'encoder', 'enc', 'counts',
              'ticks', 'positions', 'estimate'}
+_COMPOUND = re.compile(r'(soll|ist|motor|last|gelenk|dreh|abtriebs?)'
+                       r'(?=strom|winkel|position|drehzahl|moment|spannung)')
+"""First parts of German names, which are written as one word."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
-                                                'abtrieb', 'arm', 'joints'}
+                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints'}
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,7 @@ def looks_like(source: str, kind: str = '') -> str:
 
 def _words(name: str) -> set[str]:
     parted = re.sub(r'(?<=[a-z])(?=[A-Z])', '_', name).lower()
+    parted = _COMPOUND.sub(r'\1_', parted)
     return {word for word in re.split(r'[^a-z0-9_]+|(?<=[a-z0-9])_', parted) if word}
 
 

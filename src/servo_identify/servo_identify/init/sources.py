@@ -46,6 +46,10 @@ def offered(path: Path) -> Offered:
     """Look at a file; raises ValueError or OSError that names it."""
     if holds_messages(path):
         kinds = fields_of(path)
+        if 'servo_twin_msgs/msg/Encoder' in kinds.values():
+            raise ValueError(f'{path} is a bag of this project already: its columns and units are '
+                             'known, and `servo-identify info` shows them. For a servo file copy '
+                             'the nearest of config/servos')
         units = {source: unit for source, kind in kinds.items()
                  if (unit := _unit_of(source, kind))}
         return Offered(path, tuple(kinds), units, kinds)

@@ -214,8 +214,10 @@ def open_source(path: Path) -> Source:
         return ForeignSource(path)
     missing = [file.name for file in listed if file not in files]
     if not files:
+        tables = any(path.glob('*.csv'))
         raise BagError(f'{path} is no bag: it has no .mcap file'
-                       + (f' (metadata.yaml names {missing})' if missing else ''))
+                       + (f' (metadata.yaml names {missing})' if missing else '')
+                       + (f"; it holds tables, which are '{path}/*.csv'" if tables else ''))
     source = McapSource(path, files)
     if missing:
         source.warnings.append(f'metadata.yaml names files that are not there: {missing}')

@@ -109,22 +109,41 @@ def judged_file(path: str | Path, force: bool = False) -> Path:
 
 
 def new_file(path: str | Path, force: bool = False) -> Path:
-    """Return the path of a file to write, its folder made; raises ValueError where it is there."""
+    """
+    Return the path of a file to write, its folder made.
+
+    Raises ValueError where it is there, or where nothing can be written there.
+    """
     path = judged_file(path, force)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    _writable(path.parent)
     return path
 
 
 def new_folder(path: str | Path, force: bool, *files: str) -> Path:
-    """Return a folder to write ``files`` into, made; raises ValueError where one is there."""
+    """
+    Return a folder to write ``files`` into, made.
+
+    Raises ValueError where one of them is there, or where nothing can be written there.
+    """
     path = Path(path)
     if path.exists() and not path.is_dir():
         raise ValueError(f'{path} is a file; name a folder')
     there = [name for name in files if (path / name).exists()]
     if there and not force:
         raise ValueError(f'{path} holds {", ".join(there)} already; --force writes over them')
-    path.mkdir(parents=True, exist_ok=True)
+    _writable(path)
     return path
+
+
+def _writable(folder: Path) -> None:
+    """Make a folder, and see before the work is done that a file can be made in it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as problem:
+        raise ValueError(f'{folder}: nothing can be written there ({problem.strerror}); choose '
+                         'another -o') from None
 
 
 def new_bag(path: str | Path, force: bool = False) -> Path:

@@ -14,6 +14,7 @@ from dataclasses import replace
 from keyword import iskeyword
 import os
 from pathlib import Path
+from reprlib import repr as brief
 
 import yaml
 
@@ -158,7 +159,7 @@ def _mapping(thing, where: str) -> dict:
     if thing is None:
         return {}
     if not isinstance(thing, dict):
-        raise ServoError(f'{where} must be a mapping of names to values, not {thing!r}')
+        raise ServoError(f'{where} must be a mapping of names to values, not {brief(thing)}')
     return thing
 
 
