@@ -88,7 +88,7 @@ def test_a_spring_over_a_short_travel_may_be_a_weight_and_both_are_told():
 
 
 def test_a_motor_that_saturates_from_small_currents_on_is_named():
-    several = [moved(seed, saturates=2.2, reach=1.0) for seed in (1, 2, 3)]
-    assert max(np.abs(one.columns['current']).max() for one in several) > 2.0
+    several = [moved(seed, saturates=0.9, reach=1.0) for seed in (1, 2, 3)]
+    assert 2.0 < max(np.abs(one.columns['current']).max() for one in several) < 8.0
     found = explained(residual_samples(several, servo_file.loads(TRUSTED)))
     assert [one.mechanism.name for one in found.chosen] == ['torque_saturation']

@@ -105,6 +105,30 @@ def test_a_gain_that_one_sign_has_alone_is_the_sensors():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(('channel', 'name'), [
+    ('current', 'current_sensor_gain'), ('torque', 'torque_sensor_gain')])
+def test_a_gain_that_creeps_is_the_sensors(channel, name):
+    several = []
+    for seed in (1, 2):
+        one = recorded(SERVO, seed)
+        read = one.columns[channel] * np.linspace(1.0, 1.3, len(one))
+        several.append(replace(one, columns={**one.columns, channel: read}))
+    assert named_by_equations(several) == {(name, channel)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('times', [
+    lambda u: np.where(u > 0.0, 1.2, 1.0), lambda u: np.linspace(1.0, 0.8, len(u))])
+def test_a_gain_of_the_drive_may_differ_by_sign_or_fade(times):
+    several = []
+    for seed in (1, 2):
+        one = recorded(SERVO, seed)  # what was asked for, where the drive answers with more
+        asked = one.columns['voltage'] / times(one.columns['voltage'])
+        several.append(replace(one, columns={**one.columns, 'voltage': asked}))
+    assert named_by_equations(several) == {('parameter:gain', 'drive')}
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize('rig', [
     SERVO.with_values({'mechanism.stiffness': 3.0 * SERVO.numbers['mechanism.stiffness']}),
     with_effect('stiffness_ripple', 'mesh', order=20.0, cosine=(2e4,), sine=(1e4,))])

@@ -107,7 +107,7 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None)
         a, b = parameters['cosine'], parameters['sine']
         std = max(one['std'] or 0.0 for one in (a, b))
         return f'{_measured(hypot(a["value"], b["value"]), std)} {a["unit"]} at most'
-    if first:
+    if first and not (curve and len(first) < len(parameters)):  # waves are told as their curve
         name, p = first[0]
         value = f'{_measured(p["value"], p["std"])} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'

@@ -82,6 +82,12 @@ def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
     servo, one = found.samples.servo, found.hypotheses[part.number]
     if part.path:
         changes = {part.path: part.change}
+    elif 'value' in one.detail and part.curve is not None:  # the file has one value of it
+        path, x, y, often = one.detail['value'], part.curve.x, part.curve.y, part.curve.density
+        value = (value_of(found.samples, path, float(often @ y / often.sum()))
+                 if part.curve.variable == 'time' else
+                 servo.numbers[path] * (1.0 + float((often * x) @ y / ((often * x) @ x))))
+        changes = {path: value - servo.numbers[path]}
     elif one.path:
         value = value_of(found.samples, one.path, float(part.amplitudes[0]))
         changes = {one.path: value - servo.numbers[one.path]}
@@ -96,7 +102,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     amplitudes = part.amplitudes
     value = _value_of(found, part)
     if value:
-        return Added(part, (), value, tuple(value), True)
+        return Added(part, (), value, tuple(value), 'value' not in one.detail)
     if name == 'controller_mismatch':
         return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
     if 'effect' in one.detail:

@@ -96,6 +96,8 @@ def _gain(part: Part) -> tuple[dict[str, float], bool]:
     if part.curve is None:
         return {'excess': float(part.amplitudes[0])}, True
     x, y, often = part.curve.x, part.curve.y, part.curve.density
+    if part.curve.variable == 'time':
+        return {'excess': float(often @ y / often.sum())}, False
     excess = float((often * x) @ y) / float((often * x) @ x)
     return {'excess': excess}, part.curve.size(y - excess * x) <= FORM * part.curve.size()
 

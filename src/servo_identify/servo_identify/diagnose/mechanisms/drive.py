@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -32,11 +33,12 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         return
 
     def shaped(name: str, change: Callable[[np.ndarray], np.ndarray], signs: list[int],
-               knots: tuple[float, ...]) -> Hypothesis | None:
-        mechanism = Mechanism(name, 'drive', 'command', ('command',), 'odd')
+               knots: tuple[float, ...] = (), site: str = 'command', **more: Any
+               ) -> Hypothesis | None:
+        mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
         form = Form('command', 'V', 'V', _command, change)
         return builder.hypothesis(mechanism, _through(builder, lambda u, period: change(u)),
-                                  signs, knots, form=form)
+                                  signs, knots, form=form, **more)
 
     def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
@@ -44,6 +46,9 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
     def gate(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.where(np.abs(command) < s * top, command, 0.0)
                                  for s in BANDS])
+
+    def both(command: np.ndarray) -> np.ndarray:
+        return np.column_stack((command, np.abs(command)))
 
     def ceiling(command: np.ndarray) -> np.ndarray:
         return -np.sign(command)[:, None] * np.column_stack(
@@ -54,7 +59,10 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         # a drive that comes with all of the command once it comes
         shaped('drive_dead_band', gate, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
-               tuple(s * top for s in CEILINGS))))
+               tuple(s * top for s in CEILINGS)),
+        # a gain that differs by the sign of the command
+        'drive.gain' in builder.samples.servo.numbers and shaped(
+            'parameter:gain', both, [0, 0], site='drive', detail={'value': 'drive.gain'})))
     period = builder.scales.period
     for name, shares, late in (('current_lag', LAGS, _lagged),
                                ('command_delay', DELAYS, shifted)):

@@ -48,8 +48,8 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
                 lambda one: np.ones((full(one), 1))),
             _drifting(builder, f'{sensor}_offset', channel)))
         if channel == 'torque' or 'drive' in builder.samples.present:
-            yield from filter(None, (_gain(builder, f'{sensor}_gain', channel, bends)
-                                     for bends in (False, True)))
+            yield from filter(None, (_gain(builder, f'{sensor}_gain', channel, by)
+                                     for by in ('constant', channel, 'time')))
     if {'motor_position', 'load_position'} <= has:
         yield from filter(None, (
             *(off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
@@ -124,9 +124,9 @@ def _drifting(builder: Builder, name: str, channel: str) -> Hypothesis | None:
                               tuple(edges), form=form)
 
 
-def _gain(builder: Builder, name: str, channel: str, bends: bool) -> Hypothesis | None:
+def _gain(builder: Builder, name: str, channel: str, by: str) -> Hypothesis | None:
     """
-    A reading in proportion to its truth, or one whose gain differs by sign and size.
+    A reading in proportion to its truth, or whose gain changes ``by`` sign and size, or by time.
 
     A current is what the motion asks for, or what the drive makes: its reading would explain its
     own noise. The reading of the torque is smoothed over the test function, and what the motion
@@ -134,30 +134,38 @@ def _gain(builder: Builder, name: str, channel: str, bends: bool) -> Hypothesis 
     sensor cannot be told from the torque constant.
     """
     current = channel == 'current'
-    mechanism = Mechanism(name, 'sensor', channel, (channel,), 'odd')
-    top = builder.scales.current if current else builder.scales.torque
+    unit, top = ('A', builder.scales.current) if current else ('N m', builder.scales.torque)
+    moments = np.linspace(0.0, builder.scales.duration, MOMENTS)
 
     def truth(one: EquationErrors) -> np.ndarray:
         return one.known_current if current else one.motion.calm_torque
 
-    def excess(x: np.ndarray) -> np.ndarray:
-        if not bends:
-            return x[:, None]
+    def bent(x: np.ndarray) -> np.ndarray:
         beyond = [np.sign(x) * np.maximum(np.abs(x) - share * top, 0.0) for share in RANGES]
         return np.column_stack((x, np.abs(x), *beyond))
 
-    columns = builder.place(channel, lambda one: excess(truth(one)), -1.0)
+    def excess(x: np.ndarray, time: np.ndarray) -> np.ndarray:
+        if by == channel:
+            return bent(x)
+        return x[:, None] * hats(time, moments) if by == 'time' else x[:, None]
+
+    columns = builder.place(channel, lambda one: excess(truth(one), one.motion.time), -1.0)
     if current:
-        made = builder.place('current', lambda one: excess(one.drive_current(one.servo.theta)),
-                             -1.0)
+        made = builder.place('current', lambda one: excess(
+            one.drive_current(one.servo.theta),
+            one.measured.period * np.arange(len(one.measured.recording))), -1.0)
         drive = builder.samples.rows('drive')[:, None]
         columns = replace(columns, table=np.where(drive, made.table, columns.table))
-    if not bends:
+    mechanism = Mechanism(name, 'sensor', channel, (channel,) if by != 'time' else (
+        channel, 'time'), 'odd')
+    if by == 'constant':
         return builder.hypothesis(mechanism, columns, [0])
-    unit = 'A' if current else 'N m'
-    form = Form(channel, unit, unit, truth, excess)
+    if by == 'time':
+        return builder.hypothesis(mechanism, columns, [1] * MOMENTS, tuple(moments), either=True,
+                                  form=Form('time', 's', '', lambda one: one.motion.time,
+                                            lambda x: hats(x, moments)))
     return builder.hypothesis(mechanism, columns, [1, 0, *[1] * len(RANGES)], either=True,
-                              form=form)
+                              form=Form(channel, unit, unit, truth, bent))
 
 
 def _speed(one: EquationErrors, shaft: int) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from servo_twin.physics.servo import Placed
 from ..residuals.nuisance import amplitude_of, slope
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
+from .orders import hats
 
 FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
@@ -27,6 +29,10 @@ VARIABLES = {
     'drive.inductance': ('rate of current',), 'mechanism.stiffness': ('load',),
     'mechanism.damping': ('rate of torsion',)}
 PORTS = {'coulomb_friction': 'friction', 'viscous_friction': 'friction'}
+DRIFTING = ('drive.gain', 'drive.resistance', 'drive.torque_constant', 'mechanism.stiffness')
+"""Values that change while a machine warms up."""
+
+MOMENTS = 5  # of a recording, between which such a value changes evenly
 
 
 def values_of(builder: Builder) -> Iterator[Hypothesis]:
@@ -58,7 +64,25 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
                                  form=_line(path, mechanism))
         if one:
             yield one
+        if one and path in DRIFTING:
+            yield from filter(None, (_drifting(builder, path, step, mechanism),))
     yield from _controller(builder)
+
+
+def _drifting(builder: Builder, path: str, step: float, mechanism: Mechanism
+              ) -> Hypothesis | None:
+    """A value that changes over the time of a recording."""
+    moments = np.linspace(0.0, builder.scales.duration, MOMENTS)
+    samples = builder.samples
+    table = samples.place({
+        number: {name: change[:, None] * hats(one.times(name), moments)
+                 for name, change in one.slope(path, step).items()}
+        for number, one in enumerate(samples.errors)}, MOMENTS)
+    unit = dict(samples.servo.declarations())[path].unit
+    form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: hats(x, moments))
+    return builder.hypothesis(
+        replace(mechanism, variables=(*mechanism.variables, 'time')), Columns(table),
+        [1] * MOMENTS, tuple(moments), either=True, form=form, detail={'value': path})
 
 
 def _line(path: str, mechanism: Mechanism) -> Form | None:
