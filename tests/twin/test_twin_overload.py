@@ -47,7 +47,7 @@ def test_past_the_limit_only_the_newest_is_kept_and_the_rest_counted():
 
 
 class HeldRig(Rig):
-    """A rig whose twin is a node of this process, which works only while something is waited for."""
+    """A rig whose twin is a node of this process, which works only while a test waits."""
 
     def begin(self, file, *_):
         self.twin = TwinNode(context=self.node.context, namespace=self.name, parameter_overrides=[
