@@ -24,7 +24,7 @@ demo: setup  ## leave an effect out of a twin, record, diagnose: the answer besi
 	@$(WITH_ENV) bash tools/demonstrate.sh
 
 test: training  ## run the tests; ARGS=... goes to pytest
-	@$(WITH_ENV) python -m pytest tests -n 2 $(ARGS)
+	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal $(ARGS)
 
 fast: setup  ## run the tests that start no ROS graph and take less than five seconds each
 	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not ros' $(ARGS)

@@ -55,9 +55,13 @@ class Rig:
                                  5000)
         node.create_subscription(Residual, f'{name}/twin/residual', self.residuals.append, 5000)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 10)
+        self.begin(file, *more)
+
+    def begin(self, file: str, *more: str) -> None:
+        """Start the twin."""
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_twin.nodes.twin_node', '--ros-args', '-r',
-             f'__ns:=/{name}',
+             f'__ns:=/{self.name}',
              '-p', 'autostart:=true', '-p', f'servo_file:={file}', '-p', 'catch:=0.0',
              *(word for setting in more for word in ('-p', setting))])
 
