@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
+from servo_twin.nodes.timer_clock import STEADY
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from .procedures import Run
@@ -244,7 +245,7 @@ class Performer(Node):
             if not done.done() and (condition() or monotonic() > limit):
                 done.set_result(None)
 
-        timer = self.create_timer(0.005, look)
+        timer = self.create_timer(0.005, look, clock=STEADY)
         self._executor.spin_until_future_complete(done, seconds + 1.0)
         self.destroy_timer(timer)
         return bool(condition())
