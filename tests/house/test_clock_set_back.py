@@ -44,6 +44,7 @@ def test_its_health_is_told_after_the_clock_was_set_back_by_an_hour(name, ears, 
         wait_for(lambda: said[-1].header.stamp.sec < before - 3500, 'it says so by the clock set')
         count = len(said)
         wait_for(lambda: len(said) > count + 1, 'it goes on')
-    finally:
         node.terminate()
-        assert node.wait(30.0) == 0
+        assert node.wait(60.0) == 0
+    finally:
+        node.kill()
