@@ -107,7 +107,8 @@ def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
     if bench.clock.works:  # by more than command_timeout; alone, for a new driver stamps by it
         found += [Fault(f'clock {word}', lambda way=way: bench.clock.set(
             way * random.choice((0.5, 5.0, 3607.0))), lambda: bench.clock.set(0.0), zero=True,
-            named='driver', pairs=False) for word, way in (('forward', 1.0), ('back', -1.0))]
+            named='driver', hand=True, pairs=False)
+            for word, way in (('forward', 1.0), ('back', -1.0))]
     if os.geteuid() == 0:  # who else may take a limit back
         found += [Fault(f'memory short for {name}', lambda name=name: bench.spare(name, SPARE),
                         lambda name=name: bench.spare(name, None), hand=name == 'driver')
