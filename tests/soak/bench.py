@@ -92,7 +92,8 @@ class Bench:
             held = int(Path(f'/proc/{child.pid}/statm').read_text().split()[0])
             most = resource.RLIM_INFINITY if more is None else (
                 held * resource.getpagesize() + more)
-            resource.prlimit(child.pid, resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
+            with suppress(ProcessLookupError):
+                resource.prlimit(child.pid, resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
 
     def signal(self, name: str, number: int) -> None:
         """Send a signal; a process that has gone is left so."""

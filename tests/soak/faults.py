@@ -13,7 +13,7 @@ from time import sleep
 
 from bench import Bench, CONFIG
 
-SPARE = 0  # bytes that a process may still take where memory is short
+SPARE = 1 << 20  # bytes that a process may still take where memory is short
 NOTHING: Callable[[], None] = lambda: None  # noqa: E731
 
 
