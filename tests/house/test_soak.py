@@ -37,3 +37,12 @@ def test_a_set_point_tells_its_own_age():
         for late in (0.0, 0.05, 0.4):
             assert age(reference(at), at + late) == pytest.approx(late, abs=1e-6) or abs(
                 at % HALF) > HALF - 0.5 or at % HALF < 0.5
+
+
+def test_a_set_point_that_the_witness_saw_late_is_not_taken_for_an_old_one():
+    sys.path.insert(0, str(SOAK))
+    from witness import age, HALF, reference
+    turn = 2.0 * HALF * 44_891_024 + HALF
+    assert age(reference(turn + 1.7), turn - 0.5) > 1.0  # it would seem to be of before the turn
+    assert age(reference(turn + 1.7), turn - 0.5, turn + 1.75) <= 0.0
+    assert age(reference(turn - 8.0), turn - 6.0, turn - 5.5) == pytest.approx(2.0, abs=1e-6)

@@ -2,7 +2,6 @@
 
 from math import pi
 from pathlib import Path
-from weakref import ref
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.commands import play
 from servo_identify.learn.transmission.two_way_backlash import measured_play, with_curve
 from servo_rig_driver.emulated.emulated_bench import run
 from servo_twin.bag import write_recording
@@ -126,20 +124,6 @@ def test_the_curve_over_the_slide_is_that_of_the_gears_as_drawn(tmp_path, capsys
         assert width(setting) == pytest.approx(drawn_play(0.09 + x), abs=4e-4)
     between = width(0.0096 + 1.7e-3)  # a setting that was not recorded
     assert between == pytest.approx(drawn_play(0.09 + 1.7e-3), abs=6e-4)
-
-
-def test_of_several_bags_one_is_held_at_a_time(tmp_path, monkeypatch):
-    bags = [str(write_recording(tmp_path / f'bag{k}', of_rig(0.01))) for k in range(3)]
-    read, held = play.recordings, []
-
-    def read_one(arguments, paths):
-        assert [one for one in held if one() is not None] == []
-        found = read(arguments, paths)
-        held.append(ref(found[0]))
-        return found
-    monkeypatch.setattr(play, 'recordings', read_one)
-    assert main(['play', *bags, '--servo', str(FILE)]) == 0
-    assert len(held) == 3
 
 
 @pytest.mark.parametrize('arguments, words', [

@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
-from time import monotonic_ns
+from time import monotonic_ns, sleep
 
 import can
 from hypothesis import given
@@ -69,6 +69,15 @@ def gather(wire, number):
     return frames
 
 
+def gather_until(wire, identifier):
+    frames = []
+    while not frames or frames[-1][0] != identifier:
+        some = wire.recv(5.0)
+        assert some, f'{identifier:#x} did not come'
+        frames += some
+    return frames[:-1]
+
+
 def test_frames_cross_three_processes_in_order_and_none_is_lost(path):
     hub = spawn('-m', 'servo_rig_driver.can_bus.can_hub', path)
     wire = Wire(opened(path))
@@ -109,6 +118,24 @@ def test_what_has_expired_goes_back_to_its_sender_and_to_nobody_else(hub, path):
     assert (hub.passed, hub.late, hub.refused, here.late()) == (2, 2, 0, [])
     here.bus.shutdown()
     there.bus.shutdown()
+
+
+def test_what_waited_for_a_client_until_it_was_too_late_is_left_out_for_that_one(hub, path):
+    here, there, slow = (Wire(opened(path)) for _ in range(3))
+    until, sent = monotonic_ns() + 3_000_000_000, 2000
+    for k in range(sent):  # more than the system holds for one who does not read
+        here.send([(0x201, k.to_bytes(4, 'little'))], until, tag=k)
+        assert there.recv(5.0) == [(0x201, k.to_bytes(4, 'little'))]
+    assert monotonic_ns() < until
+    here.send([(0x203, b'')])
+    while monotonic_ns() <= until:
+        sleep(0.05)
+    heard = gather_until(slow, 0x203)
+    assert [int.from_bytes(data, 'little') for _, data in heard] == list(range(len(heard)))
+    assert hub.overdue == sent - len(heard) > 0
+    assert (hub.late, here.late(), hub.dropped) == (0, [], 0)
+    for wire in (here, there, slow):
+        wire.bus.shutdown()
 
 
 def test_a_packet_of_the_wrong_length_is_refused_told_and_counted(hub, path, caplog):

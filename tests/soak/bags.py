@@ -15,12 +15,14 @@ PERIOD = 1e-3  # s between samples of the bench
 BEHIND = 5e-3  # s by which the quickest message of a stretch may be slower than of another
 
 
-def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
+def judged(bags: list[Path], faults: list[tuple[float, float]],
+           steps: list[tuple[float, float]]) -> dict:
     """
     Return what the bags hold: ``samples``, ``holes``, those outside any fault, and the untold.
 
-    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing. A lost
-    sample is told where the running number jumps as far as the clock does.
+    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing,
+    ``steps`` those in which the clock of the bench was set otherwise. A lost sample is told where
+    the running number jumps as far as the clock does.
     """
     told = {'bags': len(bags), 'read': 0, 'samples': 0, 'holes': 0, 'missing': 0,
             'elsewhere': [], 'untold': [], 'unreadable': [], 'empty': 0}
@@ -40,7 +42,7 @@ def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
         for sequence, stamps, written in places:
             told['samples'] += len(sequence)
             told['untold'] += [f'{path.name}: {said}'
-                               for said in _untold(sequence, stamps, written)]
+                               for said in _untold(sequence, stamps, written, steps)]
             jumps = np.flatnonzero(np.diff(sequence) != 1)
             for k in jumps:
                 missing = int(sequence[k + 1] - sequence[k] - 1)
@@ -52,7 +54,8 @@ def judged(bags: list[Path], faults: list[tuple[float, float]]) -> dict:
     return told
 
 
-def _untold(sequence: np.ndarray, stamps: np.ndarray, written: np.ndarray) -> list[str]:
+def _untold(sequence: np.ndarray, stamps: np.ndarray, written: np.ndarray,
+            steps: list[tuple[float, float]]) -> list[str]:
     """
     Return where samples are missing that the running number does not tell.
 
@@ -61,10 +64,14 @@ def _untold(sequence: np.ndarray, stamps: np.ndarray, written: np.ndarray) -> li
     """
     found = []
     for life in np.split(np.arange(len(sequence)), np.flatnonzero(np.diff(sequence) < 0) + 1):
-        steps = np.diff(stamps[life]) / PERIOD - np.diff(sequence[life])
+        jumps = np.diff(stamps[life]) / PERIOD - np.diff(sequence[life])
         found += [f'{step:.1f} samples at {stamps[life][k]:.2f} s, by its stamp'
-                  for k, step in enumerate(steps) if abs(step) > 0.5]
-        behind, part = written[life] - stamps[life], len(life) // 3
+                  for k, step in enumerate(jumps) if abs(step) > 0.5]
+        steady = np.ones(len(life), dtype=bool)
+        for begin, end in steps:  # a second around, by which the recorder may be late
+            steady &= (stamps[life] < begin - 1.0) | (stamps[life] > end + 1.0)
+        behind = (written[life] - stamps[life])[steady]
+        part = len(behind) // 3
         if part > 1000:  # s enough for one message that came at once
             grown = behind[-part:].min() - behind[:part].min()
             if grown > BEHIND:

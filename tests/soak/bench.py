@@ -6,9 +6,12 @@ from contextlib import suppress
 import json
 import os
 from pathlib import Path
+import resource
 import signal
 import subprocess
 import sys
+
+from stepped_clock import SteppedClock
 
 HERE = Path(__file__).resolve().parent
 CONFIG = HERE.parents[1] / 'config'
@@ -23,6 +26,7 @@ class Bench:
         self.ended: list[tuple[str, int]] = []
         self.bags: list[Path] = []
         (folder / 'logs').mkdir(parents=True, exist_ok=True)
+        self.clock = SteppedClock(folder)
 
     @property
     def names(self) -> list[str]:
@@ -64,7 +68,9 @@ class Bench:
         log = (self.folder / 'logs' / f'{name}.log').open('ab')
         self.running[name] = subprocess.Popen(
             command, stdin=subprocess.PIPE if name == 'proxy' else subprocess.DEVNULL, stdout=log,
-            stderr=subprocess.STDOUT, start_new_session=True, text=name == 'proxy')
+            stderr=subprocess.STDOUT, start_new_session=True, text=name == 'proxy',
+            # the proxy is a witness
+            env=os.environ | ({} if name == 'proxy' else self.clock.environment))
 
     def node(self, module: str, file: Path | None = None, **values: object) -> list[str]:
         """Return the command of a node in the namespace of the rig."""
@@ -78,6 +84,16 @@ class Bench:
         proxy = self.running['proxy'].stdin
         proxy.write(json.dumps({'mode': mode, **values}) + '\n')
         proxy.flush()
+
+    def spare(self, name: str, more: int | None) -> None:
+        """Let a process have so many bytes more than it has, or None: any number."""
+        child = self.running[name]
+        if child.poll() is None:
+            held = int(Path(f'/proc/{child.pid}/statm').read_text().split()[0])
+            most = resource.RLIM_INFINITY if more is None else (
+                held * resource.getpagesize() + more)
+            with suppress(ProcessLookupError):
+                resource.prlimit(child.pid, resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
 
     def signal(self, name: str, number: int) -> None:
         """Send a signal; a process that has gone is left so."""

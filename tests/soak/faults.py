@@ -13,6 +13,7 @@ from time import sleep
 
 from bench import Bench, CONFIG
 
+SPARE = 1 << 20  # bytes that a process may still take where memory is short
 NOTHING: Callable[[], None] = lambda: None  # noqa: E731
 
 
@@ -23,7 +24,8 @@ class Fault:
 
     ``zero`` says that the drive must lose its torque, ``named`` whose status must not be well
     meanwhile (empty: nobody need say anything), ``hand`` that an operator then has to activate the
-    driver, ``gap`` that samples may be missing, which the running number then tells.
+    driver, ``gap`` that samples may be missing, which the running number then tells. ``pairs``
+    says whether another fault may come with it, ``beside`` whether it burdens the whole machine.
     """
 
     name: str
@@ -33,6 +35,8 @@ class Fault:
     named: str = ''
     hand: bool = False
     gap: bool = True
+    pairs: bool = True
+    beside: bool = False
 
 
 def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
@@ -82,7 +86,7 @@ def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
         started.clear()
 
     burn = [sys.executable, '-c', 'while True: pass']
-    found.append(Fault('processors starved', starts(*[burn] * 4), ends))
+    found.append(Fault('processors starved', starts(*[burn] * 4), ends, beside=True))
     twin = [sys.executable, '-m', 'servo_rig_driver.emulated.rig_process', '--rig',
             str(CONFIG / 'rigs' / 'rv_bench.yaml'), '--interface', 'unix_bus', '--channel',
             str(bench.folder / 'rig.can')]
@@ -90,7 +94,7 @@ def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
                        hand=True))
     guest = bench.node('servo_twin.nodes.twin_node', servo_file='rv_bench', autostart='true')
     guest[guest.index(f'__ns:=/{bench.namespace}')] = '__ns:=/guest'
-    found.append(Fault('a participant that vanishes', starts(guest), ends, gap=False))
+    found.append(Fault('a participant that vanishes', starts(guest), ends, beside=True))
     rival = bench.node('servo_rig_driver.driver.driver_node', CONFIG / 'driver.yaml', **{
         'bus.interface': 'unix_bus', 'bus.channel': bench.folder / 'driver.can',
         'autostart': 'true'})
@@ -100,7 +104,15 @@ def all_faults(bench: Bench, graph, random: Random) -> dict[str, Fault]:
     for name, act in (('odd parameters', graph.odd_parameters),
                       ('odd commands', graph.odd_commands), ('odd servo files', graph.odd_servo)):
         found.append(Fault(name, lambda act=act: act(random), gap=False))
-    if os.geteuid() == 0:
+    if bench.clock.works:  # by more than command_timeout; alone, for a new driver stamps by it
+        found += [Fault(f'clock {word}', lambda way=way: bench.clock.set(
+            way * random.choice((0.5, 5.0, 3607.0))), lambda: bench.clock.set(0.0), zero=True,
+            named='driver', hand=True, pairs=False)
+            for word, way in (('forward', 1.0), ('back', -1.0))]
+    if os.geteuid() == 0:  # who else may take a limit back
+        found += [Fault(f'memory short for {name}', lambda name=name: bench.spare(name, SPARE),
+                        lambda name=name: bench.spare(name, None), hand=name == 'driver')
+                  for name in ('driver', 'twin', 'recorder', *(['identify'] * bench.identify))]
         found += _of_disks(bench, starts, ends)
     return {fault.name: fault for fault in found}
 

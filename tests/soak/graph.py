@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, nan
 from random import Random
 from threading import Event, Thread
@@ -20,10 +21,14 @@ EACH, AHEAD = 0.05, 0.15  # s: a block each so long, of so much
 
 
 class Graph:
-    """Plays the reference and calls services; nothing waits for an answer for long."""
+    """
+    Plays the reference and calls services; nothing waits for an answer for long.
 
-    def __init__(self, ears: Ears) -> None:
-        self.ears = ears
+    ``ahead`` tells how far, s, the clock of the rig's machine was set.
+    """
+
+    def __init__(self, ears: Ears, ahead: Callable[[], float]) -> None:
+        self.ears, self._ahead = ears, ahead
         self.refused = self.taken = 0
         self._stop = Event()
         self._player = Thread(target=self._play, daemon=True)
@@ -41,8 +46,9 @@ class Graph:
             begin = time()
             message = Command(mode=Command.VELOCITY, period=0.002, reference=[
                 reference(begin + 0.002 * k) for k in range(int(AHEAD / 0.002))])
-            message.header.stamp.sec = int(begin)
-            message.header.stamp.nanosec = int(begin % 1.0 * 1e9)
+            stamp = begin + self._ahead()  # who sends reads the clock of the rig's machine
+            message.header.stamp.sec = int(stamp)
+            message.header.stamp.nanosec = int(stamp % 1.0 * 1e9)
             self.ears.command.publish(message)
 
     def close(self) -> None:

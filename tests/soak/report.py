@@ -6,8 +6,9 @@ from collections import defaultdict
 from html import escape
 from statistics import quantiles
 
+UNWELL = 0.5  # s, beside the time by which it is seen
 COLOURS = {'wire': '#2a6f97', 'KILL': '#b5179e', 'TERM': '#7209b7', 'STOP': '#f77f00',
-           'odd': '#6a994e'}
+           'odd': '#6a994e', 'clock': '#bc6c25', 'memory': '#386641'}
 
 
 def text(figures: dict) -> tuple[str, bool]:
@@ -49,6 +50,17 @@ def text(figures: dict) -> tuple[str, bool]:
         ('processes killed at the end, or left', f'{len(figures["killed"])}, '
          f'{len(figures["left"])}', not figures['killed'] and not figures['left']),
     ]
+    if figures['beside']:
+        ill = [row['beside'] for row in rows if row['beside'] is not None]
+        holes = [said for one in figures['beside'] for said in one['elsewhere']]
+        untold = [said for one in figures['beside'] for said in one['untold']]
+        promises.append((
+            'the rigs beside it stay well while a fault is that of one rig',
+            f'{sum(one > UNWELL for one in ill)} of {len(ill)} faults left one without samples, '
+            f'predictions or set-points for more than {UNWELL:g} s, the longest for '
+            f'{max(ill, default=0.0):.2f} s; samples missing {len(holes)} times among '
+            f'{sum(one["samples"] for one in figures["beside"])}, {len(untold)} times untold',
+            not untold and max(ill, default=0.0) <= UNWELL))
     lines = [f'{figures["seconds"] / 60.0:.0f} minutes, seed {figures["seed"]}, {len(rows)} times '
              f'one fault or two.', '', '| promise | seen | |', '|---|---|---|']
     lines += [f'| {name} | {seen} | {"kept" if kept else "**missed**"} |'

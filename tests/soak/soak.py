@@ -20,45 +20,45 @@ import sys
 import tempfile
 from time import monotonic, sleep, time
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from bags import judged, replayed
-from bench import Bench
 from faults import all_faults
-from graph import Graph
 from report import page, text
-from witness import Bus, Ears, Usage
+from rig import Rig
 
 START, RECOVERY = 90.0, 40.0  # s
 RECORDED = 50_000  # bytes of a bag whose recorder hears the rig
-FRESH = 0.5  # s: samples, predictions and set-points newer than that flow
 
 
 class Soak:
-    """One run: ``log`` holds what happened, a dictionary a fault."""
+    """
+    One run: ``log`` holds what happened, a dictionary a fault.
 
-    def __init__(self, folder: Path, seed: str, identify: bool) -> None:
+    Faults come to the first of ``rigs``; the others stand beside it on the same machine.
+    """
+
+    def __init__(self, folder: Path, seed: str, identify: bool, rigs: int) -> None:
         self.random, self.seed, self.folder = Random(seed), seed, folder
-        self.bench = Bench(folder, identify)
+        self.rig = Rig(folder, identify, 'rig')
+        self.others = [Rig(folder / f'rig{k}', False, f'rig{k}') for k in range(1, rigs)]
+        self.bench = self.rig.bench
         self.log: list[dict] = []
-        self.usage, self.misses = Usage(), []
-        self.cycled: list[dict] = []
-        self._looked = 0.0
+        self.misses: list[str] = []
+        self._looked = self._ill = 0.0
+        self._well_beside = monotonic()
 
     def run(self, seconds: float, most: int, only: list[str] | None) -> dict:
         """Run for some seconds, or until ``most`` faults were there; return the figures."""
         begun = time()
-        (self.folder / 'bus.log').touch()  # the proxy may be slow to begin
-        for name in self.bench.names:
-            self.bench.start(name)
-            sleep(0.5)
-        self.bus, self.ears = Bus(self.folder / 'bus.log'), Ears(self.bench.namespace)
-        self.graph = Graph(self.ears)
-        self.graph.play()
         left, killed = [], []
         try:
-            if not self._well_within(START):
-                raise RuntimeError(f'the bench does not start: {self._state()}')
+            for one in (self.rig, *self.others):
+                one.start()
+                self.bus, self.ears, self.graph = self.rig.bus, self.rig.ears, self.rig.graph
+                if not self._well_within(START, one):
+                    raise RuntimeError(f'the bench does not start: {one.state()}')
             faults = all_faults(self.bench, self.graph, self.random)
             names = only or sorted(faults)
             order: list[str] = []
@@ -66,49 +66,45 @@ class Soak:
             while monotonic() < until and len(self.log) < most:
                 if len(order) < 2:
                     order += self.random.sample(names, len(names))
-                pair = [order.pop()]
-                if self.random.random() < 0.25 and not only:
-                    pair.append(order.pop())
-                self._suffer([faults[name] for name in pair])
+                pair = [faults[order.pop()]]
+                if (self.random.random() < 0.25 and not only and pair[0].pairs
+                        and faults[order[-1]].pairs):
+                    pair.append(faults[order.pop()])
+                self._suffer(pair)
             self._whole()
             self._deactivated()
         finally:
-            self.graph.close()
-            killed = self.bench.close()
+            for one in (self.rig, *self.others):
+                killed += one.close()
             sleep(1.0)
             left = self.bench.left()
         return self._figures(begun, killed, left)
 
     def _turn(self) -> None:
         """Look at everything once."""
-        self.bus.read()
-        if monotonic() - self._looked > 2.0:
-            self._looked = monotonic()
-            for name, pid in self.bench.pids().items():
-                self.usage.look(name, pid)
+        running = [one for one in (self.rig, *self.others) if hasattr(one, 'bus')]
+        for one in running:
+            one.bus.read()
+        now = monotonic()
+        if now - self._looked > 2.0:
+            self._looked = now
+            for one in running:
+                one.look()
+        if all(one.well() for one in self.others if one in running):
+            self._well_beside = now
+        self._ill = max(self._ill, now - self._well_beside)
         sleep(0.02)
 
-    def _well(self) -> bool:
-        now = time()
-        return (now - self.bus.moved < FRESH and self.bus.status & 0x6F == 0x27
-                and now - self.ears.heard['encoder'] < FRESH
-                and now - self.ears.heard['prediction'] < FRESH)
-
-    def _well_within(self, patience: float) -> bool:
+    def _well_within(self, patience: float, rig: Rig | None = None) -> bool:
+        rig = rig or self.rig
         until, since = monotonic() + patience, None
         while monotonic() < until:
             self._turn()
-            self.bench.mend()
-            since = (since or monotonic()) if self._well() else None
+            rig.bench.mend()
+            since = (since or monotonic()) if rig.well() else None
             if since is not None and monotonic() - since > 0.3:
                 return True
         return False
-
-    def _state(self) -> str:
-        now = time()
-        return (f'set-points {now - self.bus.moved:.1f} s old, status {self.bus.status:#x}, '
-                f'encoder {now - self.ears.heard["encoder"]:.1f} s, prediction '
-                f'{now - self.ears.heard["prediction"]:.1f} s, {self.ears.said[-1:]}')
 
     def _for(self, seconds: float) -> None:
         until = monotonic() + seconds
@@ -118,7 +114,7 @@ class Soak:
     def _suffer(self, pair: list) -> None:
         """Make one or two faults, take their causes away, and see what came of it."""
         self._for(self.random.uniform(1.0, 3.0))
-        said, bags = len(self.ears.said), len(self.bench.bags)
+        said, bags, self._ill = len(self.ears.said), len(self.bench.bags), 0.0
         row = {'faults': [fault.name for fault in pair], 'at': time(), 'alone': len(pair) == 1}
         for fault in pair:
             fault.make()
@@ -134,7 +130,7 @@ class Soak:
             well = self._well_within(RECOVERY)
         row['well'] = time() if well else None
         if not well:
-            row['state'] = self._state()
+            row['state'] = self.rig.state()
             self.misses.append(f'{" and ".join(row["faults"])}: not well again: {row["state"]}')
             self.graph.activate()
             self._well_within(RECOVERY)
@@ -145,6 +141,7 @@ class Soak:
         row['named'] = (named[0][0] - row['at'], named[0][1]) if named else None
         if row['alone'] and pair[0].named and not named:
             self.misses.append(f'{pair[0].name}: {pair[0].named} said nothing')
+        row['beside'] = None if any(fault.beside for fault in pair) else self._ill
         row['new_bag'] = len(self.bench.bags) > bags
         row['zero_due'], row['gap'] = pair[0].zero, any(fault.gap for fault in pair)
         self.log.append(row)
@@ -164,11 +161,11 @@ class Soak:
             self._turn()
         self.bench.mend()
         if not self._well_within(RECOVERY):
-            self.misses.append(f'not well before the end: {self._state()}')
+            self.misses.append(f'not well before the end: {self.rig.state()}')
         self._ended('twin')
         self.bench.mend()
         if not self._well_within(RECOVERY):
-            self.misses.append(f'not well before the end: {self._state()}')
+            self.misses.append(f'not well before the end: {self.rig.state()}')
         for _ in range(3):
             self.graph.odd_parameters(self.random)
             self._for(1.5)
@@ -194,12 +191,16 @@ class Soak:
     def _figures(self, begun: float, killed: list[str], left: list[str]) -> dict:
         windows = [(row['at'] - 1.0, (row['well'] or row['cured'] + RECOVERY) + 1.0)
                    for row in self.log if row['gap']]
-        bags = judged(self.bench.bags, windows)
+        steps = [(row['at'], row['cured']) for row in self.log
+                 if row['faults'][0].startswith('clock')]
+        bags = judged(self.bench.bags, windows, steps)
+        beside = [(row['at'] - 1.0, row['cured'] + 1.0) for row in self.log
+                  if row['beside'] is None]
         traces = []
         for path in sorted((self.folder / 'logs').glob('*.log')):
             said = path.read_text(errors='replace')
             if 'Traceback' in said:
-                traces.append(f'{path.stem}: {said[said.rindex("Traceback"):][-400:]}')
+                traces.append(f'{path.stem}: {said[said.rindex("Traceback"):][:1500]}')
         odd = sorted({f'{name} ended with {status}' for name, status in self.bench.ended
                       if status not in (0, -9, -15, 1, 143)})
         return {
@@ -208,11 +209,15 @@ class Soak:
             'powerless': self.bus.powerless,
             'beyond': self.bus.beyond, 'bags': bags, 'replays': replayed(self.bench.bags[-1:]),
             'traces': traces, 'ends': odd,
+            'beside': [judged(one.bench.bags, beside, []) for one in self.others],
             'events': [list(one) for one in self.ears.events if one[1] == 'change'],
-            'slopes': self.usage.slopes(), 'killed': killed, 'left': left,
+            'slopes': [(f'{one.bench.namespace}: {told[0]}', *told[1:])
+                       for one in (self.rig, *self.others) for told in one.usage.slopes()],
+            'killed': killed, 'left': left,
             'misses': self.misses, 'logs': sum(
                 path.stat().st_size for path in (self.folder / 'logs').glob('*.log')),
-            'refused': self.graph.refused, 'taken': self.graph.taken, 'usage': self.usage.rows}
+            'refused': self.graph.refused, 'taken': self.graph.taken,
+            'usage': self.rig.usage.rows}
 
 
 def length(text_of: str) -> float:
@@ -233,13 +238,14 @@ def main() -> int:
     parser.add_argument('--most', type=int, default=10**9, help='faults at most')
     parser.add_argument('--only', nargs='*', help='names of faults')
     parser.add_argument('--no-identify', action='store_true', help='without the identify node')
+    parser.add_argument('--rigs', type=int, default=1, help='on the machine; the first suffers')
     parser.add_argument('-o', '--output', type=Path, help='folder of the report')
     parser.add_argument('--keep', action='store_true', help='keep logs and bags')
     arguments = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix='servo_soak_'))
     try:
-        figures = Soak(folder, arguments.seed, not arguments.no_identify).run(
-            arguments.length, arguments.most, arguments.only)
+        soak = Soak(folder, arguments.seed, not arguments.no_identify, arguments.rigs)
+        figures = soak.run(arguments.length, arguments.most, arguments.only)
     finally:
         subprocess.run(['umount', '-l', str(folder / 'small_disk')], capture_output=True,
                        check=False)

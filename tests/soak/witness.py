@@ -31,13 +31,19 @@ def reference(at: float) -> float:
     return SLOPE * (phase if phase < HALF else 2.0 * HALF - phase) - TOP
 
 
-def age(value: float, now: float) -> float:
-    """Return how long ago the set-point was due that has this value, s; the nearest that fits."""
-    best = 2.0 * HALF
-    phase = (value + TOP) / SLOPE
+def age(value: float, sent: float, seen: float | None = None) -> float:
+    """
+    Return how old a set-point of this value was at least when it was sent, s.
+
+    It was sent between ``sent`` and ``seen``, left out at ``sent``; negative: due only after
+    ``sent``. The reference has each value twice: what makes it younger counts.
+    """
+    phase, span = (value + TOP) / SLOPE, (sent if seen is None else seen) - sent
+    ages = []
     for place in (phase, 2.0 * HALF - phase):
-        best = min(best, (now - place + 1.0) % (2.0 * HALF) - 1.0, key=abs)
-    return best
+        ahead = (place - sent) % (2.0 * HALF)
+        ages.append(-ahead if ahead <= span + 1.0 else 2.0 * HALF - ahead)
+    return min(ages)
 
 
 @dataclass
@@ -111,7 +117,7 @@ class Bus:
         if abs(value) > LIMIT * 1.000001:
             self.beyond.append((now, value))
         elif abs(value) <= TOP:
-            old = age(value, sent)  # at least: it was sent no earlier than that
+            old = age(value, sent, now)
             if now - self.sync > WATCHDOG:
                 self.powerless += old > TIMEOUT
                 return

@@ -12,7 +12,8 @@ from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ..data.check import check as check_data
-from ..data.reading import read_recordings
+from ..data.long_bags import looked_at
+from ..data.reading import read_mapped
 from ..data.table_import import recording_of
 from ..data.tables import Table
 from ..fit.output_error import fit as fit_output_error
@@ -46,6 +47,8 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     a coordinate) and the channels in SI units, or with the unit behind the name
     (``motor_position [deg]``). ``mapping`` is a mapping file for tables with other names.
     ``name`` and ``family`` are those of columns in memory; several of them are numbered.
+    A bag may be longer than the memory: from 300 000 samples on its arrays cannot be changed and
+    are pages of a file in the folder for temporary files, read as they are used.
     Raises TypeError for what is neither, ValueError or OSError that names the file or the column.
     """
     machine = _machine(servo)
@@ -63,7 +66,7 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     if machine.path is None:
         raise ValueError(f'{machine.name} has no file; tables are read by one: save it and '
                          'load_servo it')
-    return Recordings(tuple(read_recordings(several, machine.path, mapping)))
+    return Recordings(tuple(read_mapped(several, machine.path, mapping)))
 
 
 def check(data: Sequence[Recording], servo: Machine) -> Checked:
@@ -83,13 +86,15 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
 
     ``free`` are paths of parameters; left out, all that have a tolerance in the servo file.
     ``how`` are the options of :func:`servo_identify.fit.output_error.fit`: mode, horizon, bounds,
-    channels, robust, weights. Raises ValueError for what cannot be fitted.
+    channels, robust, weights. Of recordings of more than 300 000 samples some parts are fitted
+    (:mod:`.data.long_bags`). Raises ValueError for what cannot be fitted.
     """
     machine = _machine(servo)
     names = tuple(free) or tuple(machine.servo.tolerance)
     if not names:
         raise ServoError(f'{machine.name}: no parameter has a tolerance; name some as free')
-    estimate = fit_output_error(machine.servo, _recordings(data), names, **{'delays': True, **how})
+    looked, = _looked_at(data)
+    estimate = fit_output_error(machine.servo, looked, names, **{'delays': True, **how})
     return Fitted(estimate, machine)
 
 
@@ -103,6 +108,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
     ``accept`` and ``report`` are recordings held back to prove an effect and to measure the
     shrink; left out, the recordings are split. ``without`` names effects that are not considered.
     ``reach`` limits the next experiment: travel rad, speed rad/s, torque N m, amplitude V.
+    Of recordings of more than 300 000 samples some parts are diagnosed, and the report says which.
     ``progress(stage, share)`` is told how far it is. Raises ValueError with a sentence for
     recordings that cannot be judged, and for red findings of :func:`check` unless
     ``despite_check``.
@@ -111,9 +117,17 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
 
     machine = _machine(servo)
     more = {} if progress is None else {'tick': progress}
-    found = diagnose_recordings(_recordings(data), machine.servo, list(accept), list(report),
-                                tuple(without), reach=reach, despite=despite_check, **more)
+    screened, accepted, reported = _looked_at(data, accept, report)
+    found = diagnose_recordings(screened, machine.servo, accepted, reported, tuple(without),
+                                reach=reach, despite=despite_check, **more)
     return Answer(found, machine)
+
+
+def _looked_at(*groups: Sequence[Recording]) -> list[list[Recording]]:
+    """Return the parts of each group; a recording of two groups has the same parts in both."""
+    listed = [_recordings(data) for data in groups]
+    parts = {id(one): looked_at(one) for several in listed for one in several}
+    return [[part for one in several for part in parts[id(one)]] for several in listed]
 
 
 def _machine(servo: Machine) -> ServoFile:

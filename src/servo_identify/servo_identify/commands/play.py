@@ -8,13 +8,14 @@ the servo file gets the curve (effect carrier_backlash).
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_file, say, tell
 
-from ..data.arguments import add_data, files, recordings
+from ..data.arguments import add_data, files, opened
 
 if TYPE_CHECKING:
     from servo_twin.physics.servo import Servo
@@ -80,9 +81,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _measured(arguments: argparse.Namespace, servo: Servo, bag: Path) -> tuple[str, Play]:
-    """Return the name of a bag and its backlash; the bag is not held any longer."""
+    """Return the name of a bag, of any length, and its backlash."""
     from ..fit.estimate import bag_name
     from ..learn.transmission.two_way_backlash import measured_play
 
-    recording, = recordings(arguments, [bag])
-    return bag_name(recording), measured_play(servo, recording)
+    with ExitStack() as stack:
+        recording, = opened(arguments, stack, [bag])
+        return bag_name(recording), measured_play(servo, recording)

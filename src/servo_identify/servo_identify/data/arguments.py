@@ -47,12 +47,14 @@ def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None
                            arguments.namespace)
 
 
-def opened(arguments: argparse.Namespace, stack: ExitStack) -> list[Long]:
-    """Return the recordings that the arguments name, of any length, open until the stack ends."""
+def opened(arguments: argparse.Namespace, stack: ExitStack,
+           paths: Iterable[str | Path] | None = None) -> list[Long]:
+    """Return the recordings named as of :func:`recordings`, of any length, open in the stack."""
     from .reading import files_of, open_one
+    several = arguments.bags if paths is None else paths
     return [stack.enter_context(open_one(path, getattr(arguments, 'servo', None),
                                          arguments.mapping, arguments.namespace))
-            for path in files_of(arguments.bags)]
+            for path in files_of(several)]
 
 
 def recordings_looked_at(arguments: argparse.Namespace, paths: Iterable[str | Path]

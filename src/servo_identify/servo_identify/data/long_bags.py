@@ -1,15 +1,20 @@
-"""What is looked at of a recording that is too long to be held: parts of it, by a stated rule."""
+"""Recordings too long to be held: what is looked at of one, and one whose columns are on disk."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
+import shutil
+import tempfile
 
 import numpy as np
 
-from servo_twin.bag import OpenRecording
+from servo_twin.bag import BagError, OpenRecording
 from servo_twin.recording.parts import parts_of
-from servo_twin.recording.recording import Recording
+from servo_twin.recording.recording import COLUMNS, Recording
+
+from .on_disk import OnDisk
 
 LONGEST = 300_000  # samples that are held at once: five minutes at 1 kHz, 2.6 GB in a diagnosis
 CHOSEN = 10  # parts that are taken of a longer recording, as long together as the longest
@@ -28,8 +33,7 @@ def looked_at(one: Long) -> list[Recording]:
     of the first.
     """
     if len(one) <= LONGEST:
-        whole = one.part(one.sequence, one.sequence + len(one))
-        return [replace(whole, warnings=one.warnings, digest=one.digest)]
+        return [all_of(one)]
     best: dict[int, tuple[float, int, Recording]] = {}
     size = LONGEST // CHOSEN
     count = -(-len(one) // size)
@@ -42,6 +46,36 @@ def looked_at(one: Long) -> list[Recording]:
              for _, _, part in best.values()]
     taken[0] = replace(taken[0], warnings=(*one.warnings, _said(one, taken, count)))
     return taken
+
+
+def all_of(one: Long) -> Recording:
+    """
+    Return a recording with all its samples; of one longer than LONGEST the columns are on disk.
+
+    They lie in files without a name, in the folder for temporary files (TMPDIR), and cannot be
+    changed. Their pages are read as they are used, and taken back where memory is short. Raises
+    BagError where that disk has no room for them.
+    """
+    if isinstance(one, Recording):
+        return one
+    if len(one) <= LONGEST:
+        whole = one.part(one.sequence, one.sequence + len(one))
+        return replace(whole, warnings=one.warnings, digest=one.digest)
+    folder, needed = tempfile.gettempdir(), 8 * len(COLUMNS) * len(one)
+    free = shutil.disk_usage(folder).free
+    if needed > free:
+        raise BagError(f'{one.name}: its {len(one)} samples take {needed / 2**30:.1f} GiB in '
+                       f'{folder} and {free / 2**30:.1f} GiB are free; let TMPDIR name a folder '
+                       'on a larger disk')
+    with ExitStack() as files:
+        columns = {name: OnDisk(files.enter_context(tempfile.TemporaryFile(dir=folder)), 'd')
+                   for name in COLUMNS}
+        for part in parts_of(one):
+            for name, column in columns.items():
+                column.extend(part[name])
+        whole = one.part(one.sequence, one.sequence)
+        return replace(whole, columns={name: column.mapped() for name, column in columns.items()},
+                       warnings=one.warnings, digest=one.digest)
 
 
 def span_of(one: Long, part: Recording) -> str:

@@ -33,6 +33,11 @@ class OnDisk:
         self._file.seek(8 * first)
         return np.fromfile(self._file, self._code, count)
 
+    def mapped(self) -> np.ndarray:
+        """Return all numbers as an array of pages of the file, which cannot be changed."""
+        self._flush()
+        return np.asarray(np.memmap(self._file, self._code, 'r'))
+
     def _flush(self) -> None:
         self._file.seek(0, 2)
         self._new.tofile(self._file)

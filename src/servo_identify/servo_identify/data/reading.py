@@ -10,7 +10,7 @@ from pathlib import Path
 from servo_twin.bag import BagError, open_recording, read_recording
 from servo_twin.recording.recording import Recording
 
-from .long_bags import Long, looked_at
+from .long_bags import all_of, Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
 from .table_import import import_table
@@ -29,6 +29,22 @@ def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None
     bag BagError) or OSError, which name the file; all are looked for before one is read.
     """
     return [read_one(path, servo, mapping, namespace) for path in files_of(paths)]
+
+
+def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
+                mapping: str | Path | None = None, namespace: str | None = None
+                ) -> list[Recording]:
+    """
+    Return the recordings that paths and patterns name, of long bags with columns on disk.
+
+    Which, :func:`.long_bags.all_of` says. Arguments and errors are those of
+    :func:`read_recordings`.
+    """
+    found = []
+    for path in files_of(paths):
+        with open_one(path, servo, mapping, namespace) as one:
+            found.append(all_of(one))
+    return found
 
 
 def files_of(paths: Iterable[str | Path]) -> list[Path]:

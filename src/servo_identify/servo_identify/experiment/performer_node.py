@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
+from servo_twin.nodes.timer_clock import STEADY
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from .procedures import Run
@@ -103,7 +104,7 @@ class Performer(Node):
 
     def home(self) -> None:
         """Bring the load back to where the experiment began, if it is elsewhere."""
-        angle = self.guard.origin - self._angle
+        angle = self.guard.origin - self.guard.angle
         if abs(angle) < CLOSE:
             return
         speed = min(HOMING, self.limits.speed / 2.0, (ACCELERATION * abs(angle)) ** 0.5 / 2.0)
@@ -122,7 +123,7 @@ class Performer(Node):
         if abs(self.period - run.period) > 1e-9:
             raise LimitError(f'{run.name} has a set-point every {run.period:g} s, the rig samples '
                              f'every {self.period:g} s; choose --rate {1.0 / self.period:g}')
-        reference = run.reference + (self._angle if run.mode == 'position' else 0.0)
+        reference = run.reference + (self.guard.angle if run.mode == 'position' else 0.0)
         self._play(run.mode, reference, run.external_torque, told)
 
     def rest(self) -> None:
@@ -229,10 +230,6 @@ class Performer(Node):
         if said and self._watching and not self.trouble:
             self.trouble = said
 
-    @property
-    def _angle(self) -> float:
-        return self.guard.angle
-
     def _now(self) -> int:
         return self.get_clock().now().nanoseconds
 
@@ -244,7 +241,7 @@ class Performer(Node):
             if not done.done() and (condition() or monotonic() > limit):
                 done.set_result(None)
 
-        timer = self.create_timer(0.005, look)
+        timer = self.create_timer(0.005, look, clock=STEADY)
         self._executor.spin_until_future_complete(done, seconds + 1.0)
         self.destroy_timer(timer)
         return bool(condition())

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from servo_twin.bag import OpenRecording
 from servo_twin.physics.servo import Provenance, Servo, Value
 from servo_twin.recording.recording import Recording
 
@@ -95,9 +96,10 @@ def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float]
     return replace(servo, values={**servo.values, **changes}, provenance=provenance)
 
 
-def bag_name(recording: Recording) -> str:
+def bag_name(recording: Recording | OpenRecording) -> str:
     """Return how provenance names a recording: its name and the first of its hash."""
-    return f'{recording.name}#{recording.digest[:12]}' if recording.digest else recording.name
+    digest = recording.digest
+    return f'{recording.name}#{digest[:12]}' if digest else recording.name
 
 
 def _nulled(thing: Any) -> Any:

@@ -28,6 +28,7 @@ from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
+from servo_twin.nodes.timer_clock import STEADY
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import BALANCES
@@ -80,8 +81,8 @@ class IdentifyNode(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._events = self.create_publisher(Event, 'events', EVENTS)
         self.create_service(Trigger, 'identify/relearn', self._relearn)
-        self.create_timer(REPORT_EVERY, self._report)
-        self.create_timer(value(self, 'online.period'), self._tell)
+        self.create_timer(REPORT_EVERY, self._report, clock=STEADY)
+        self.create_timer(value(self, 'online.period'), self._tell, clock=STEADY)
 
     def close(self) -> None:
         """End jobs and their threads."""

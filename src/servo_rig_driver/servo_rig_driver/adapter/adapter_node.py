@@ -33,6 +33,7 @@ from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import Level, RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
+from ..timer_clock import STEADY
 from . import adapter_parameters
 from .mapped_columns import MappedColumns, MappingError, read_mapping
 from .message_field import FieldError
@@ -64,7 +65,7 @@ class Adapter(Node):
         self._told = {'lost': 0, 'restarts': 0}
         self._counted = 0.0
         self._diagnoser = Diagnoser(self, self.health, self._facts, GROUPS)
-        self.create_timer(LOOK_EVERY, self._look)
+        self.create_timer(LOOK_EVERY, self._look, clock=STEADY)
 
     # Topics.
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 from collections import deque
 import logging
+from math import inf
 from pathlib import Path
 import selectors
 import socket
@@ -40,7 +41,7 @@ class _Client:
     def __init__(self, number: int, connection: socket.socket) -> None:
         self.number = number
         self.socket = connection
-        self.waiting: deque[bytes] = deque()
+        self.waiting: deque[tuple[bytes, float]] = deque()  # and until when, ns
         self.refused = 0
 
 
@@ -48,7 +49,8 @@ class CanHub:
     """
     Serves the bus whose socket is ``path``.
 
-    ``passed``, ``refused`` and ``late`` count packets, ``dropped`` clients that did not read.
+    ``passed``, ``refused``, ``late`` (given back) and ``overdue`` (of one client) count packets,
+    ``dropped`` clients that did not read.
     Raises OSError when another hub serves the path already; a socket left by a killed hub is
     replaced.
     """
@@ -57,7 +59,7 @@ class CanHub:
         self.path = Path(check_path(path))
         self.passed = 0
         self.refused = 0
-        self.late = 0
+        self.late = self.overdue = 0
         self.dropped = 0
         self._clients: dict[int, _Client] = {}
         self._joined = 0
@@ -173,16 +175,17 @@ class CanHub:
             if client.refused == 1:
                 log.error('refused from client %d: %s', client.number, error)
             return
-        if expiry is not None and monotonic_ns() > expiry[1]:
+        until = inf if expiry is None else expiry[1]
+        if monotonic_ns() > until:
             self.late += 1
             self._give(client, head)
             return
         self.passed += 1
         for other in list(self._clients.values()):
             if other is not client:
-                self._give(other, packet)
+                self._give(other, packet, until)
 
-    def _give(self, client: _Client, packet: bytes) -> None:
+    def _give(self, client: _Client, packet: bytes, until: float = inf) -> None:
         if not client.waiting:
             try:
                 client.socket.send(packet)
@@ -192,7 +195,7 @@ class CanHub:
                                       selectors.EVENT_READ | selectors.EVENT_WRITE, client)
             except OSError:
                 return  # it has gone; what it said before is still to be read, and then its end
-        client.waiting.append(packet)
+        client.waiting.append((packet, until))
         if len(client.waiting) > BACKLOG:
             self.dropped += 1
             log.error('client %d let go: it left %d packets unread, at most %d may wait',
@@ -202,7 +205,11 @@ class CanHub:
     def _flush(self, client: _Client) -> None:
         try:
             while client.waiting:
-                client.socket.send(client.waiting[0])
+                packet, until = client.waiting[0]
+                if monotonic_ns() <= until:
+                    client.socket.send(packet)
+                else:
+                    self.overdue += 1
                 client.waiting.popleft()
         except BlockingIOError:
             return
@@ -235,7 +242,7 @@ def main(arguments: list[str] | None = None) -> int:
     log.info('serving %s', path)
     hub.serve()
     log.info('%d packets passed, %d refused, %d too late, %d clients let go', hub.passed,
-             hub.refused, hub.late, hub.dropped)
+             hub.refused, hub.late + hub.overdue, hub.dropped)
     return 0
 
 

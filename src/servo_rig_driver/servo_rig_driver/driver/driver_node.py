@@ -38,6 +38,7 @@ from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from ..node_help import asked_for_help
+from ..timer_clock import STEADY
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .health_report import Diagnoser
@@ -81,7 +82,7 @@ class Driver(LifecycleNode):
         self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
                             self._ros_now())
         self.diagnoser = Diagnoser(self, self.health, self._facts)
-        self.create_timer(LOOK_EVERY, self._look)
+        self.create_timer(LOOK_EVERY, self._look, clock=STEADY)
 
     # Transitions.
 
@@ -248,14 +249,15 @@ class Driver(LifecycleNode):
         return self.get_clock().now().nanoseconds
 
     def _look(self) -> None:
-        now = self._ros_now()
+        now = self._link.now() if self._link else self._ros_now()
         if self._values['autostart'] and not self._led and not self.finished.done():
             self._start_by_itself(now)
         self.diagnoser.look(now, self._values['diagnostics_period'])
 
     def _start_by_itself(self, now: int) -> None:
         label = self._state_machine.current_state[1]
-        if label == 'unconfigured' and now - self._tried_at > self._values['retry_period'] * 1e9:
+        since = abs(now - self._tried_at)  # ROS time may have been set back
+        if label == 'unconfigured' and since > self._values['retry_period'] * 1e9:
             if self.trigger_configure() == SUCCESS:
                 self.trigger_activate()
             self._tried_at = self._ros_now()  # a try may take longer than the pause between two

@@ -38,9 +38,9 @@ class Diagnoser:
         self._troubles: dict[str, str] = {}
 
     def look(self, now: int, period: float) -> None:
-        """Tell what there is to tell at ``now`` ns."""
+        """Tell what there is to tell at ``now`` ns, which may have been set back."""
         self.health.fade(now)
-        if self.health.changes != self._changes or now - self._told_at >= period * 1e9:
+        if self.health.changes != self._changes or abs(now - self._told_at) >= period * 1e9:
             self.tell(now)
 
     def tell(self, now: int) -> None:

@@ -29,6 +29,7 @@ from ..driver import message_conversion as conversion
 from ..driver.setpoints import Mode, SECOND
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
+from ..timer_clock import STEADY
 
 BLOCK = 0.2  # s of set-points in one message
 AHEAD = 0.3  # s that a block leaves before its first instant
@@ -51,7 +52,7 @@ class Player(Node):
         reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self._topic = self.create_publisher(Command, 'command', reliable)
         self._samples = self.create_subscription(Encoder, 'encoder', self._hear, reliable)
-        self.create_timer(BLOCK / 4.0, self._play)
+        self.create_timer(BLOCK / 4.0, self._play, clock=STEADY)
 
     @property
     def done(self) -> bool:

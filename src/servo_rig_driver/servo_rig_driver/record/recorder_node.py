@@ -33,6 +33,7 @@ from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
 from ..node_help import asked_for_help
+from ..timer_clock import STEADY
 from .growing_bag import RecordingFile
 from .recorder_parameters import declare, EVENT, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
@@ -80,8 +81,8 @@ class Recorder(Node):
             self.create_subscription(_message_class(kind), topic, self._taker(topic),
                                      _qos(kind, depth), raw=True,
                                      qos_overriding_options=OVERRIDABLE)
-        self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush)
-        self.create_timer(_REPORT, self._report)
+        self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush, clock=STEADY)
+        self.create_timer(_REPORT, self._report, clock=STEADY)
         self._began = monotonic()
         self._lost, self._samples = (0, monotonic()), (0, monotonic())
 

@@ -36,6 +36,7 @@ from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
 from .spinning import interruptible, started
+from .timer_clock import STEADY
 from .topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from .twin_health import ERROR, OK, TwinHealth
 
@@ -69,7 +70,7 @@ class TwinNode(LifecycleNode):
         self._next = 0  # number of the sample that a change acts on first
         self.add_on_set_parameters_callback(self._judge)
         self.add_post_set_parameters_callback(self._apply)
-        self.create_timer(REPORT_EVERY, self._report)
+        self.create_timer(REPORT_EVERY, self._report, clock=STEADY)
 
     # Transitions.
 

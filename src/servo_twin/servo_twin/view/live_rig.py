@@ -27,6 +27,7 @@ from ..lockstep.live_changes import changed
 from ..nodes.ending import LOOKS
 from ..nodes.heard_health import HeardHealth
 from ..nodes.message_conversion import to_instant, TOPICS
+from ..nodes.timer_clock import STEADY
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Happened, SERVO_FILE
 from ..recording.joined_samples import CHANNELS
@@ -73,7 +74,7 @@ class LiveRig(Source):
         self._node.create_subscription(Event, 'events', self._happened, _KEPT)
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
-        self._node.create_timer(_LOOKS, self._values.look)
+        self._node.create_timer(_LOOKS, self._values.look, clock=STEADY)
         self._known: tuple[tuple, Servo | None] = ((), None)
         self._over = RosFuture()  # heeded by an executor that always has work to do, too
         self._thread = Thread(target=self._spin, name='ros', daemon=True)

@@ -10,19 +10,22 @@ a load that its own inertia carries through the gap bears on neither flank.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from servo_twin.physics.servo import Provenance, Servo, ServoError
-from servo_twin.recording.recording import Recording
+from servo_twin.recording.parts import LongRecording, parts_of
 
 from ...fit.segments import smoothed
 
 CELLS, FEWEST = 40, 5  # of the angle that was passed; those that must be passed both ways
 MOVING = 0.3  # share of the largest speed, below which teeth may be anywhere in the gap
 LEAST = 20  # samples a cell and direction
+AROUND, FILTERED = 1.0, 100  # s and samples around a part by which its speed is that of the whole
+FASTEST = 300_000  # samples whose speeds tell which is the largest
+ENCODERS = ('motor_position', 'load_position')
 SHY = 1e-4  # of the prior that holds the variation over the turn small, against one cell
 
 
@@ -45,51 +48,89 @@ class Play:
     widths: np.ndarray
 
 
-def measured_play(servo: Servo, recording: Recording, cells: int = CELLS) -> Play:
+def measured_play(servo: Servo, recording: LongRecording) -> Play:
     """
     Measure the backlash of a recording that moved both ways over the same angles.
 
-    ``cells`` is how many there are at most: a short move has fewer and wider ones.
-    Raises ValueError where an encoder is missing, or too little was passed both ways.
+    The recording may be of any length: it is gone through twice, part by part. A short move has
+    fewer and wider cells. Raises ValueError where an encoder is missing, or too little was passed
+    both ways.
     """
-    for column in ('motor_position', 'load_position'):
-        if not recording.has(column):
-            raise ValueError(f'{recording.name}: play needs both encoders, and {column} is '
-                             'missing')
-    value, load = servo.values, recording['load_position']
-    lost = recording['motor_position'] / value['mechanism.ratio'] - load
-    speed = np.gradient(smoothed(load, recording.period, 10.0), recording.period)
-    most = np.nanpercentile(np.abs(speed), 98.0)
-    way = np.where(speed > MOVING * most, 1, np.where(speed < -MOVING * most, -1, 0))
-    # a shaft that just set off has not bedded in: the first tenth of a second is left out
-    margin = 2 * round(0.1 / recording.period) + 1
-    moved = np.convolve(way == 0, np.ones(margin), 'same') < 0.5
-    low, high = np.nanmin(load), np.nanmax(load)
-    while True:
-        cell = np.minimum(((load - low) / max(high - low, 1e-12) * cells).astype(int), cells - 1)
-        means = [_means(lost, cell, moved & (way == direction), cells) for direction in (1, -1)]
-        widths = means[0] - means[1]
-        both = int(np.isfinite(widths).sum())
-        if both >= FEWEST:
-            break
-        if cells < 2 * FEWEST:
-            raise ValueError(f'{recording.name}: {both} of {cells} cells of the load angle were '
-                             f'passed both ways, with {LEAST} samples each; {FEWEST} are needed')
-        cells //= 2
-    passed = np.isfinite(widths)
-    friction = _friction(servo, MOVING * float(most), float(most))
-    wound = 2.0 * friction / value['mechanism.stiffness'] if servo.mechanism.compliant else 0.0
+    low, high, most = _travel(recording)
+    counts, sums = np.zeros((2, CELLS)), np.zeros((2, CELLS))
+    for load, motor, speed, kept in _moves(recording):
+        lost = motor / servo.values['mechanism.ratio'] - load
+        # a shaft that just set off has not bedded in: the first tenth of a second is left out
+        still = ~(np.abs(speed) > MOVING * most)  # or unknown
+        margin = 2 * round(0.1 / recording.period) + 1
+        moved = np.isfinite(lost) & (np.convolve(still, np.ones(margin), 'same') < 0.5)
+        for k, way in enumerate((1.0, -1.0)):
+            at = np.flatnonzero(moved[kept] & (way * speed[kept] > MOVING * most)) + kept.start
+            place = (load[at] - low) / max(high - low, 1e-12) * CELLS
+            cell = np.minimum(place.astype(int), CELLS - 1)
+            counts[k] += np.bincount(cell, minlength=CELLS)
+            sums[k] += np.bincount(cell, lost[at], CELLS)
+    widths = _widths(recording.name, counts, sums)
+    passed, cells = np.isfinite(widths), len(widths)
+    friction = _friction(servo, MOVING * most, most)
+    wound = (2.0 * friction / servo.values['mechanism.stiffness']
+             if servo.mechanism.compliant else 0.0)
     widths = widths[passed] - wound
     angles = (low + (np.arange(cells) + 0.5) * (high - low) / cells)[passed]
     varies = float(widths.std(ddof=1))
     return Play(float(widths.mean()), varies / np.sqrt(len(widths)), varies, wound, angles, widths)
 
 
-def _means(values: np.ndarray, cell: np.ndarray, at: np.ndarray, cells: int) -> np.ndarray:
-    """Return the mean of values by cell, over some rows; NaN where they are too few."""
-    count = np.bincount(cell[at], minlength=cells)
-    with np.errstate(invalid='ignore', divide='ignore'):
-        return np.where(count >= LEAST, np.bincount(cell[at], values[at], cells) / count, np.nan)
+def _moves(recording: LongRecording
+           ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, slice]]:
+    """Yield load, motor (rad), speed of the load (rad/s) part by part, and which are its own."""
+    around = round(AROUND / recording.period) + FILTERED
+    for part in parts_of(recording):
+        wide = recording.part(part.sequence - around, part.sequence + len(part) + around)
+        first = part.sequence - wide.sequence
+        load = wide['load_position']
+        speed = np.gradient(smoothed(load, recording.period, 10.0), recording.period)
+        yield load, wide['motor_position'], speed, slice(first, first + len(part))
+
+
+def _travel(recording: LongRecording) -> tuple[float, float, float]:
+    """
+    Return the least and the largest angle of the load, rad, and its largest speed but for 2 %.
+
+    Speeds, rad/s, are those of some FASTEST samples. Raises ValueError without both encoders.
+    """
+    low, high, speeds, known = np.inf, -np.inf, [], dict.fromkeys(ENCODERS, False)
+    stride = -(-len(recording) // FASTEST)
+    for load, motor, speed, kept in _moves(recording):
+        for name, angle in zip(ENCODERS, (motor, load), strict=True):
+            known[name] = known[name] or bool(np.isfinite(angle[kept]).any())
+        low = float(np.fmin.reduce(load[kept], initial=low))
+        high = float(np.fmax.reduce(load[kept], initial=high))
+        speeds.append(np.abs(speed[kept])[::stride])
+    for name in ENCODERS:
+        if not known[name]:
+            raise ValueError(f'{recording.name}: play needs both encoders, and {name} is missing')
+    return low, high, float(np.nanpercentile(np.concatenate(speeds), 98.0))
+
+
+def _widths(name: str, counts: np.ndarray, sums: np.ndarray) -> np.ndarray:
+    """
+    Return forward less reverse by cell, NaN where too few samples; shape (cells,).
+
+    ``counts`` and ``sums`` of what is lost between the shafts, shape (2, CELLS). Cells are joined
+    by two until enough were passed both ways; raises ValueError where that does not help.
+    """
+    while True:
+        with np.errstate(invalid='ignore', divide='ignore'):
+            forward, reverse = np.where(counts >= LEAST, sums / counts, np.nan)
+        both = int(np.isfinite(forward - reverse).sum())
+        cells = counts.shape[1]
+        if both >= FEWEST:
+            return np.asarray(forward - reverse)
+        if cells < 2 * FEWEST:
+            raise ValueError(f'{name}: {both} of {cells} cells of the load angle were passed both '
+                             f'ways, with {LEAST} samples each; {FEWEST} are needed')
+        counts, sums = (one.reshape(2, -1, 2).sum(2) for one in (counts, sums))
 
 
 def _friction(servo: Servo, slow: float, fast: float) -> float:
