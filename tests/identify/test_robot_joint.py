@@ -23,12 +23,14 @@ tolerance: {{mechanism.rotor_inertia: {inertia_within}, effects.viscous.slope: {
 """
 
 
-def moved(seed, level=0.0, constant=CONSTANT, stiffness=0.0, saturates=0.0, reach=0.4):
+def moved(seed, level=0.0, constant=CONSTANT, stiffness=0.0, saturates=0.0, reach=0.4,
+          hangs=lambda angle: 0.0):
     """
     Return a recording of a joint with Coulomb friction of a level, N m.
 
-    Also with a spring of a ``stiffness``, N m/rad, and a motor whose torque is its constant times
-    the current over ``1 + saturates |current|``; ``reach`` rad is how far it swings.
+    Also with a spring of a ``stiffness``, N m/rad, what ``hangs`` at it, N m over the angle, and a
+    motor whose torque is its constant times the current over ``1 + saturates |current|``;
+    ``reach`` rad is how far it swings.
     """
     time = np.arange(0.0, 30.0, PERIOD)
     angle, speed, acceleration = np.zeros((3, len(time)))
@@ -38,7 +40,7 @@ def moved(seed, level=0.0, constant=CONSTANT, stiffness=0.0, saturates=0.0, reac
         speed += reach / (k + 1) * rate * np.cos(phase)
         acceleration -= reach / (k + 1) * rate**2 * np.sin(phase)
     torque = INERTIA * acceleration + SLOPE * speed + level * np.tanh(speed / 1e-3)
-    torque += stiffness * angle
+    torque += stiffness * angle + hangs(angle)
     asked = torque / constant
     current = asked / (1.0 - saturates * np.abs(asked))
     chance = np.random.default_rng(seed)
@@ -92,3 +94,15 @@ def test_a_motor_that_saturates_from_small_currents_on_is_named():
     assert 2.0 < max(np.abs(one.columns['current']).max() for one in several) < 8.0
     found = explained(residual_samples(several, servo_file.loads(TRUSTED)))
     assert [one.mechanism.name for one in found.chosen] == ['torque_saturation']
+
+
+def test_a_linkage_that_hangs_at_the_joint_is_no_cogging():
+    # half a turn of a joint without a gear: waves of the motor's turn come near to it
+    def hangs(angle):
+        return 40.0 * np.sin(angle + 0.4) + 8.0 * np.sin(2.0 * angle)
+
+    several = [moved(seed, reach=0.8, hangs=hangs) for seed in (1, 2, 3)]
+    found, rivals = preferred(explained(residual_samples(several, servo_file.loads(TRUSTED))))
+    (number, (confidence, _)), = rivals.items()
+    assert found.hypotheses[number].mechanism.name == 'gravity'
+    assert confidence > 0.8

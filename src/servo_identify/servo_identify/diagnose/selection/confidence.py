@@ -110,19 +110,24 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     search, chosen = found.search, found.explanation.smallest
     rest = chosen.choice.minus(number)
     own = found.hypotheses[number].mechanism
+    best = found.explanation.best
+
+    def rank(fit: Fitted) -> tuple[bool, float]:
+        same = search.alike(fit, best)
+        return not same, search.evidence(fit) if same else fit.total
+
     contest: dict[tuple[str, ...], tuple[Fitted, int, int]] = {}
     for choice in _swaps(found, rest, number):
         fit = search.fitted(choice)
         index, side = next(m for m in choice.members if m[0] not in rest.numbers)
         key = found.hypotheses[index].mechanism.key
-        if key not in contest or fit.total < contest[key][0].total:
+        if key not in contest or rank(fit) < rank(contest[key][0]):
             contest[key] = fit, index, side
     keys = list(contest)
     fits = [contest[key][0] for key in keys]
     lost = np.array([search.lost(fit, chosen).sum(axis=0) + fit.cost - chosen.cost
                      for fit in fits])
     wins = np.bincount(np.argmin(lost[:, 1:], axis=0), minlength=len(keys)) / lost[:, 1:].shape[1]
-    best = found.explanation.best
     alike = np.array([search.alike(fit, best) and (
         contest[key][0] is chosen or found.hypotheses[contest[key][1]].mechanism.name != UNKNOWN
         or own.name == UNKNOWN) for key, fit in zip(keys, fits, strict=True)])
