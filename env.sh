@@ -41,6 +41,9 @@ _servo_activate() {
     # The wheels would start every Python twice, to set LD_LIBRARY_PATH in an order by chance.
     export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
   fi
+  # A process that is killed while it makes shared memory of Fast DDS leaves it half made, and
+  # whoever opens it waits without end. The loopback costs no more: docs/soak.md.
+  export FASTDDS_BUILTIN_TRANSPORTS="${FASTDDS_BUILTIN_TRANSPORTS:-UDPv4}"
   _servo_prepend AMENT_PREFIX_PATH "$_servo_root/install"
   _servo_prepend LD_LIBRARY_PATH "$_servo_root/install/lib"
   _servo_prepend PYTHONPATH "$_servo_root/install/$_servo_packages"

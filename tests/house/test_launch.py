@@ -1,7 +1,9 @@
 """Launch files name what is there; test_real_launch.py runs them where ROS brings launch."""
 
+import os
 from pathlib import Path
 import re
+import subprocess
 
 import pytest
 import yaml
@@ -35,6 +37,23 @@ def test_it_names_files_that_are_installed_and_arguments_that_it_has(path):
         assert (folder / rest).is_file()
     known = {argument['name'] for argument in entries(path, 'arg')}
     assert set(re.findall(r'\$\(var (\w+)\)', text)) == known
+
+
+@pytest.mark.parametrize('name', ['rig.launch.yaml', 'twin.launch.yaml'])
+def test_its_processes_share_no_memory_that_a_killed_one_leaves_half_made(name):
+    path = next(path for path in FILES if path.name == name)
+    assert {'name': 'FASTDDS_BUILTIN_TRANSPORTS',
+            'value': '$(env FASTDDS_BUILTIN_TRANSPORTS UDPv4)'} in entries(path, 'set_env')
+
+
+@pytest.mark.parametrize(('given', 'is_so'), [({}, 'UDPv4'), (
+    {'FASTDDS_BUILTIN_TRANSPORTS': 'DEFAULT'}, 'DEFAULT')])
+def test_the_workspace_has_the_same_transport_unless_one_is_given(given, is_so):
+    rest = {name: value for name, value in os.environ.items()
+            if name != 'FASTDDS_BUILTIN_TRANSPORTS'}
+    told = subprocess.run(['bash', '-c', '. ./env.sh && echo "$FASTDDS_BUILTIN_TRANSPORTS"'],
+                          cwd=ROOT, env=rest | given, capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == is_so
 
 
 def test_an_included_file_has_the_arguments_it_is_given():

@@ -106,3 +106,17 @@ def test_a_linkage_that_hangs_at_the_joint_is_no_cogging():
     (number, (confidence, _)), = rivals.items()
     assert found.hypotheses[number].mechanism.name == 'gravity'
     assert confidence > 0.8
+
+
+@pytest.mark.parametrize(('weight', 'inertia_within', 'slope_within'), [
+    (30.0, '2 %', '2 %'), (8.0, '50 %', [0.0, 200.0])])
+def test_a_weight_and_friction_are_no_motor_that_loses_its_torque(weight, inertia_within,
+                                                                  slope_within):
+    servo = servo_file.loads(JOINT.format(constant=CONSTANT, inertia=INERTIA, slope=SLOPE,
+                                          inertia_within=inertia_within,
+                                          slope_within=slope_within))
+    several = [moved(seed, level=2.4, reach=0.8, hangs=lambda q: weight * np.sin(q))
+               for seed in (1, 2, 3)]
+    found, rivals = preferred(explained(residual_samples(several, servo)))
+    assert {found.hypotheses[number].mechanism.name for number in rivals} == {
+        'coulomb_friction', 'gravity'}

@@ -30,7 +30,7 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from periodic(
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',
-        lambda one: one.predicted_current, 'N m/A')
+        lambda one: one.driving_current, 'N m/A')
     yield from filter(None, (*(_gravity(builder, orders) for orders in HANGING),
                              *(_spring(builder, bends) for bends in (False, True)),
                              _saturation(builder)))
@@ -80,7 +80,7 @@ def _saturation(builder: Builder) -> Hypothesis | None:
         lost = [size**3, *(np.maximum(size - knee, 0.0) for knee in KNEES)]
         return -np.sign(current)[:, None] * np.column_stack(lost)
 
-    form = Form('current', 'A', 'N m', lambda one: one.predicted_current, torque)
+    form = Form('current', 'A', 'N m', lambda one: one.driving_current, torque)
     return builder.hypothesis(mechanism, builder.of_form('motor_torque', form),
                               [1] * (1 + len(KNEES)), (0.0, *KNEES), either=True, form=form)
 

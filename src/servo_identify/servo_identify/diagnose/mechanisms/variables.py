@@ -43,7 +43,8 @@ def variables_of(equation: str) -> tuple[Variable, ...]:
         Variable('load', 'N m', lambda one: np.abs(
             one.transmitted() if twisting else one.predicted_load)),
         Variable('acceleration', 'rad/s2', lambda one: one.motion['load_acceleration'], True),
-        Variable('current', 'A', lambda one: one.predicted_current, True),
+        Variable('current', 'A', lambda one: (
+            one.predicted_current if equation == 'drive' else one.driving_current), True),
         Variable('travel since reversal', 'rad', lambda one: one.motion.travel),
         Variable('time', 's', lambda one: one.motion.time),
         Variable('temperature', 'degC', lambda one: one.motion['temperature']))

@@ -221,6 +221,17 @@ class EquationErrors(AlongMotion):
                            self._found('motor_torque'))
 
     @cached_property
+    def driving_current(self) -> np.ndarray:
+        """
+        Current that the file asks for, with what the motor was found to lose, A, inner samples.
+
+        Torque that is lost over the current shows by it. Friction and load that an explanation
+        put there are left out: a motor that loses nearly all of its torque would explain them.
+        """
+        return self._asked(self._known_load,
+                           self._found('motor_torque') - self._found('motor_resistance'))
+
+    @cached_property
     def known_current(self) -> np.ndarray:
         """
         Current that the motion asks for by the servo file alone, A at the inner samples.
