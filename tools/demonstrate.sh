@@ -10,13 +10,13 @@ export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 record() {  # family seed: one recording of the rig, and the bag that is made of it
   python -m servo_rig_driver.emulated.make_recording "$1" --rig "$rig" --set "withheld.$left_out=$amount" \
-    --seed "$2" --replicate "$2" --list --duration 10 -o "$out/$1_$2.csv" >/dev/null
+    --seed "$2" --replicate "$2" --list --duration 12 -o "$out/$1_$2.csv" >/dev/null
   servo-identify import "$out/$1_$2.csv" --servo "$servo" -o "$out/bags/$1_$2" >/dev/null
 }
 
 rm -rf "$out"
 mkdir -p "$out/bags"
-echo "recording the emulated rig nine times for 10 s, with $left_out of $amount N m that its twin does not know ..."
+echo "recording the emulated rig nine times for 12 s, with $left_out of $amount N m that its twin does not know ..."
 for seed in 1 2 3; do
   record speed_ladder $seed & first=$!
   record load_steps $seed & second=$!
