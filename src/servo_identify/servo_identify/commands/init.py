@@ -112,7 +112,7 @@ def main(arguments: argparse.Namespace) -> int:
     taken = {one.source for one in columns.values()}
     joints = {f'[{arguments.joint}]'} if arguments.joint else {
         name for source in taken for name in re.findall(r'\[[^\[\]]+\]$', source)}
-    beside = [one for one in of.sources if one.endswith(tuple(joints))]
+    beside = [one for one in of.sources if any(joint in one for joint in joints)]
     left = [source for source in (beside if of.messages else (*of.sources, *of.refused))
             if source not in taken]
     if left:

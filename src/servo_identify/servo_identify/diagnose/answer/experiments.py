@@ -38,20 +38,23 @@ def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict[str,
     ``{separates, family, settings, command, expected, expected_ratio}``: of the candidates within
     what the rig was seen to do (or ``reach``), the one in which the twins of two explanations
     differ most beyond what the given recordings show already, in units of noise and margin. Where
-    none adds anything, ``family`` is empty, and ``measure`` names a value that would tell.
+    none adds anything for any two, ``family`` is empty, and ``measure`` names a value that would
+    tell the first two.
     """
-    open_pairs = [(one, one.rivals[0]) for one in evidence.named if one.rivals]
-    if not open_pairs:
-        return {}
-    one, rival = open_pairs[0]
-    pair = [one.part.mechanism.name, rival.mechanism.name]
-    other = _other(evidence, one, rival)
-    if other is None:
-        return {'separates': pair, 'family': '', 'settings': {}}
-    twins = evidence.handover.patch, other
-    best = max(_told(evidence, twins, reach), key=lambda found: found[0], default=None)
-    if best is None or best[0] <= 1.0:
-        return {'separates': pair, 'family': '', 'settings': {}} | _measure(pair, twins)
+    pairs = [(one, rival) for one in evidence.named for rival in one.rivals]
+    first: dict[str, Any] = {}
+    for one, rival in pairs:  # the likelier pairs first; what no recording tells, the next may
+        pair = [one.part.mechanism.name, rival.mechanism.name]
+        other = _other(evidence, one, rival)
+        twins = None if other is None else (evidence.handover.patch, other)
+        best = None if twins is None else max(_told(evidence, twins, reach),
+                                              key=lambda found: found[0], default=None)
+        if best is not None and best[0] > 1.0:
+            break
+        nothing = {'separates': pair, 'family': '', 'settings': {}}
+        first = first or (nothing if twins is None else nothing | _measure(pair, twins))
+    else:
+        return first
     ratio, family, settings, channel, sizes, unit = best
     expected = {name: f'{channel.replace("_", " ")} of {size:.3g} {unit} (root mean square)'
                 for name, size in zip(pair, sizes, strict=True)}
