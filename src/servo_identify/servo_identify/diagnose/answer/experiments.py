@@ -41,20 +41,27 @@ def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict[str,
     none adds anything for any two, ``family`` is empty, and ``measure`` names a value that would
     tell the first two.
     """
-    pairs = [(one, rival) for one in evidence.named for rival in one.rivals]
     first: dict[str, Any] = {}
-    for one, rival in pairs:  # the likelier pairs first; what no recording tells, the next may
-        pair = [one.part.mechanism.name, rival.mechanism.name]
-        other = _other(evidence, one, rival)
-        twins = None if other is None else (evidence.handover.patch, other)
-        best = None if twins is None else max(_told(evidence, twins, reach),
-                                              key=lambda found: found[0], default=None)
-        if best is not None and best[0] > 1.0:
-            break
-        nothing = {'separates': pair, 'family': '', 'settings': {}}
-        first = first or (nothing if twins is None else nothing | _measure(pair, twins))
-    else:
-        return first
+    for one in evidence.named:
+        for rival in one.rivals:  # the likelier first; what no recording tells, the next may
+            answer = _of_pair(evidence, one, rival, reach)
+            if answer['family']:
+                return answer
+            first = first or answer
+    return first
+
+
+def _of_pair(evidence: Evidence, one: Finding, rival: Rival, reach: Mapping[str, float]
+             ) -> dict[str, Any]:
+    """Return what to record next to tell a finding from a rival."""
+    pair = [one.part.mechanism.name, rival.mechanism.name]
+    other = _other(evidence, one, rival)
+    if other is None:
+        return {'separates': pair, 'family': '', 'settings': {}}
+    twins = evidence.handover.patch, other
+    best = max(_told(evidence, twins, reach), key=lambda found: found[0], default=None)
+    if best is None or best[0] <= 1.0:
+        return {'separates': pair, 'family': '', 'settings': {}} | _measure(pair, twins)
     ratio, family, settings, channel, sizes, unit = best
     expected = {name: f'{channel.replace("_", " ")} of {size:.3g} {unit} (root mean square)'
                 for name, size in zip(pair, sizes, strict=True)}

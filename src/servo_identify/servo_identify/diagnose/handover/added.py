@@ -83,11 +83,10 @@ def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
     if part.path:
         changes = {part.path: part.change}
     elif 'value' in one.detail and part.curve is not None:  # the file has one value of it
-        path, x, y, often = one.detail['value'], part.curve.x, part.curve.y, part.curve.density
-        value = (value_of(found.samples, path, float(often @ y / often.sum()))
-                 if part.curve.variable == 'time' else
-                 servo.numbers[path] * (1.0 + float((often * x) @ y / ((often * x) @ x))))
-        changes = {path: value - servo.numbers[path]}
+        path, given = one.detail['value'], servo.numbers[one.detail['value']]
+        value = (value_of(found.samples, path, part.curve.mean())
+                 if part.curve.variable == 'time' else given * (1.0 + part.curve.slope()))
+        changes = {path: value - given}
     elif one.path:
         value = value_of(found.samples, one.path, float(part.amplitudes[0]))
         changes = {one.path: value - servo.numbers[one.path]}
@@ -115,10 +114,10 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     if one.detail.get('law') == 'stiffness_ripple':
         several, more = rippled(one.knots, amplitudes, stiffness)
-        both = (_placed(part, several, site, taken),
-                _changed(servo, part, {'mechanism.stiffness': more}))
-        return replace(both[0], values={**both[0].values, **both[1].values},
-                       free=(*both[0].free, *both[1].free))
+        wave = _placed(part, several, site, taken)
+        stiffer = _changed(servo, part, {'mechanism.stiffness': more})
+        return replace(wave, values={**wave.values, **stiffer.values},
+                       free=(*wave.free, *stiffer.free))
     if name == 'stiffness_error':
         return _sprung(servo, part, amplitudes)
     waves = by_orders(part, one)
@@ -231,10 +230,9 @@ def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
     if servo.mechanism is not Rigid:
         return Added(part)
     if part.curve is not None:  # a curve over torque or acceleration: its slope, the compliance
-        x, y, often = part.curve.x, part.curve.y, part.curve.density
-        if part.curve.variable == 'acceleration':
-            x = x * servo.numbers['mechanism.load_inertia']
-        amplitudes = np.array([abs(float((often * x) @ y) / float((often * x) @ x)), 0.0])
+        inertia = servo.numbers['mechanism.load_inertia']
+        torque = inertia if part.curve.variable == 'acceleration' else 1.0
+        amplitudes = np.array([abs(part.curve.slope() / torque), 0.0])
     bounds = {n: TwoInertia.parameters[n].bounds for n in ('stiffness', 'damping')}
     stiffness = float(np.clip(1.0 / max(amplitudes[0], 1e-12), *bounds['stiffness']))
     relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (

@@ -49,6 +49,14 @@ class Curve:
         y = self.y if y is None else y
         return float(np.sqrt(np.average(y**2, weights=self.density)))
 
+    def mean(self) -> float:
+        """Mean of the curve where the recordings were."""
+        return float(self.density @ self.y / self.density.sum())
+
+    def slope(self) -> float:
+        """Slope of the straight line through zero that is nearest where the recordings were."""
+        return float((self.density * self.x) @ self.y) / float((self.density * self.x) @ self.x)
+
     def share(self, y: np.ndarray) -> Curve:
         """Return a part of the curve, with a band of the same width in proportion."""
         part = min(1.0, self.size(y) / max(self.size(), 1e-300))

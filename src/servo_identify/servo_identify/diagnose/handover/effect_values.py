@@ -95,11 +95,11 @@ def _gain(part: Part) -> tuple[dict[str, float], bool]:
     """Return the excess of a reading in proportion, and whether that is all of it."""
     if part.curve is None:
         return {'excess': float(part.amplitudes[0])}, True
-    x, y, often = part.curve.x, part.curve.y, part.curve.density
     if part.curve.variable == 'time':
-        return {'excess': float(often @ y / often.sum())}, False
-    excess = float((often * x) @ y) / float((often * x) @ x)
-    return {'excess': excess}, part.curve.size(y - excess * x) <= FORM * part.curve.size()
+        return {'excess': part.curve.mean()}, False
+    excess = part.curve.slope()
+    left = part.curve.y - excess * part.curve.x
+    return {'excess': excess}, part.curve.size(left) <= FORM * part.curve.size()
 
 
 def one_way(curve: Curve, way: float) -> list[Formed]:
