@@ -14,9 +14,10 @@ def with_fixed_inertia(servo: Servo, coupled_angle: float) -> Servo:
     Return the servo with what it carries at one angle (rad) of the other axis.
 
     The inertia goes to ``mechanism.load_inertia``, its tolerance by the same share; the effects
-    that gave it are gone. What asks for balances, as a diagnosis does, takes such a servo.
+    that gave it are gone.
     """
-    carried = [p for p in servo.effects if p.effect.port == 'inertia']
+    carried = [p for p in servo.effects
+               if p.effect.port == 'inertia' and 'coupled_angle' in p.effect.variables()]
     if not carried:
         return servo
     path, added = 'mechanism.load_inertia', 0.0

@@ -52,6 +52,11 @@ def added_inertia(theta, on, x, motion, h):
     return 0.0
 
 
+def added_inertia_slope(theta, on, x, motion, h):
+    """Growth of the added inertia with the angle of the load itself, kg m2/rad."""
+    return 0.0
+
+
 def command_path(theta, on, x, motion, h):
     """The command as the drive gets it, V."""
     return motion.value
@@ -92,6 +97,7 @@ IDEAL_PORTS = {
     ('clearance', 'mesh'): mesh_clearance,
     ('mesh', 'mesh'): mesh_torque,
     ('inertia', 'load'): added_inertia,
+    ('inertia_slope', 'load'): added_inertia_slope,
     ('drive', 'command'): command_path,
     ('drive', 'current'): current_path,
     ('sensor', 'motor_position'): read_motor_position,
@@ -99,4 +105,4 @@ IDEAL_PORTS = {
     ('sensor', 'torque'): read_torque,
     ('sensor', 'current'): read_current,
 }
-"""The fold of each port at each of its sites, and of the slopes of mesh errors."""
+"""The fold of each port at each of its sites, and of the slopes of mesh errors and inertias."""

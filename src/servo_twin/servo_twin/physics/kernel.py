@@ -46,6 +46,9 @@ from servo_twin.physics.kernel_arrays import borrowed, own
 
 compiled = njit(error_model='numpy', forceinline=True)
 '''
+SLOPES = {'motor_slope': 'mesh_error_slope', 'angle_slope': 'inertia_slope'}
+"""The fold of the slopes that effects have beside their law."""
+
 _ONE = RLock()
 
 
@@ -222,10 +225,11 @@ def _ports_text(servo: Servo, slots: dict[str, slice]) -> tuple[str, int]:
         memory += effect.memory
         call = f'law{index}(Values{index}({values}), {memories}, motion, h)'
         members[effect.port, placed.site].append(_member(index, placed, call))
-        if hasattr(effect, 'motor_slope'):
-            texts.append(f'slope{index} = compiled(catalogue.find({effect.name!r}).motor_slope)')
-            members['mesh_error_slope', placed.site].append(
-                _member(index, placed, f'slope{index}(Values{index}({values}), motion)'))
+        for slope, fold in SLOPES.items():
+            if hasattr(effect, slope):
+                texts.append(f'slope{index} = compiled(catalogue.find({effect.name!r}).{slope})')
+                members[fold, placed.site].append(
+                    _member(index, placed, f'slope{index}(Values{index}({values}), motion)'))
     for key, port in IDEAL_PORTS.items():
         chain = key[0] in ('drive', 'sensor')
         start = 'motion.value' if chain else '0.0'

@@ -9,7 +9,7 @@ others, and nothing drifts. Copied into each kernel, as :mod:`.rollout` is.
 
 MOTION = (
     'motor_angle', 'motor_speed', 'load_angle', 'load_speed', 'load_acceleration', 'torque',
-    'wind_up', 'wind_up_rate', 'current', 'external', 'temperature',
+    'wind_up', 'wind_up_rate', 'current', 'external', 'temperature', 'coupled_angle',
 )
 EVALUATED = (
     'motor_push', 'motor_resistance', 'load_push', 'load_resistance', 'mesh_torque', 'torque',
@@ -23,15 +23,16 @@ def evaluate_models(theta, on, x, motion, out, h):
 
     The torsion is ``motor / ratio - load`` with its zero taken off; torque (N m on the load) may
     be NaN, then it is what the load side takes. ``lost`` is the kinematic error and ``half_gap``
-    half the clearance (rad at the load), ``spring`` the torque of the effects in the mesh. A
-    resistance is signed against the motion. While a shaft stands still its resistance is the
+    half the clearance (rad at the load), ``spring`` the torque of the effects in the mesh. What
+    the load carries beside its own inertia pushes it back. A resistance is signed against the
+    motion. While a shaft stands still its resistance is the
     full budget, which it need not spend: leave such samples out.
     """
     theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     mechanism = mechanism_of(theta)
     motor_way, load_way = 1.0, 1.0
     motor_turned, load_turned = motion[0, 0], motion[0, 2]
-    carried = 0.0
+    carried, inertia = 0.0, 0.0
     for k in range(motion.shape[0]):
         motor, motor_speed, load, load_speed = (motion[k, 0], motion[k, 1], motion[k, 2],
                                                 motion[k, 3])
@@ -60,6 +61,11 @@ def evaluate_models(theta, on, x, motion, out, h):
         at_load = Shaft(load, load_speed, load_way, torque, abs(load - load_turned), current,
                         temperature, time)
         push = load_torque(theta, on, x, at_load, h)
+        before, added = inertia, Carried(load, motion[k, 11], time)
+        inertia = added_inertia(theta, on, x, added, h)
+        swell = (inertia - before) / h if k > 0 else 0.0
+        swell -= 0.5 * added_inertia_slope(theta, on, x, added, h) * load_speed
+        push -= inertia * motion[k, 4] + swell * load_speed
         resistance = -load_way * max(0.0, load_friction(theta, on, x, at_load, h))
         carried = (mechanism.load_inertia * motion[k, 4] + motion[k, 9] - push - resistance)
         out[k, 2], out[k, 3] = push, resistance

@@ -72,8 +72,10 @@ def run(theta, on, x, u, y, substeps, h, mode):
         # what the axis carries has moved
         known, before = x[COUPLED] == x[COUPLED], x[ADDED]
         x[COUPLED] = u[k, COUPLED_POSITION]
-        x[ADDED] = added_inertia(theta, on, x, Carried(load_at, x[COUPLED], time), period)
+        carried = Carried(load_at, x[COUPLED], time)
+        x[ADDED] = added_inertia(theta, on, x, carried, period)
         x[SWELL] = (x[ADDED] - before) / period if known else 0.0
+        x[SWELL] -= 0.5 * added_inertia_slope(theta, on, x, carried, period) * x[LOAD_SPEED]
 
         # the command
         command = u[k, VOLTAGE]

@@ -277,7 +277,8 @@ def _equations(evidence: Evidence) -> dict[str, dict[str, Any]]:
     search = evidence.found.search
     best: Fitted = evidence.found.explanation.smallest
     sizes = np.maximum(search.sizes.sum(axis=1), 1.0)
-    before, after = (np.sqrt(one.held_out.sum(axis=1) / sizes) for one in (search.nothing, best))
+    before, after = (np.sqrt(np.maximum(one.held_out.sum(axis=1), 0.0) / sizes)
+                     for one in (search.nothing, best))
     return {EQUATIONS[e]: {'before': float(before[i]), 'after': float(after[i]),
                            'unit': evidence.servo.reads(UNITS[EQUATIONS[e]], EQUATIONS[e])}
             for i, e in enumerate(search.regression.equations)}

@@ -13,12 +13,13 @@ from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
 
-from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
+from ..mechanisms.hypothesis import UNKNOWN
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
-from .effect_values import by_orders, direct, one_way, rippled
+from .effect_values import by_orders, direct, one_way
 from .laws import Formed, formed, lawful
+from .with_values import with_values
 
 FINE_STEP = 0.2  # of the time in which a spring swings by one radian
 SHORTEST_STEP = 1e-6  # s
@@ -109,15 +110,14 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         values |= one.detail['shapes']
         return _placed(part, [Formed(one.detail['effect'], values, tuple(values), True)], site,
                        taken)
-    if name == 'presliding_friction':
-        return _presliding(replace(servo, values={**servo.values, **changed}), part, one, taken)
+    now = replace(servo, values={**servo.values, **changed})
+    both = with_values(part, one, now)
+    if both is not None:
+        effects = _placed(part, both[0], site, taken)
+        own = _changed(now, part, both[1])
+        return replace(effects, values={**effects.values, **own.values},
+                       free=(*effects.free, *own.free))
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
-    if one.detail.get('law') == 'stiffness_ripple':
-        several, more = rippled(one.knots, amplitudes, stiffness)
-        wave = _placed(part, several, site, taken)
-        stiffer = _changed(servo, part, {'mechanism.stiffness': more})
-        return replace(wave, values={**wave.values, **stiffer.values},
-                       free=(*wave.free, *stiffer.free))
     if name == 'stiffness_error':
         return _sprung(servo, part, amplitudes)
     waves = by_orders(part, one)
@@ -137,10 +137,16 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         return _placed(part, [same], site, taken)
     if name == UNKNOWN and part.mechanism.port == 'sensor':
         return Added(part)
-    known = formed(_with_port(part), servo, stiffness)
+    if 'law' in one.detail:
+        known = lawful(replace(part, mechanism=replace(
+            part.mechanism, name=one.detail['law'])), servo)
+    else:
+        known = formed(_with_port(part), servo, stiffness)
     if known is None:
         return Added(part)
-    other = None if known.law else lawful(_with_port(part), servo, stiffness)
+    if known.law or 'law' in one.detail:
+        return _placed(part, [known], site, taken)
+    other = lawful(_with_port(part), servo, stiffness)
     as_law = None if other is None else replace(
         _placed(part, [replace(other, law=True)], site, taken), holds=other.holds)
     return replace(_placed(part, [known], site, taken), as_law=as_law)
@@ -194,31 +200,6 @@ def _changed(servo: Servo, part: Part, by: dict[str, float]) -> Added:
         low, high = declared[path].bounds
         values[path] = float(np.clip(servo.numbers[path] + change, low, high))
     return Added(part, (), values, tuple(values), True)
-
-
-def _presliding(servo: Servo, part: Part, one: Hypothesis, taken: set[str]) -> Added:
-    """
-    Return friction that builds up over the travel, LuGre, from what it lacks after a reversal.
-
-    An element that slips after the travel s lacks twice its level, falling over 2 s; a decay what
-    it is, over s. What builds up is friction that the servo has: it is taken from the Coulomb
-    friction there, which moves with it.
-    """
-    effect = find('presliding_friction')
-    lacks = part.amplitudes * np.repeat((2.0, 1.0), len(part.amplitudes) // 2)
-    level = 0.5 * float(lacks.sum())
-    travel = float(lacks @ np.asarray(one.knots)) / max(2.0 * level, 1e-300)
-    name = _named(effect.name, part.mechanism.site, taken)
-    instance = Placed(name, effect, part.mechanism.site)
-    values = instance.paths({n: p.default for n, p in effect.parameters.items()})
-    values |= instance.paths({'level': level, 'breakaway': max(travel, 1e-8)})
-    free = list(instance.paths({'level': 0.0, 'breakaway': 0.0}))
-    for placed in servo.effects:
-        path = f'effects.{placed.name}.level'
-        if placed.effect.name == 'coulomb_friction' and placed.site == part.mechanism.site:
-            values[path] = max(0.0, servo.numbers[path] - level)
-            free.append(path)
-    return Added(part, (instance,), values, tuple(free), True)
 
 
 def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:

@@ -132,7 +132,7 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
             'way' not in one.detail):
         named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
                  'asymmetric_friction': curve.y}
-    elif one.mechanism.name == 'load_dependent_friction':
+    elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
         named = _over_load(curve)
     elif one.mechanism.name == 'position_dependent_friction':
         common = _common(curve)

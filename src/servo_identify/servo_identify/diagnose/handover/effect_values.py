@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.optimize import nnls
 
@@ -12,12 +10,8 @@ from servo_twin.physics.servo import Value
 
 from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis
-from ..mechanisms.orders import waves
-from ..mechanisms.values import FAR
 from .curves import Curve, Part
 from .laws import Formed, of_orders
-
-TURN = 4096  # angles of a turn at which a stiffness is taken from its compliance
 
 
 def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
@@ -35,25 +29,6 @@ def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
         return []
     law = one.detail.get('law', part.mechanism.name)
     return of_orders(find(law), tuple(knots[at]), part.amplitudes[at])
-
-
-def rippled(orders: Sequence[float], amplitudes: np.ndarray, stiffness: float
-            ) -> tuple[list[Formed], float]:
-    """
-    Return a stiffness that varies over the turn, and by how much its mean is another, N m/rad.
-
-    ``amplitudes`` rad/(N m) are those of cosine and sine of the compliance, each of one of
-    ``orders``; its mean has order 0. Where a compliance varies much, its mean is no measure of
-    that of the stiffness.
-    """
-    angle = np.linspace(0.0, 2.0 * np.pi, TURN, endpoint=False)
-    table = waves(angle, dict.fromkeys(orders))
-    compliance = 1.0 / stiffness + table[:, table.any(axis=0)] @ amplitudes
-    stiff = 1.0 / np.maximum(compliance, 1.0 / (FAR * stiffness))
-    each = sorted({order for order in orders if order})
-    rows = 2.0 * waves(angle, each).T @ stiff / TURN
-    several = of_orders(find('stiffness_ripple'), tuple(np.repeat(each, 2)), rows)
-    return several, float(stiff.mean()) - stiffness
 
 
 def direct(part: Part, one: Hypothesis) -> Formed | None:
@@ -84,11 +59,23 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
         values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
         fixed = {'excess': 0.0, 'reference': one.detail['mean']}
+    elif name == 'load_dependent_friction' and 'law' in one.detail:
+        values = _driven_back(*map(float, a))
     else:
         return None
-    effect = find(name)
+    effect = find(one.detail.get('law', name))
     whole = {n: p.default for n, p in effect.parameters.items()} | values | fixed
     return Formed(effect, whole, tuple(values), law)
+
+
+def _driven_back(driving: float, driven: float) -> dict[str, float]:
+    """
+    Return shares of the torque on the teeth from shares of what the load asks for.
+
+    The teeth carry the friction too where the motor drives, and less by it where the load does.
+    """
+    share = driving / (1.0 + driving)
+    return {'share': share, 'back_driven': max(0.0, driven / max(1.0 - driven, FORM) - share)}
 
 
 def _gain(part: Part) -> tuple[dict[str, float], bool]:

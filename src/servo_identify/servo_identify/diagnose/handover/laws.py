@@ -26,8 +26,8 @@ from .curves import Curve, Part
 
 COEFFICIENTS, AROUND = 8, 12  # of a spline over an interval, and over a turn
 STARTS = (0.05, 0.2, 0.6)  # shares of the range of the variable from which a shape is sought
-FIXED = ('order', 'reference', 'exponent', 'regain', 'settling')
-"""Shapes that a curve does not tell: their default holds."""
+FIXED = ('order', 'reference', 'exponent', 'regain')
+"""Shapes that a curve hardly tells: their default holds."""
 
 MOST_MULTIPLES = 8  # of a base order in one effect
 
@@ -114,14 +114,13 @@ def over_torsion(curve: Curve, stiffness: float) -> Curve:
 
 def _answer(effect: type[Effect], x: np.ndarray, variable: str,
             values: dict[str, Value]) -> np.ndarray:
-    """Return what a law says over a variable, all else being zero, forwards."""
+    """Return what a law says over a variable, all else being zero, forwards at 1 rad/s."""
     seen = {'torsion': 'angle'}.get(variable, SEEN.get(variable, variable))
     if seen not in effect.motion._fields:
         seen = {'angle': 'load_angle'}.get(seen, seen)
     asked = _Values(values)
     rest = {field: 0.0 for field in effect.motion._fields}
-    if 'direction' in rest:
-        rest['direction'] = 1.0
+    rest |= {name: 1.0 for name in ('direction', 'speed') if name in rest}
     if seen not in rest:
         return np.full(len(x), np.nan)
     memory = np.zeros(max(effect.memory, 1))
@@ -163,11 +162,14 @@ def _fitted(effect: type[Effect], curve: Curve) -> Formed | None:
             return None
         tried.append(least_squares(error, start, bounds=(low, high), max_nfev=60))
     best = min(tried, key=lambda one: one.cost)
-    values |= {n: float(v * scale[n]) for n, v in zip(sought, best.x, strict=True)}
+    told = best.jac.any(axis=0)  # what moves nothing of the curve keeps its default
+    values |= {n: float(v * scale[n]) for n, v, moves in zip(sought, best.x, told, strict=True)
+               if moves}
     left = _answer(effect, curve.x, curve.variable, values) - curve.y
     if not np.isfinite(left).all():
         return None
-    return Formed(effect, values, tuple(sought), _within(curve, left), _held(curve, left))
+    free = tuple(n for n, moves in zip(sought, told, strict=True) if moves)
+    return Formed(effect, values, free, _within(curve, left), _held(curve, left))
 
 
 def _scale(effect: type[Effect], name: str, curve: Curve) -> float:

@@ -11,6 +11,7 @@ from servo_twin.physics.catalogue import names
 
 from ..decisions import FORM
 from .builder import Builder, sides_of
+from .controller import controller_of
 from .drive import drive_of
 from .friction import friction_of
 from .hypothesis import Hypothesis, UNKNOWN
@@ -39,6 +40,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += drive_of(builder)
     found += readings_of(builder)
     found += values_of(builder)
+    found += controller_of(builder)
     found += user_effects_of(builder)
     found += patterns_of(builder, sides, without)
     _check(without, found, builder)

@@ -21,15 +21,16 @@ LOADS = (0.1, 0.3, 0.6)  # shares of the largest load at which the growth may be
 SPEEDS = (0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
 POWERS = (1.5, 2.0, 3.0)  # of the speed, with which drag may grow
 FADES = 6  # speeds within which friction may fall
-TIMES = (0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which friction may settle
+TIMES = (0.015, 0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which friction may settle
 STOPS = 10  # travels over which friction may build up, from what a sample resolves
 PLACES = 12  # of a part of a turn at which friction has a value of its own
 
 
 def friction_of(builder: Builder, site: str, residual: np.ndarray) -> Iterator[Hypothesis]:
     """Yield the hypotheses of friction at a shaft; ``residual`` (samples,) tells orders."""
-    several = (_coulomb, _viscous, _stribeck, _drag, _by_load, _drift, _presliding)
+    several = (_coulomb, _viscous, _stribeck, _drag, _by_load, _driven_back, _presliding)
     yield from filter(None, (one(builder, site) for one in several))
+    yield from filter(None, (_drift(builder, site, viscous) for viscous in (False, True)))
     yield from filter(None, (_asymmetric(builder, site, level) for level in (False, True)))
     yield from filter(None, (_one_way(builder, site, way) for way in (1.0, -1.0)))
     yield from _by_angle(builder, site, residual)
@@ -127,8 +128,6 @@ def _by_load(builder: Builder, site: str) -> Hypothesis | None:
     top = builder.scales.load
     if not top > 0.0:
         return None
-    mechanism = Mechanism('load_dependent_friction', 'friction', site, ('load', 'direction'),
-                          'odd')
     lever = builder.samples.servo.numbers['mechanism.ratio'] if site == 'motor' else 1.0
 
     def budget(load: np.ndarray) -> np.ndarray:
@@ -138,11 +137,27 @@ def _by_load(builder: Builder, site: str) -> Hypothesis | None:
 
     knots = (top, *(share * top for share in LOADS), *(share * top for share in LOADS))
     form = Form('load', 'N m', 'N m', lambda one: np.abs(one.predicted_load), budget)
-    return builder.resistance(mechanism, form, [1] * len(knots), knots, either=True)
+    return builder.resistance(_loaded(site), form, [1] * len(knots), knots, either=True)
 
 
-def _drift(builder: Builder, site: str) -> Hypothesis | None:
-    """Friction that settles with time, or follows a temperature."""
+def _driven_back(builder: Builder, site: str) -> Hypothesis | None:
+    """Friction of one share of the torque where the motor drives, another where the load does."""
+    if not builder.scales.load > 0.0:
+        return None
+    lever = builder.samples.servo.numbers['mechanism.ratio'] if site == 'motor' else 1.0
+    form = Form('load', 'N m', 'N m', lambda one: one.predicted_load * one.motion.direction,
+                lambda x: np.maximum(np.column_stack((x, -x)), 0.0) / lever)
+    one = builder.resistance(_loaded(site), form, [1, 1],
+                             detail={'law': 'load_dependent_friction'})
+    return one if one and one.columns.size > 1 else None  # where both drive
+
+
+def _loaded(site: str) -> Mechanism:
+    return Mechanism('load_dependent_friction', 'friction', site, ('load', 'direction'), 'odd')
+
+
+def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
+    """Friction that settles with time or follows a temperature: at any speed, or with it."""
     times = [share * builder.scales.duration for share in TIMES]
     mechanism = Mechanism('friction_drift', 'friction', site, ('time', 'temperature'), 'odd')
     warm = np.concatenate([one.motion['temperature'] for one in builder.samples.errors])
@@ -152,13 +167,15 @@ def _drift(builder: Builder, site: str) -> Hypothesis | None:
         fading = [np.exp(-one.motion.time / settling) for settling in times]
         if span > 0.0:
             fading.append((mean - one.motion['temperature']) / span)
-        return np.column_stack(fading)
+        return np.column_stack(fading) * (_speed(one, site)[:, None] if viscous else 1.0)
 
-    form = Form('time', 's', 'N m', lambda one: one.motion.time, lambda x: np.column_stack(
+    unit = 'N m s/rad' if viscous else 'N m'
+    form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: np.column_stack(
         [*(np.exp(-x / settling) for settling in times), *[np.zeros(len(x))] * (span > 0.0)]))
-    return builder.hypothesis(mechanism, builder.resisting(site, budget),
-                              [1] * (len(times) + (span > 0.0)), times, either=True, form=form,
-                              detail={'mean': mean, 'span': span})
+    return builder.hypothesis(
+        mechanism, builder.resisting(site, budget), [1] * (len(times) + (span > 0.0)), times,
+        either=True, form=form, detail={'mean': mean, 'span': span} | (
+            {'law': 'viscous_drift'} if viscous else {}))
 
 
 def _presliding(builder: Builder, site: str) -> Hypothesis | None:

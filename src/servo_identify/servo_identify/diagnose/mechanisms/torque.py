@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.optimize import minimize
 
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import bridged
 from .builder import Builder
 from .friction import shaft_equation
-from .hypothesis import Columns, Form, Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import resonator
 from .orders import periodic, waves
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
 STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push back
-FREQUENCIES, DAMPINGS = 40, (0.02, 0.08, 0.3)  # of a payload
-REFINED, NEAR = 4, 5  # rounds of search for a frequency, and values in each after the first
+FREQUENCIES, DAMPINGS = 40, (0.005, 0.02, 0.08, 0.3)  # of a payload
+REFINED, SIMPLEX = 60, ((0.0, 0.0), (0.05, 0.0), (0.0, 0.5))  # search about the best of the grid
 BAND = (0.02, 0.45)  # of the sampling rate of the test function, between which it may swing
 
 
@@ -86,7 +88,7 @@ def _saturation(builder: Builder) -> Hypothesis | None:
 
 
 def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
-    """A mass on a spring: its frequency found on a grid, then between its neighbours."""
+    """A mass on a spring, beside the load of the file or a part of it: frequency and damping."""
     mechanism = Mechanism('payload_resonance', 'torque', 'load', ('acceleration',), 'odd',
                           memory=True)
     rate = max(1.0 / (one.motion.test.spacing * one.measured.period)
@@ -94,28 +96,52 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     low, high = max(BAND[0] * rate, 2.0 / builder.scales.duration), BAND[1] * rate
     if not high > low:
         return
+    pushed = {id(one): _shaken(one) for one in builder.samples.errors}
+    fixed = builder.place('load_torque', lambda one: -pushed[id(one)][:, None]).table
 
-    def columns(tones: np.ndarray, damping: float) -> Columns:
-        def torque(one: EquationErrors) -> np.ndarray:
-            test, ratio = one.motion.test, one.servo.values['mechanism.ratio']
-            has = one.measured.channels
-            angle = one.angles()[1] if 'load_position' in has else one.angles()[0] / ratio
-            pushed = test.smooth(np.nan_to_num(angle), 2)
-            return -np.column_stack([resonator(pushed, one.measured.period, tone, damping)
-                                     for tone in tones])
-        return builder.place('load_torque', torque)
+    def swinging(tones: np.ndarray, damping: float) -> np.ndarray:
+        return builder.place('load_torque', lambda one: -np.column_stack([resonator(
+            pushed[id(one)], one.measured.period, tone, damping) for tone in tones])).table
 
-    for damping in DAMPINGS:
-        tones = np.geomspace(low, high, FREQUENCIES)
-        for _ in range(REFINED):
-            several = columns(tones, damping)
-            square = np.maximum((several.table**2).sum(axis=0), 1e-300)
-            gain = np.minimum(several.table.T @ residual, 0.0) ** 2 / square
-            best = int(np.argmax(gain))
-            found, column = float(tones[best]), several.only(np.array([best]))
-            apart = (tones[1] / tones[0]) ** 0.75
-            tones = np.geomspace(found / apart, found * apart, NEAR)
-        one = builder.hypothesis(mechanism, column, [1], (found,),
-                                 tried=FREQUENCIES * len(DAMPINGS), detail={'damping': damping})
+    def gain(table: np.ndarray) -> np.ndarray:
+        square = np.maximum((table**2).sum(axis=0), 1e-300)
+        return np.minimum(table.T @ residual, 0.0) ** 2 / square
+
+    tones = np.geomspace(low, high, FREQUENCIES)
+    grid = [(damping, swinging(tones, damping)) for damping in DAMPINGS]
+    for part in (False, True):
+        known = fixed if part else 0.0 * fixed
+        _, damping, tone = max((float(np.max(each)), damping, tones[int(np.argmax(each))])
+                               for damping, table in grid for each in [gain(table - known)])
+        best = minimize(
+            lambda q, known=known: -gain(swinging(np.exp(q[:1]), np.exp(q[1])) - known)[0],
+            np.log((tone, damping)), method='Nelder-Mead',
+            bounds=np.log(((low, high), (DAMPINGS[0], DAMPINGS[-1]))),
+            options={'maxfev': REFINED, 'initial_simplex': np.log((tone, damping)) + SIMPLEX})
+        tone, damping = map(float, np.exp(best.x))
+
+        def torque(one: EquationErrors, tone: float = tone, damping: float = damping,
+                   part: bool = part) -> np.ndarray:
+            moved = _shaken(one)
+            hung = resonator(moved, one.measured.period, tone, damping)
+            return (part * moved - hung)[:, None]
+
+        one = builder.hypothesis(
+            mechanism, builder.place('load_torque', torque), [1], (tone,),
+            tried=FREQUENCIES * len(DAMPINGS), detail={'damping': damping} | (
+                {'law': 'payload_resonance'} if part else {}))
         if one:
             yield one
+
+
+def _shaken(one: EquationErrors) -> np.ndarray:
+    """
+    Acceleration of the load, rad/s2 at the inner samples, that no test function has smoothed.
+
+    What swings is smoothed with the rest of the equation, once: twice would be much where it
+    swings nearly as fast as the test function passes.
+    """
+    raw = np.gradient(np.gradient(bridged(one.angles()[1]), one.measured.period),
+                      one.measured.period)
+    reach = one.motion.test.reach
+    return raw[reach:reach + len(one.motion.rows)]

@@ -1,8 +1,8 @@
-"""Values of the servo file that may be off beyond their tolerance, and controllers."""
+"""Values of the servo file that may be off beyond their tolerance."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from servo_twin.physics.effect import Parameter
 from servo_twin.physics.servo import Placed
 
+from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import amplitude_of, slope
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
-from .orders import hats
+from .orders import hats, waves
 
 FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
@@ -29,14 +30,19 @@ VARIABLES = {
     'drive.inductance': ('rate of current',), 'mechanism.stiffness': ('load',),
     'mechanism.damping': ('rate of torsion',)}
 PORTS = {'coulomb_friction': 'friction', 'viscous_friction': 'friction'}
-DRIFTING = ('drive.gain', 'drive.resistance', 'drive.torque_constant', 'mechanism.stiffness')
-"""Values that change while a machine warms up."""
+INERTIAS = ('mechanism.rotor_inertia', 'mechanism.load_inertia')
+DRIFTING = ('drive.gain', 'drive.resistance', 'drive.torque_constant', 'mechanism.stiffness',
+            *INERTIAS)
+"""Values that change while a machine warms up, or picks something up."""
+
+LINKED = ((0.0, 1.0), (0.0, 2.0), (0.0, 1.0, 2.0, 3.0))
+"""Orders of a turn by which the inertia of a crank or of a linkage varies."""
 
 MOMENTS = 5  # of a recording, between which such a value changes evenly
 
 
 def values_of(builder: Builder) -> Iterator[Hypothesis]:
-    """Yield a hypothesis for each physical value of the servo, and one for its controller."""
+    """Yield a hypothesis for each physical value of the servo."""
     servo, samples = builder.samples.servo, builder.samples
     sites = {placed.name: placed for placed in servo.effects}
     for path, parameter in servo.declarations():
@@ -50,7 +56,8 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
             continue
         value = servo.numbers[path]
         least, most = parameter.bounds
-        step = (FINE if lead else SLOPE) * abs(value) or SLOPE * abs(_default(parameter)) or SLOPE
+        step = (FINE if lead else SLOPE) * abs(value) or SLOPE * abs(
+            default_of(parameter)) or SLOPE
         column = slope(samples, path, step, (least, most))
         if lead:  # the firmware counts with the lead of the file
             column = np.where(samples.rows('controller'), 0.0, column)
@@ -66,7 +73,9 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
             yield one
         if one and path in DRIFTING:
             yield from filter(None, (_drifting(builder, path, step, mechanism),))
-    yield from _controller(builder)
+        if one and path in INERTIAS:
+            yield from filter(None, (_linked(builder, path, mechanism, orders)
+                                     for orders in LINKED))
 
 
 def _drifting(builder: Builder, path: str, step: float, mechanism: Mechanism
@@ -85,6 +94,32 @@ def _drifting(builder: Builder, path: str, step: float, mechanism: Mechanism
         [1] * MOMENTS, tuple(moments), either=True, form=form, detail={'value': path})
 
 
+def _linked(builder: Builder, path: str, mechanism: Mechanism, orders: Sequence[float]
+            ) -> Hypothesis | None:
+    r"""
+    An inertia that varies over the turn of its shaft.
+
+    .. math:: T = J(q)\,\ddot q + \tfrac12 J'(q)\,\dot q^2
+    """
+    shaft = 'load' if 'load' in path else 'motor'
+    lever = 1.0 if shaft == 'load' else builder.samples.servo.numbers['mechanism.ratio']
+    turned = np.arange(2 * len(orders)) ^ 1  # sine for cosine and the other way about
+
+    def torque(one: EquationErrors) -> np.ndarray:
+        motion = one.motion
+        speed, wave = motion[f'{shaft}_speed'], waves(motion[f'{shaft}_angle'], orders)
+        rise = wave[:, turned] * np.outer(orders, (-1.0, 1.0)).ravel()
+        return -(lever * motion['load_acceleration'][:, None] * wave
+                 + 0.5 * (speed**2)[:, None] * rise)
+
+    form = Form('angle', 'rad', 'kg m2', lambda one: one.motion[f'{shaft}_angle'],
+                lambda x: waves(x, orders))
+    return builder.hypothesis(
+        replace(mechanism, variables=(*mechanism.variables, 'angle')),
+        builder.place(f'{shaft}_torque', torque), [0] * 2 * len(orders),
+        tuple(np.repeat(orders, 2)), form=form, detail={'law': 'linked_inertia'})
+
+
 def _line(path: str, mechanism: Mechanism) -> Form | None:
     """Return the torque that an inertia or a torque constant is off by, as a straight line."""
     if path == 'drive.torque_constant':
@@ -99,7 +134,8 @@ def _line(path: str, mechanism: Mechanism) -> Form | None:
     return None
 
 
-def _default(parameter: Parameter) -> float:
+def default_of(parameter: Parameter) -> float:
+    """Return the default of a parameter, of a row the largest."""
     default = parameter.default
     return float(max(map(abs, default)) if isinstance(default, tuple) else default)
 
@@ -118,25 +154,3 @@ def _of_value(path: str, sites: Mapping[str, Placed]) -> Mechanism:
     variables = ('acceleration',) if 'inertia' in path else VARIABLES.get(path, ('speed',))
     port = 'inertia' if 'inertia' in path else path.split('.')[0]
     return Mechanism(name, port, site, variables, 'odd')
-
-
-def _controller(builder: Builder) -> Iterator[Hypothesis]:
-    """The gains of the controller, all at once: a controller that is another."""
-    samples, servo = builder.samples, builder.samples.servo
-    if 'controller' not in samples.present:
-        return
-    columns, names = [], []
-    for path, parameter in servo.declarations():
-        if path.startswith('controller.') and parameter.off is not None:
-            value = servo.numbers[path]
-            step = 0.25 * abs(value) or 0.1 * abs(_default(parameter)) or 0.1
-            columns.append(slope(samples, path, step, parameter.bounds))
-            names.append(path)
-    if not columns:
-        return
-    mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('error',), 'odd',
-                          memory=True)
-    one = builder.hypothesis(mechanism, Columns(np.column_stack(columns)), [0] * len(columns),
-                             names)
-    if one:
-        yield one

@@ -100,7 +100,8 @@ def motion_of(measured: Measured, test: TestFunction, servo: Servo,
     rows = np.column_stack((
         smooth(motor), smooth(motor, 1), smooth(load), smooth(load, 1), smooth(load, 2), torque,
         smooth(torsion), smooth(torsion, 1), current,
-        measured.column('external_torque', 0.0)[inner], measured.temperature[inner]))
+        measured.column('external_torque', 0.0)[inner], measured.temperature[inner],
+        np.nan_to_num(bridged(recording['coupled_position']))[inner]))
     return Motion(measured, test, rows)
 
 

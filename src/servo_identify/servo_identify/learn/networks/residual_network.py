@@ -103,7 +103,8 @@ def _missing(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:
     warm = np.where(np.isfinite(recording['temperature']), recording['temperature'], 20.0)
     columns = dict(zip(MOTION, (
         motor, motor_speed, load, load_speed, load_rate, torque, motor / ratio - load,
-        motor_speed / ratio - load_speed, current, external, warm), strict=True))
+        motor_speed / ratio - load_speed, current, external, warm,
+        np.nan_to_num(recording['coupled_position'])), strict=True))
     motion = np.ascontiguousarray(np.column_stack([columns[name] for name in MOTION]))
     out = np.empty((len(motion), len(EVALUATED)))
     kernel.evaluate_models(theta, on, fresh_state(kernel), motion, out, period)

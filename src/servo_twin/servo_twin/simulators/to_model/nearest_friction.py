@@ -87,7 +87,7 @@ def _motion(servo: Servo, excitation: Excitation) -> np.ndarray:
           'load_speed': speed, 'load_acceleration': np.gradient(speed, period), 'torque': torque,
           'wind_up': wind_up - wind_up[0], 'wind_up_rate': np.gradient(wind_up, period),
           'current': current, 'external': np.zeros(len(y)),
-          'temperature': np.full(len(y), ROOM_TEMPERATURE)}
+          'temperature': np.full(len(y), ROOM_TEMPERATURE), 'coupled_angle': np.zeros(len(y))}
     return np.ascontiguousarray(np.column_stack([of[name] for name in MOTION]))
 
 

@@ -1,0 +1,110 @@
+"""
+Effects that come with another value of the file: what they take out of it, or its mean.
+
+A stiffness that varies has another mean, part of a load that swings is no longer fixed to it,
+friction that builds up is friction that the file has already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Servo, Value
+
+from ..mechanisms.hypothesis import Hypothesis
+from ..mechanisms.orders import waves
+from ..mechanisms.values import FAR
+from .curves import Part
+from .laws import Formed, of_orders
+
+TURN = 4096  # angles of a turn at which a stiffness is taken from its compliance
+
+Together = tuple[list[Formed], dict[str, float]]
+"""Effects, and by how much values of the file are others, by path."""
+
+
+def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
+    """Return the effects of a part and what comes with them; None where nothing does."""
+    law, amplitudes = one.detail.get('law'), part.amplitudes
+    if law == 'stiffness_ripple':
+        return _rippled(one.knots, amplitudes,
+                        servo.numbers.get('mechanism.stiffness', np.inf))
+    if law == 'linked_inertia':
+        lever = servo.numbers['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
+        return _linked(np.asarray(one.knots), amplitudes, lever)
+    if law == 'payload_resonance':
+        return _hung(one, float(amplitudes[0]))
+    if part.mechanism.name == 'presliding_friction':
+        return _presliding(part, one, servo)
+    return None
+
+
+def _rippled(orders: Sequence[float], amplitudes: np.ndarray, stiffness: float) -> Together:
+    """
+    Return a stiffness that varies over the turn, N m/rad, and its mean.
+
+    ``amplitudes`` rad/(N m) are those of cosine and sine of the compliance, each of one of
+    ``orders``; its mean has order 0. Where a compliance varies much, its mean is no measure of
+    that of the stiffness.
+    """
+    angle = np.linspace(0.0, 2.0 * np.pi, TURN, endpoint=False)
+    table = waves(angle, dict.fromkeys(orders))
+    compliance = 1.0 / stiffness + table[:, table.any(axis=0)] @ amplitudes
+    stiff = 1.0 / np.maximum(compliance, 1.0 / (FAR * stiffness))
+    each = sorted({order for order in orders if order})
+    rows = 2.0 * waves(angle, each).T @ stiff / TURN
+    several = of_orders(find('stiffness_ripple'), tuple(np.repeat(each, 2)), rows)
+    return several, {'mechanism.stiffness': float(stiff.mean()) - stiffness}
+
+
+def _linked(orders: np.ndarray, amplitudes: np.ndarray, lever: float) -> Together:
+    """
+    Return an inertia that varies over the turn, and by how much those of the shafts are others.
+
+    ``amplitudes`` kg m2 are those of cosine and sine of each of ``orders`` of the turn of a shaft
+    that turns ``lever`` times as fast as the load; its mean has order 0. What varies hangs at the
+    load, at which it counts by the square of that, beside the least of it.
+    """
+    varies = orders > 0.0
+    several = of_orders(find('linked_inertia'), tuple(lever * orders[varies]),
+                        lever**2 * amplitudes[varies])
+    least = lever**2 * float(np.hypot(amplitudes[varies][::2], amplitudes[varies][1::2]).sum())
+    mean, changes = float(amplitudes[~varies].sum()), {'mechanism.load_inertia': -least}
+    if lever == 1.0:
+        changes['mechanism.load_inertia'] += mean
+    else:
+        changes['mechanism.rotor_inertia'] = mean
+    return several, changes
+
+
+def _hung(one: Hypothesis, inertia: float) -> Together:
+    """Return a part of the load's inertia, kg m2, that hangs on a spring."""
+    values: dict[str, Value] = {'inertia': inertia, 'frequency': float(one.knots[0]),
+              'damping': float(one.detail['damping'])}
+    return [Formed(find('payload_resonance'), values, tuple(values), True)], {
+        'mechanism.load_inertia': -inertia}
+
+
+def _presliding(part: Part, one: Hypothesis, servo: Servo) -> Together:
+    """
+    Return friction that builds up over the travel, LuGre, from what it lacks after a reversal.
+
+    An element that slips after the travel s lacks twice its level, falling over 2 s; a decay what
+    it is, over s. What builds up is friction that the servo has: it is taken from the Coulomb
+    friction there, which moves with it.
+    """
+    effect = find('presliding_friction')
+    lacks = part.amplitudes * np.repeat((2.0, 1.0), len(part.amplitudes) // 2)
+    level = 0.5 * float(lacks.sum())
+    travel = float(lacks @ np.asarray(one.knots)) / max(2.0 * level, 1e-300)
+    values = {n: p.default for n, p in effect.parameters.items()} | {
+        'level': level, 'breakaway': max(travel, 1e-8)}
+    changes = {}
+    for placed in servo.effects:
+        path = f'effects.{placed.name}.level'
+        if placed.effect.name == 'coulomb_friction' and placed.site == part.mechanism.site:
+            changes[path] = -min(level, servo.numbers[path])
+    return [Formed(effect, values, ('level', 'breakaway'), True)], changes

@@ -1,0 +1,76 @@
+"""A controller that is another: its gains, all at once, about those that leave least."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from servo_twin.physics.effect import Parameter
+
+from ..decisions import OPEN
+from ..residuals.samples import ResidualSamples
+from .builder import Builder
+from .hypothesis import Columns, Hypothesis, Mechanism
+from .values import default_of
+
+SETTLING = 40  # evaluations of a controller in search of its gains
+
+
+def controller_of(builder: Builder) -> Iterator[Hypothesis]:
+    """The gains of the controller, all at once: a controller that is another."""
+    samples, servo = builder.samples, builder.samples.servo
+    if 'controller' not in samples.present:
+        return
+    gains = {path: parameter for path, parameter in servo.declarations()
+             if path.startswith('controller.') and parameter.off is not None}
+    columns, slots, theta = [], samples.errors[0].slots, servo.theta.copy()
+    there = samples.base
+    for path, value in _gains(samples, gains).items():
+        given, parameter, moved = servo.numbers[path], gains[path], theta.copy()
+        near = float(np.clip(1.25 * given or given + 0.1 * (abs(default_of(parameter)) or 1.0),
+                             *parameter.bounds))
+        moved[slots[path].start] = near if value == given else value
+        after = samples.at(moved, only=('controller',))
+        columns.append((after - there) / (moved[slots[path].start] - given or 1.0))
+        if value != given:
+            theta, there = moved, after
+    if not columns:
+        return
+    mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('error',), 'odd',
+                          memory=True)
+    one = builder.hypothesis(mechanism, Columns(np.column_stack(columns)), [0] * len(columns),
+                             tuple(gains))
+    if one:
+        yield one
+
+
+def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter]) -> dict[str, float]:
+    """
+    Return the gains that leave least of the controller's equation, by path.
+
+    A filter or an integral that is far from the file's does no multiple of what a little of it
+    does. Those of the file where the equation is not certainly off.
+    """
+    given, rows = samples.servo.numbers, samples.rows('controller')
+    known = {path: given[path] for path in gains}
+    if not gains or not np.mean(samples.base[rows]**2) > OPEN**2:
+        return known
+    slots, of = samples.errors[0].slots, samples.recording[rows]
+    count = np.maximum(np.bincount(of), 1)
+
+    def left(values: np.ndarray) -> np.ndarray:
+        theta = samples.servo.theta.copy()
+        for path, value in zip(gains, values, strict=True):
+            theta[slots[path].start] = value
+        error = samples.at(theta, only=('controller',))[rows]
+        return error - (np.bincount(of, error) / count)[of]  # an integral begins anywhere
+
+    low, high = (np.array([one.bounds[k] for one in gains.values()]) for k in (0, 1))
+    period = samples.errors[0].measured.period  # of a filter of no time a little does nothing
+    start = np.array([value or (period if gains[path].unit == 's' else abs(
+        default_of(gains[path])) or 1.0) for path, value in known.items()])
+    found = least_squares(left, np.clip(start, low, high), bounds=(low, high), x_scale='jac',
+                          max_nfev=SETTLING)
+    return dict(zip(gains, map(float, found.x), strict=True))
