@@ -231,6 +231,10 @@ REFUSED = {
                                ["there is no parameter 'drive.again'"]),
     'a tolerance that is none': (BENCH + 'tolerance: {drive.gain: wide}',
                                  ["'wide' is neither a share like 10 % nor [low, high]"]),
+    'a tolerance of a row': (
+        BENCH + '  teeth: {effect: cogging, at: motor, order: 6, cosine: [0.1, 0.2], '
+                'sine: [0.0, 0.0]}\ntolerance: {effects.teeth.cosine: 10 %}',
+        ['tolerance of effects.teeth.cosine', 'a row of 2 values', 'leave the line out']),
     'a tolerance beside the value': (BENCH + 'tolerance: {drive.gain: [1, 2]}',
                                      ['does not hold its value 0.49']),
     'a std that is no number': (changed('source: a guess', 'std: small'),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -33,8 +33,8 @@ def split(recordings: list[Recording], accept: list[Recording],
     Part recordings into those that select, accept and report.
 
     What the caller names for accepting or reporting is taken as it is. Of replicates one goes to
-    each purpose; of single recordings two are held out; a single recording is cut in time. Parts
-    of one bag serve in turn.
+    each purpose; where there are too few, two recordings are held out, first those whose motion
+    others repeat; a single recording is cut in time. Parts of one bag serve in turn.
     """
     if accept and report:
         return Split(tuple(recordings), tuple(accept), tuple(report))
@@ -61,7 +61,9 @@ def split(recordings: list[Recording], accept: list[Recording],
                 warnings.append(f'too few recordings: those that {purpose} serve twice; '
                                 'the shrink may be flattered')
                 continue
-            held[purpose].append(min(spare, key=_missed))
+            left = Counter(one.family for one in spare if one.family)
+            held[purpose].append(min(spare, key=lambda one: (
+                left[one.family] < 2, _missed(one), -one.replicate)))
         warnings.append(_held_out(families, 1 + len(wanted)))
     screen = tuple(_others(pool, held)) or tuple(held['accept'])
     return Split(screen, tuple(held['accept']), tuple(held['report']), tuple(warnings))

@@ -309,6 +309,10 @@ def _tolerance(servo: Servo, given: dict) -> dict[str, tuple[float, float]]:
             raise ServoError(f'tolerance: there is no parameter {path!r}; '
                              f'{or_what(path, servo.values)}')
         value = servo.values[path]
+        if isinstance(value, tuple):
+            raise ServoError(f'tolerance of {path} = {much!r}: it is a row of {len(value)} '
+                             'values, and a row has no tolerance; leave the line out, a fit moves '
+                             'all of the row')
         try:
             if isinstance(much, str) and much.strip().endswith('%'):
                 width = abs(float(value)) * float(much.strip()[:-1]) / 100.0

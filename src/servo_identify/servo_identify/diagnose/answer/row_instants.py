@@ -6,20 +6,29 @@ from dataclasses import replace
 
 import numpy as np
 
+from servo_twin.balances.equation_terms import EQUATIONS
 from servo_twin.recording.recording import Recording
 
-from ..decisions import EVEN
+from ..decisions import EVEN, OPEN
 from ..selection.explain import Explained
 from ..splitting import Split
+
+DRIVEN = ('drive', 'motor', 'torque')  # equations in which the instant of a command shows
 
 
 def command_late(found: Explained) -> float:
     """
     Return by how many sample periods the command acts after its row; 0.0 up to half a period.
 
-    A delay that is named counts from the row, so that there it is 0.0.
+    A delay that is named counts from the row, so that there it is 0.0. So it is where an equation
+    that tells it is certainly off still: what acts there instead may look like it.
     """
     if any(one.mechanism.name == 'command_delay' for one in found.chosen):
+        return 0.0
+    search = found.search
+    left = dict(zip((EQUATIONS[e] for e in search.regression.equations),
+                    search.power(found.explanation.smallest), strict=True))
+    if any(left.get(name, 0.0) > OPEN**2 for name in DRIVEN):
         return 0.0
     values = found.nuisances()
     late = -(values.get('late:drive', 0.0) + values.get('late:current', 0.0))

@@ -85,8 +85,9 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
 def spoken(effect: str) -> str:
     """Return the name of an effect in words."""
     if effect.startswith('parameter:'):
-        return 'another value of ' + effect.removeprefix('parameter:').replace('_', ' ').replace(
-            '.', ', ')
+        instance, _, value = effect.removeprefix('parameter:').rpartition('.')
+        value = f'another value of {value.replace("_", " ")}'
+        return f'{value} of {instance.replace("_", " ")}' if instance else value
     return effect.replace('_', ' ')
 
 
@@ -102,11 +103,12 @@ def _listed(words: Sequence[str], last: str = 'and') -> str:
 
 def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None) -> str:
     """Return the size of an effect with its unit: its first value, or the span of its curve."""
-    first = [(name, p) for name, p in parameters.items() if '[' not in name]
-    if {'cosine', 'sine'} <= set(parameters):  # of one turn: what it is at most
+    first = [(name, p) for name, p in parameters.items()
+             if '[' not in name and _last(name) != 'order']
+    if {'cosine', 'sine'} <= set(parameters):
         a, b = parameters['cosine'], parameters['sine']
         std = max(one['std'] or 0.0 for one in (a, b))
-        return f'{_measured(hypot(a["value"], b["value"]), std)} {a["unit"]} at most'
+        return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
     if first and not (curve and len(first) < len(parameters)):  # waves are told as their curve
         name, p = first[0]
         value = f'{_measured(p["value"], p["std"])} {p["unit"]}'.strip()
@@ -117,8 +119,15 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None)
         span = f'{_beside(x[0], x)} to {_beside(x[-1], x)} {curve["unit"]}'
         if {y[0], y[-1]} == {least, most}:
             return f'{_beside(y[0], y)} to {_beside(y[-1], y)} {unit} from {span}'
-        return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}'
+        orders = sorted(p['value'] for name, p in parameters.items() if _last(name) == 'order')
+        turn = f', order{"s"[:len(orders) - 1]} {_listed([f"{one:g}" for one in orders])}' if (
+            orders) else ''
+        return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}{turn}'
     return ''
+
+
+def _last(path: str) -> str:
+    return path.rpartition('.')[2]
 
 
 def _measured(value: float, std: float | None) -> str:

@@ -224,6 +224,11 @@ def _parameters(evidence: Evidence, added: Added) -> dict[str, dict[str, Any]]:
             short = path.rpartition('.')[2] + index
             name = path + index if short in found else short
             found[name] = {'value': float(v), 'std': std, 'unit': unit}
+    for placed in added.placed:  # of waves, how often they repeat in a turn
+        path = f'effects.{placed.name}.order'
+        if path in added.values and path not in added.free:
+            found['order' if 'order' not in found else path] = {
+                'value': float(patch.numbers[path]), 'std': None, 'unit': patch.unit(path)}
     return found
 
 

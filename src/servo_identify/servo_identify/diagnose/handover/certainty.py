@@ -38,13 +38,14 @@ def spread(several: Sequence[Added], joint: Estimate) -> dict[str, float]:
 
 
 def within_spread(several: Sequence[Added], joint: Estimate) -> dict[str, tuple[float, float]]:
-    """Return between what the free values of effects lie, by path, all values of a row alike."""
+    """Return between what the free values of effects lie, by path, each of a row by its number."""
     std, found = spread(several, joint), {}
     for path in (path for one in several for path in one.free):
-        values = np.atleast_1d(joint.servo.values[path])
-        apart = SURE * np.array([std.get(path, std.get(f'{path}[{k}]', np.inf))
-                                 for k in range(len(values))])
-        found[path] = float((values - apart).min()), float((values + apart).max())
+        values, row = joint.servo.values[path], isinstance(joint.servo.values[path], tuple)
+        for k, value in enumerate(np.atleast_1d(values)):
+            name = f'{path}[{k}]' if row else path
+            apart = SURE * std.get(name, np.inf)
+            found[name] = float(value - apart), float(value + apart)
     return found
 
 

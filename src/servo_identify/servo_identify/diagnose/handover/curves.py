@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 
 from servo_twin.physics.servo import Placed
 
-from ..decisions import WORTH
+from ..decisions import FORM, WORTH
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
 from ..selection.explain import Explained
@@ -20,8 +20,9 @@ ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
 BAND = (5.0, 95.0)  # percentiles of the redrawn curves
 RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
 BELLS = 8  # speeds within which friction may fall
-VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1)}
-"""The value of a law of friction, and the power of the speed that it stands before."""
+VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1),
+          'backlash': ('width', 0)}
+"""The value of a law, and the power of the speed that it stands before."""
 
 GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
 
@@ -116,7 +117,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
 
     A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
     as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
-    alike at all angles is Coulomb friction, the rest is what varies. A part that does less than
+    alike at all angles is Coulomb friction, the rest is what varies; a clearance that does not
+    vary is backlash. A part that does less than
     WORTH of the whole is not worth naming. Where the servo file has the law of a part at the same
     place, its value is what is off.
     """
@@ -124,9 +126,14 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     curve = curve_of(found, number, draws)
     amplitudes = found.amplitudes(number)
     whole = Part(number, one.mechanism, curve, amplitudes)
-    if curve is None or one.mechanism.port != 'friction':
+    if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
-    if one.mechanism.name == SPEED_FRICTION:
+    if one.mechanism.port == 'clearance':
+        common = _common(curve)
+        if one.mechanism.name == 'backlash' or curve.size(curve.y - common) > FORM * curve.size():
+            return [whole]
+        named = {'backlash': np.full(len(curve.x), common)}
+    elif one.mechanism.name == SPEED_FRICTION:
         named = _over_speed(curve, bool(_value(found, 'viscous_friction', one.mechanism.site)))
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and (
             'way' not in one.detail):
@@ -155,7 +162,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
 
 def _value(found: Explained, name: str, site: str) -> Placed | None:
     """Return the effect of the servo file that is this law at a shaft (or at either, as felt)."""
-    sites = ('load', 'motor') if 'torque' in found.samples.present else (site,)
+    either = 'torque' in found.samples.present and site != 'mesh'
+    sites = ('load', 'motor') if either else (site,)
     several = [placed for at in sites for placed in found.samples.servo.effects
                if placed.effect.name == name and placed.site == at]
     return several[0] if several else None

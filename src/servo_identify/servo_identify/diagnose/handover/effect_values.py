@@ -6,16 +6,16 @@ import numpy as np
 from scipy.optimize import nnls
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Value
+from servo_twin.physics.servo import Servo, Value
 
-from ..decisions import FORM
+from ..decisions import FORM, WORTH
 from ..mechanisms.hypothesis import Hypothesis
 from .curves import Curve, Part
 from .laws import Formed, of_orders
 
 
 def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
-    """Return the waves of a periodic mechanism as effects; empty for any other."""
+    """Return the waves of a periodic mechanism that are worth it as effects; else none."""
     knots = np.asarray(one.knots, dtype=float) if one.form is not None and one.knots and all(
         isinstance(k, int | float) for k in one.knots) else np.zeros(0)
     names = ('cogging', 'torque_ripple', 'transmission_error', 'position_dependent_backlash',
@@ -28,10 +28,12 @@ def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     if len(at) % 2:
         return []
     law = one.detail.get('law', part.mechanism.name)
-    return of_orders(find(law), tuple(knots[at]), part.amplitudes[at])
+    size = np.hypot(part.amplitudes[at][::2], part.amplitudes[at][1::2])
+    there = np.repeat(size > WORTH * size.max(), 2)
+    return of_orders(find(law), tuple(knots[at][there]), part.amplitudes[at][there])
 
 
-def direct(part: Part, one: Hypothesis) -> Formed | None:
+def direct(part: Part, one: Hypothesis, servo: Servo) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
     fixed: dict[str, Value] = {}
@@ -55,7 +57,10 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name == 'hysteresis' and one.detail.get('form') != 'curve':
         return _loops(part, one)
     elif name == 'backlash':
-        values = {'width': float(a[0])}
+        values = {'width': part.curve.y[-1] if one.mechanism.name == name and (
+            part.curve is not None) else float(a[0])}
+    elif one.detail.get('law') == 'drive_dead_time':
+        values = {'loss': float(a.sum()) / servo.numbers['drive.resistance']}
     elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
         values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
         fixed = {'excess': 0.0, 'reference': one.detail['mean']}

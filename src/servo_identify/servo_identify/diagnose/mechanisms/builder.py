@@ -10,7 +10,7 @@ import numpy as np
 
 from ..decisions import OPEN
 from ..residuals.samples import ResidualSamples
-from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
+from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
 from .signal_scales import Scales
 
 VANISHING = 1e-6  # a column whose size is below this share of a noise unit moves nothing
@@ -55,7 +55,7 @@ class Builder:
 
     def hypothesis(self, mechanism: Mechanism, columns: Columns, signs: Sequence[int],
                    knots: Sequence[Any] | np.ndarray = (), form: Form | None = None,
-                   **more: Any) -> Hypothesis | None:
+                   room: Room = ANY, **more: Any) -> Hypothesis | None:
         """Return a hypothesis without the columns that move nothing; None when none is left."""
         columns = columns.packed()
         size = np.sqrt((columns.table**2).sum(axis=0) / max(1, columns.samples))
@@ -64,8 +64,10 @@ class Builder:
             return None
         if len(knots) == columns.size:
             knots = tuple(knots[int(k)] for k in kept)
+        low, high = (edge[kept] if isinstance(edge, np.ndarray) else edge for edge in room)
         return Hypothesis(mechanism, columns.only(kept), np.asarray(signs)[kept],
-                          knots=tuple(knots), form=form and form.only(kept), **more)
+                          knots=tuple(knots), form=form and form.only(kept), room=(low, high),
+                          **more)
 
     def known(self, port: str) -> bool:
         """Whether the servo has an effect at a port."""

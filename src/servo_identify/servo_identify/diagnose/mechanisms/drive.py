@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -20,6 +20,7 @@ BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
+KNEES = (0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 
@@ -47,6 +48,9 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         return -np.column_stack([np.where(np.abs(command) < s * top, command, 0.0)
                                  for s in BANDS])
 
+    def rounded(command: np.ndarray) -> np.ndarray:
+        return -np.column_stack([command / (1.0 + (command / (s * top)) ** 2) for s in BANDS])
+
     def both(command: np.ndarray) -> np.ndarray:
         return np.column_stack((command, np.abs(command)))
 
@@ -58,6 +62,9 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         # a drive that comes with all of the command once it comes
         shaped('drive_dead_band', gate, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        # one whose answer to small commands fades in, as that of a push-pull stage
+        shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        _dead_time(builder, top),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
         # a gain that differs by the sign of the command
@@ -65,6 +72,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
             'parameter:gain', both, [0, 0], site='drive', detail={'value': 'drive.gain'})))
     period = builder.scales.period
     for name, shares, late in (('current_lag', LAGS, _lagged),
+                               ('current_lag', LAGS, _lagged_twice),
                                ('command_delay', DELAYS, shifted)):
         site = 'current' if name == 'current_lag' else 'command'
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
@@ -73,6 +81,24 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
                                  [1] * len(times), times)
         if one:
             yield one
+
+
+def _dead_time(builder: Builder, top: float) -> Hypothesis | None:
+    """Volts that a bridge loses by the sign of its current while neither switch is on."""
+    if 'drive.resistance' not in builder.samples.servo.numbers or not builder.scales.current:
+        return None
+    knees = tuple(share * builder.scales.current for share in KNEES)
+    mechanism = Mechanism('drive_dead_band', 'drive', 'current', ('current',), 'odd')
+
+    def lost(current: np.ndarray) -> np.ndarray:
+        return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
+
+    several = {id(one): lost(np.nan_to_num(one.full(one.known_current)))
+               for one in builder.samples.errors}
+    columns = _through_by(builder, several)
+    form = Form('current', 'A', 'V', lambda one: one.known_current, lost)
+    return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
+                              detail={'law': 'drive_dead_time'})
 
 
 def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:
@@ -92,17 +118,18 @@ def _command(one: EquationErrors) -> np.ndarray:
 
 
 def _through(builder: Builder, change: Callable[[np.ndarray, float], np.ndarray]) -> Columns:
-    """
-    Columns of changes of the command, V, as the drive turns them into current.
+    """Columns of changes of the command, V: ``change(command, period)`` returns (samples, n)."""
+    return _through_by(builder, {id(one): change(one.regressor_command, one.measured.period)
+                                 for one in builder.samples.errors})
 
-    ``change(command, period)`` returns (samples, n).
-    """
+
+def _through_by(builder: Builder, changes: Mapping[int, np.ndarray]) -> Columns:
+    """Columns of what the drive makes of changes of the command, V (samples, n) by recording."""
     def current(one: EquationErrors) -> np.ndarray:
         command, theta = one.regressor_command, one.servo.theta
-        table = change(command, one.measured.period)
         before = one.drive_current(theta, command)
         return np.column_stack([one.drive_current(theta, command + more) - before
-                                for more in table.T])
+                                for more in changes[id(one)].T])
 
     known = {id(one): current(one) for one in builder.samples.errors}
 
@@ -118,3 +145,8 @@ def _through(builder: Builder, change: Callable[[np.ndarray, float], np.ndarray]
 def _lagged(command: np.ndarray, settling: float, period: float) -> np.ndarray:
     keep = float(np.exp(-period / settling))
     return lfilter([1.0 - keep], [1.0, -keep], command)
+
+
+def _lagged_twice(command: np.ndarray, settling: float, period: float) -> np.ndarray:
+    """The same of second order, as a current loop of its own is: as late in all."""
+    return _lagged(_lagged(command, 0.5 * settling, period), 0.5 * settling, period)

@@ -2,7 +2,8 @@
 Friction: what resists the motion of a shaft, by speed, load, angle, direction, time and travel.
 
 Each mechanism is a family of curves, not a formula: friction that falls with speed, that grows
-with it ever faster, that grows with the load.
+with it ever faster, that grows with the load. What a file lacks resists; where it has too much of
+a law, the value of that is off.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ LOADS = (0.1, 0.3, 0.6)  # shares of the largest load at which the growth may be
 SPEEDS = (0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
 POWERS = (1.5, 2.0, 3.0)  # of the speed, with which drag may grow
 FADES = 6  # speeds within which friction may fall
-TIMES = (0.015, 0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which friction may settle
+TIMES = (0.015, 0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which it may settle
 STOPS = 10  # travels over which friction may build up, from what a sample resolves
 PLACES = 12  # of a part of a turn at which friction has a value of its own
 
@@ -52,7 +53,7 @@ def _over_speed(site: str, shape: Callable[[np.ndarray], np.ndarray]) -> Form:
 def _coulomb(builder: Builder, site: str) -> Hypothesis | None:
     mechanism = Mechanism('coulomb_friction', 'friction', site, ('direction',), 'odd')
     form = _over_speed(site, lambda x: np.ones((len(x), 1)))
-    return builder.resistance(mechanism, form, [0])
+    return builder.resistance(mechanism, form, [1])
 
 
 def _viscous(builder: Builder, site: str) -> Hypothesis | None:
@@ -62,7 +63,7 @@ def _viscous(builder: Builder, site: str) -> Hypothesis | None:
     mechanism = Mechanism('viscous_friction', 'friction', site, ('speed',), 'odd')
     form = _over_speed(site, lambda x: np.column_stack(
         [np.minimum(x, k) if k < top else x for k in knots]))
-    return builder.resistance(mechanism, form, [1] * len(knots), knots, either=True)
+    return builder.resistance(mechanism, form, [1] * len(knots), knots)
 
 
 def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
@@ -87,8 +88,7 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
         return top * np.column_stack((*(share**power for power in POWERS),
                                       np.maximum(share - 0.5, 0.0)))
 
-    return builder.resistance(mechanism, _over_speed(site, budget), [1] * 4, (*POWERS, 0.5),
-                              either=True)
+    return builder.resistance(mechanism, _over_speed(site, budget), [1] * 4, (*POWERS, 0.5))
 
 
 def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
@@ -137,7 +137,7 @@ def _by_load(builder: Builder, site: str) -> Hypothesis | None:
 
     knots = (top, *(share * top for share in LOADS), *(share * top for share in LOADS))
     form = Form('load', 'N m', 'N m', lambda one: np.abs(one.predicted_load), budget)
-    return builder.resistance(_loaded(site), form, [1] * len(knots), knots, either=True)
+    return builder.resistance(_loaded(site), form, [1] * len(knots), knots)
 
 
 def _driven_back(builder: Builder, site: str) -> Hypothesis | None:

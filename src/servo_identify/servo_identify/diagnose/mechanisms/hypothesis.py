@@ -11,6 +11,11 @@ import numpy as np
 UNKNOWN = 'unknown'
 """Name of a pattern that no mechanism of the table has."""
 
+Room = tuple[float | np.ndarray, float | np.ndarray]
+"""Between what amplitudes lie, all alike or each."""
+
+ANY: Room = (-np.inf, np.inf)
+
 Series = Callable[..., np.ndarray]
 """``of(errors)``: a signal of one recording at the inner or all samples, (samples, n)."""
 
@@ -131,9 +136,10 @@ class Hypothesis:
 
     ``signs`` (n,): 0 for a free amplitude, 1 for one of a group that shares a sign. ``either``:
     that sign may be plus or minus; otherwise it is plus. ``knots`` say for which values of the
-    variable the columns stand. ``path`` is the value of the servo file that would be off, within
-    ``room`` of what it is. ``tried`` counts the alternatives (orders, delays) that this one was
-    chosen from; ``detail`` holds what else was searched; ``form`` its curve, where it is one.
+    variable the columns stand. ``path`` is the value of the servo file that would be off; ``room``
+    is between what the amplitudes lie, all alike or each. ``tried`` counts the alternatives
+    (orders, delays) that this one was chosen from; ``detail`` holds what else was searched;
+    ``form`` its curve, where it is one.
     """
 
     mechanism: Mechanism
@@ -142,15 +148,14 @@ class Hypothesis:
     either: bool = False
     knots: tuple[Any, ...] = ()
     path: str = ''
-    room: tuple[float, float] = (-np.inf, np.inf)
+    room: Room = ANY
     tried: int = 1
     detail: Mapping[str, Any] = field(default_factory=dict)
     form: Form | None = None
 
     def bounds(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return (low, high) of the amplitudes: one pair, or one for each sign."""
-        low = np.full(self.columns.size, self.room[0])
-        high = np.full(self.columns.size, self.room[1])
+        low, high = (np.full(self.columns.size, edge) for edge in self.room)
         shared = self.signs == 1
         plus = np.where(shared, 0.0, low), high
         minus = low, np.where(shared, 0.0, high)

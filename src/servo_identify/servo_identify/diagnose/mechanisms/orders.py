@@ -34,21 +34,21 @@ def hats(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equation: str,
              angle: str, signal: str, times: str, factor: Series, y_unit: str, least: float = 1.0,
-             mean: bool = False) -> Iterator[Hypothesis]:
+             mean: bool = False, lowest: int = 1) -> Iterator[Hypothesis]:
     """
     Yield hypotheses of waves over an angle.
 
     These are the strongest order, it with its multiples, and the three strongest.
     ``times`` names what the waves are multiplied by in the search, ``factor(errors, number)``
     returns it; ``signal`` is what they are in the equations, ``y_unit`` their unit. ``mean``: what
-    varies has a mean too.
+    varies has a mean too. Orders below ``lowest`` are not tried.
     """
-    found, tried = orders_of(builder, equation, angle, residual, times, least)
+    found, tried = orders_of(builder, equation, angle, residual, times, least, lowest)
     if not found:
         return
     first = found[0]
     harmonics = tuple(first * k for k in (1, 2, 3))
-    parts = tuple(first / k for k in (2, 3) if first % k == 0 and first / k >= 1.0)
+    parts = tuple(first / k for k in (2, 3) if first % k == 0 and first / k >= lowest)
     for some in dict.fromkeys(((first,), harmonics, *((p, *(p * k for k in (2, 3)))
                                                       for p in parts), found)):
         orders = (0.0, *some)[not mean:]
@@ -63,7 +63,7 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
 
 
 def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray, times: str = '',
-              least: float = 1.0) -> tuple[tuple[float, ...], int]:
+              least: float = 1.0, lowest: int = 1) -> tuple[tuple[float, ...], int]:
     """
     Return (orders at which the residual of an equation repeats over an angle, how many tried).
 
@@ -87,18 +87,18 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     elif times == 'load':
         factor = samples.along(equation, lambda one, motion: one.transmitted(motion))
         factor /= builder.scales.torque or 1.0
-    return strongest(at, target, factor, least)
+    return strongest(at, target, factor, least, lowest)
 
 
 def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
-              least: float) -> tuple[tuple[float, ...], int]:
+              least: float, lowest: int = 1) -> tuple[tuple[float, ...], int]:
     """Return (the orders that take most of a target, how many were tried)."""
     good = np.isfinite(angle) & np.isfinite(target) & np.isfinite(factor)
     if good.sum() < FEWEST:
         return (), 0
     angle, target, factor = angle[good], target[good], factor[good]
     whole = 2.0 * np.pi / max(float(np.ptp(angle)), 1e-12)
-    lowest = max(1, int(np.ceil(least * whole)))
+    lowest = max(lowest, int(np.ceil(least * whole)))
     if lowest > LARGEST_ORDER:
         return (), 0
     tried = np.arange(lowest, LARGEST_ORDER + 1)

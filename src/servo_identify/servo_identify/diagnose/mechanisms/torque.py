@@ -24,11 +24,18 @@ BAND = (0.02, 0.45)  # of the sampling rate of the test function, between which 
 
 
 def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
-    """Yield the hypotheses of torques; ``residual`` (samples,) tells orders."""
+    """
+    Yield the hypotheses of torques; ``residual`` (samples,) tells orders.
+
+    What repeats as seldom as a weight on a linkage does hangs at the load: no motor has as few
+    teeth.
+    """
     equation = shaft_equation(builder, 'motor')
+    ratio = builder.samples.servo.numbers['mechanism.ratio']
     yield from periodic(builder, Mechanism('cogging', 'torque', 'motor', ('angle',), 'even'),
                         residual, equation, 'motor_angle', 'motor_torque', '',
-                        lambda one: np.ones(len(one.motion.rows)), 'N m')
+                        lambda one: np.ones(len(one.motion.rows)), 'N m',
+                        lowest=int(max(HANGING[-1]) / ratio) + 1)
     yield from periodic(
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',

@@ -18,7 +18,9 @@ from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .memory import stop_operator
 from .orders import periodic
 
-BENDS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares of the largest torque at which it may bend
+BENDS = (0.1, 0.2, 0.4, 0.7)  # shares of the largest torque at which it may bend
+SOFT = (0.025, 0.06)  # shares up to which a clearance may take the load up: oil, rough flanks
+GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
 LOOPS = (0.05, 0.12, 0.3, 0.7)  # shares over which a loop may close: one that never is elastic
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
 
@@ -35,7 +37,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
                                  _by_load(builder, top)))
         yield from _varying(builder, residual)
     if top > 0.0:
-        yield from filter(None, (_backlash(builder),))
+        yield from filter(None, (_backlash(builder, top),))
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
                           ('angle', 'load'), 'odd')
         yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',
@@ -49,6 +51,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         for one in periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
                             '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART):
             yield _without_energy(builder, one)
+            yield replace(one, knots=tuple(ratio * order for order in one.knots))
 
 
 def _varying(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -105,12 +108,22 @@ def _compliance(builder: Builder) -> Hypothesis | None:
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1, 1])
 
 
-def _backlash(builder: Builder) -> Hypothesis | None:
+def _backlash(builder: Builder, top: float) -> Hypothesis | None:
+    """A clearance: an angle lost at once as the torque changes sign, or over a little of it."""
     mechanism = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd')
-    columns = _torsion(builder, lambda one: 0.5 * one.flank(one.motion)[:, None])
+
+    def taken(size: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.minimum(size / (share * top), 1.0) for share in SOFT])
+
+    def torsion(one: EquationErrors) -> np.ndarray:
+        torque = one.transmitted()
+        return 0.5 * np.column_stack((one.flank(one.motion),
+                                      np.sign(torque)[:, None] * taken(np.abs(torque))))
+
     form = Form('load', 'N m', 'rad', lambda one: np.abs(one.transmitted()),
-                lambda x: np.ones((len(x), 1)))
-    return builder.hypothesis(mechanism, columns, [1], form=form)
+                lambda x: np.column_stack((np.ones(len(x)), taken(x))))
+    return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * (1 + len(SOFT)),
+                              form=form)
 
 
 def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
@@ -133,7 +146,7 @@ def _by_load(builder: Builder, top: float) -> Hypothesis | None:
     """A clearance that grows with the load; where the servo has one already, its growth alone."""
     mechanism = Mechanism('load_dependent_backlash', 'clearance', 'mesh', ('load',), 'odd')
     known = builder.known('clearance')
-    edges = (0.0, *BENDS, 1.0)
+    edges = (0.0, *GROWS, 1.0)
 
     def width(torque: np.ndarray) -> np.ndarray:
         share = np.abs(torque) / top

@@ -20,10 +20,12 @@ def doubt_about(one: EquationErrors, equation: str,
     Return (doubt at each centre in the unit of the equation, centres that say something).
 
     Rounding to counts is no noise that a longer recording would reduce where a shaft creeps. With
-    one encoder the other shaft is where the twin has it. While the teeth pass from flank to flank
-    the torque does not tell where they are.
+    one encoder the other shaft is where the twin has it. A motor that answers a step of its
+    voltage within a row does what no row shows. While the teeth pass from flank to flank the
+    torque does not tell where they are.
     """
-    doubt, tells = _rounding(one, equation), np.ones(len(keep), dtype=bool)
+    doubt = np.hypot(_rounding(one, equation), _within_row(one, equation))
+    tells = np.ones(len(keep), dtype=bool)
     if equation in ('torque', 'motor', 'load'):
         return np.hypot(doubt, _swing(one, equation)), ~_crossing_gap(one, equation)
     if equation != 'transmission':
@@ -65,6 +67,40 @@ def _rounding(one: EquationErrors, equation: str) -> np.ndarray:
             gain = sum(factor * turn**order for order, factor in factors if order != 1)
             total += 0.5 * (count / (np.pi * k) * gain * passed) ** 2
     return np.sqrt(total)
+
+
+def _within_row(one: EquationErrors, equation: str) -> np.ndarray:
+    r"""
+    Return what rows do not show of a motor that answers within one, at the centres.
+
+    A step of the voltage by U makes the current jump by U/R and fade as the motor speeds up. With
+    x = period R^-1 K_m K_e / J the mean of a row lies from its first value by
+
+    .. math:: U/R\,(1 - (1 - e^{-x})/x)
+
+    and the speed at its end from the mean of its neighbours by half of U/K_e times
+
+    .. math:: 1 - e^{-x} - x\,e^{-x}
+    """
+    total, values = np.zeros(len(one.times(equation))), one.servo.numbers
+    parts = [values.get(f'drive.{name}', 0.0) for name in (
+        'resistance', 'back_emf', 'torque_constant')]
+    factor = sum(abs(term.factor) for term in one.terms.get(equation, ())
+                 if term.signal == ('drive_current' if equation == 'drive' else 'current'))
+    if not all(parts) or values.get('drive.proportional') or not factor:
+        return total
+    resistance, back_emf, constant = parts
+    inertia = values.get('mechanism.rotor_inertia', 0.0)
+    if not one.servo.mechanism.compliant:
+        inertia += values['mechanism.load_inertia'] / values['mechanism.ratio'] ** 2
+    if not inertia > 0.0:
+        return total
+    x = one.measured.period * constant * back_emf / (resistance * inertia)
+    share = 0.5 * (1.0 - np.exp(-x) - x * np.exp(-x)) if equation == 'drive' else (
+        1.0 - (1.0 - np.exp(-x)) / x)
+    steps = np.diff(one.measured.column('voltage', 0.0), prepend=0.0) / resistance
+    square = one.test(equation).project(np.nan_to_num(steps * share) ** 2)
+    return factor * np.sqrt(np.maximum(square, 0.0))
 
 
 def _crossing_gap(one: EquationErrors, equation: str) -> np.ndarray:
