@@ -13,7 +13,7 @@ from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
 from .signal_scales import Scales
 
-VANISHING = 1e-6  # a column whose size is below this share of a noise unit moves nothing
+VANISHING, NOTHING = 1e-6, 1e-12  # share of the largest column, and noise units: moves nothing
 
 
 def placed(samples: ResidualSamples, signal: str, of: Series) -> np.ndarray:
@@ -59,7 +59,7 @@ class Builder:
         """Return a hypothesis without the columns that move nothing; None when none is left."""
         columns = columns.packed()
         size = np.sqrt((columns.table**2).sum(axis=0) / max(1, columns.samples))
-        kept = np.flatnonzero(size > VANISHING)
+        kept = np.flatnonzero(size > max(NOTHING, VANISHING * size.max(initial=0.0)))
         if not len(kept):
             return None
         if len(knots) == columns.size:

@@ -18,16 +18,22 @@ from .values import default_of
 SETTLING = 40  # evaluations of a controller in search of its gains
 
 
-def controller_of(builder: Builder) -> Iterator[Hypothesis]:
-    """The gains of the controller, all at once: a controller that is another."""
+def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
+    """
+    The gains of the controller, all at once: a controller that is another.
+
+    ``residual`` (samples,) is what is left within the tolerances; gains that have one are left to
+    it.
+    """
     samples, servo = builder.samples, builder.samples.servo
     if 'controller' not in samples.present:
         return
     gains = {path: parameter for path, parameter in servo.declarations()
-             if path.startswith('controller.') and parameter.off is not None}
+             if path.startswith('controller.') and parameter.off is not None
+             and path not in servo.tolerance}
     columns, slots, theta = [], samples.errors[0].slots, servo.theta.copy()
     there = samples.base
-    for path, value in _gains(samples, gains).items():
+    for path, value in _gains(samples, gains, residual).items():
         given, parameter, moved = servo.numbers[path], gains[path], theta.copy()
         near = float(np.clip(1.25 * given or given + 0.1 * (abs(default_of(parameter)) or 1.0),
                              *parameter.bounds))
@@ -46,7 +52,8 @@ def controller_of(builder: Builder) -> Iterator[Hypothesis]:
         yield one
 
 
-def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter]) -> dict[str, float]:
+def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],
+           residual: np.ndarray) -> dict[str, float]:
     """
     Return the gains that leave least of the controller's equation, by path.
 
@@ -55,7 +62,7 @@ def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter]) -> dict[str
     """
     given, rows = samples.servo.numbers, samples.rows('controller')
     known = {path: given[path] for path in gains}
-    if not gains or not np.mean(samples.base[rows]**2) > OPEN**2:
+    if not gains or not np.mean(residual[rows]**2) > OPEN**2:
         return known
     slots, of = samples.errors[0].slots, samples.recording[rows]
     count = np.maximum(np.bincount(of), 1)
@@ -64,7 +71,7 @@ def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter]) -> dict[str
         theta = samples.servo.theta.copy()
         for path, value in zip(gains, values, strict=True):
             theta[slots[path].start] = value
-        error = samples.at(theta, only=('controller',))[rows]
+        error = (residual + samples.at(theta, only=('controller',)) - samples.base)[rows]
         return error - (np.bincount(of, error) / count)[of]  # an integral begins anywhere
 
     low, high = (np.array([one.bounds[k] for one in gains.values()]) for k in (0, 1))

@@ -40,7 +40,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += drive_of(builder)
     found += readings_of(builder)
     found += values_of(builder)
-    found += controller_of(builder)
+    found += controller_of(builder, residual)
     found += user_effects_of(builder)
     found += patterns_of(builder, sides, without)
     _check(without, found, builder)
