@@ -1,0 +1,89 @@
+"""What machines that had no part in building the diagnosis asked of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_recordings import sampled
+from test_selection import named_by_equations, recorded, SERVO, with_effect
+
+from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.explain import explained
+from servo_identify.diagnose.splitting import split
+from servo_twin.description import servo_file
+from servo_twin.recording.recording import Recording
+
+HOBBY = servo_file.loads("""
+servo: hobby
+step: 1.0e-4
+drive: {type: voltage, resistance: 3.2, inductance: 0.0, back_emf: 0.3, torque_constant: 0.3}
+mechanism: {type: rigid, rotor_inertia: 1.0e-4, load_inertia: 0.0, ratio: 1.0}
+sensors:
+  motor_encoder: {noise: 1.0e-3}
+  current_sensor: {noise: 2.0e-3}
+effects:
+  rubs: {effect: coulomb_friction, at: motor, level: 0.05}
+""")
+ROW = 0.01  # s, and J R / (K_m K_e) is 3.6 ms
+
+
+def moved(rig, seed, lost=0.0, row=ROW):
+    """Return a recording of a motor; at 100 Hz it answers within a row."""
+    time = np.arange(round(15.0 / row)) * row
+    command = sum(1.2 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
+    one = sampled(rig, command, seed=seed, period=row)
+    gone = np.full(len(time), np.nan)
+    return replace(one, columns={**one.columns, 'load_position': gone, 'torque': gone,
+                                 'voltage': command + lost * np.sign(one.columns['current'])},
+                   family='multisine', name=f'multisine_{seed}')
+
+
+@pytest.mark.slow
+def test_a_motor_that_answers_within_a_row_is_not_blamed_for_it():
+    assert named_by_equations([moved(HOBBY, seed) for seed in (1, 2)], HOBBY) == set()
+
+
+@pytest.mark.slow
+def test_volts_that_a_bridge_loses_by_the_sign_of_its_current_are_a_dead_band():
+    several = [moved(HOBBY, seed, lost=0.4, row=1e-3) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
+    assert answer.report.which[0].effect == 'drive_dead_band'
+    assert answer.augmented.numbers['effects.drive_dead_time.loss'] == pytest.approx(
+        0.4 / 3.2, rel=0.3)
+
+
+@pytest.mark.slow
+def test_an_error_over_the_motors_turn_may_leave_the_motor_alone():
+    ratio = SERVO.numbers['mechanism.ratio']  # an effect of the load's turn does not act back
+    rig = with_effect('transmission_error', 'mesh', order=2.0 * ratio, cosine=(2e-4,),
+                      sine=(1e-4,))
+    assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
+        ('transmission_error', 'mesh')}
+
+
+@pytest.mark.slow
+def test_a_clearance_that_takes_the_load_up_over_a_little_is_a_clearance():
+    rig = with_effect('load_dependent_backlash', 'mesh', growth=4e-4, load=2.0)
+    several = [recorded(rig, seed) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], SERVO, several[1:2], several[2:]).report
+    assert report.which[0].effect == 'backlash'
+
+
+@pytest.mark.slow
+def test_a_lag_of_second_order_is_no_delay():
+    lag = with_effect('current_lag', 'current', lag=0.012)
+    twice = lag.with_effects(replace(lag.effects[-1], name='e2'), values={'effects.e2.lag': 0.012})
+    found = explained(residual_samples([recorded(twice, seed) for seed in (1, 2)], SERVO))
+    assert {one.mechanism.name for one in found.chosen} == {'current_lag'}
+
+
+def test_a_motion_that_no_other_recording_repeats_is_not_held_out():
+    def one(family, replicate):
+        return Recording(f'{family}_{replicate}', 1e-3, {'voltage': np.zeros(10)}, family=family,
+                         replicate=replicate, digest=f'{family}{replicate}')
+
+    parts = split([one('chirp', 1), one('squat', 1), one('squat', 2), one('swing', 1),
+                   one('swing', 2)], [], [])
+    assert [r.name for r in parts.screen] == ['chirp_1', 'squat_1', 'swing_1']
+    assert {r.name for r in (*parts.accept, *parts.report)} == {'squat_2', 'swing_2'}
