@@ -14,10 +14,10 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
+from servo_twin.nodes.ros_start import start_ros
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
@@ -51,7 +51,7 @@ class Performer(Node):
     """
 
     def __init__(self, namespace: str, limits: Limits) -> None:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        start_ros()
         super().__init__('experiment', namespace=namespace)
         self.limits = limits
         self.period = self._heard = 0.0

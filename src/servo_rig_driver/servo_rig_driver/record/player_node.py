@@ -20,7 +20,6 @@ import numpy as np
 import rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from servo_twin_msgs.msg import Command, Encoder
@@ -29,6 +28,7 @@ from ..driver import message_conversion as conversion
 from ..driver.setpoints import Mode, SECOND
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
+from ..ros_start import start_ros
 from ..timer_clock import STEADY
 
 BLOCK = 0.2  # s of set-points in one message
@@ -128,7 +128,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     mode = Mode[(options.mode or chosen.mode).upper()]
     ending = Ending()
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(arguments)
     node = Player(mode, options.period, eased(reference, options.period),
                   eased(torque, options.period))
     begin = node.get_clock().now()
