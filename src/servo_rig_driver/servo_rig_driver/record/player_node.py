@@ -20,6 +20,7 @@ from time import monotonic
 
 import numpy as np
 import rclpy
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
@@ -37,6 +38,7 @@ from ..timer_clock import STEADY
 BLOCK = 0.2  # s of set-points in one message
 AHEAD = 0.3  # s that a block leaves before its first instant
 STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
+TAKEN = 1.0  # s for the driver to take the last set-point of one that ends early
 STEP = 0.1  # s by which the wall clock may be set meanwhile
 
 
@@ -87,6 +89,7 @@ class Player(Node):
         if abs(stepped) > STEP:
             self.trouble = f'the clock was set by {stepped:+.1f} s'
             self._switch_off(self._now())
+            self._topic.wait_for_all_acked(Duration(seconds=TAKEN))
             return
         size = max(1, round(BLOCK / self._period))
         while self.sent < len(self._reference):
