@@ -42,7 +42,8 @@ _servo_activate() {
     export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
   fi
   # A process that is killed while it makes shared memory of Fast DDS leaves it half made, and
-  # whoever opens it waits without end (docs/soak.md). Discovery on the local host alone ignores it.
+  # whoever opens it waits without end (docs/soak.md). ROS ignores it for discovery on this machine
+  # alone; our nodes see to that themselves (ros_start.py).
   export FASTDDS_BUILTIN_TRANSPORTS="${FASTDDS_BUILTIN_TRANSPORTS:-UDPv4}"
   _servo_prepend AMENT_PREFIX_PATH "$_servo_root/install"
   _servo_prepend LD_LIBRARY_PATH "$_servo_root/install/lib"

@@ -9,6 +9,8 @@ import tempfile
 from hypothesis import settings
 import pytest
 
+from servo_rig_driver.ros_start import udp_alone
+
 ROOT = Path(__file__).resolve().parent.parent
 LAST_DOMAIN = 101  # above it, DDS ports reach into the range that the kernel hands out
 _domain_locks = []
@@ -39,6 +41,7 @@ def pytest_configure(config):
     """Give this process, and all that it starts, a ROS domain and a log folder of its own."""
     os.environ['ROS_DOMAIN_ID'] = str(_claim_domain())
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.update(udp_alone(os.environ))  # also for the nodes of the tests themselves
     os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='servo_twin_ros_log_')
 
 

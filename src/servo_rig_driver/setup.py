@@ -32,7 +32,7 @@ def configuration():
     """Return the files of config/ that the rig's side reads; servo_twin installs all of them."""
     return [(target, kept) for target, files in shared_files('../../config') if (kept := [
         file for file in files
-        if Path(file).parent.name in ('rigs', 'drivers', 'imports', 'robots')
+        if Path(file).parent.name in ('dds', 'rigs', 'drivers', 'imports', 'robots')
         or Path(file).name in ('adapter.yaml', 'diagnostics.yaml', 'driver.yaml',
                                'recorder.yaml')])]
 

@@ -25,6 +25,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
+from servo_rig_driver.ros_start import udp_alone
 from servo_twin_msgs.msg import Encoder
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,6 +37,7 @@ def main() -> int:
     parser.add_argument('--seconds', type=float, default=30.0)
     asked = parser.parse_args()
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.update(udp_alone(os.environ))
     rclpy.init()
     node = rclpy.create_node('reader', namespace='hip')
     executor = EventsExecutor()

@@ -41,6 +41,7 @@ from rosbags.highlevel import AnyReader
 from speed_table import row
 import yaml
 
+from servo_rig_driver.ros_start import udp_alone
 from servo_twin.bag.message_definitions import own_types
 from servo_twin.balances.residual_filters import WINDOW
 from servo_twin_msgs.msg import Command
@@ -103,6 +104,7 @@ def rate_of(file: Path) -> float:
 def run(asked: argparse.Namespace, folder: Path) -> dict[str, float]:
     """Run the chain and return the CPU share of each process."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.update(udp_alone(os.environ))
     channel = str(folder / 'rig.can')
     servo = str(CONFIG / 'servos' / f'{asked.machine}.yaml')
     spaced = ('--ros-args', '-r', '__ns:=/bench')

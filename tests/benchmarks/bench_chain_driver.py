@@ -25,6 +25,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
+from servo_rig_driver.ros_start import udp_alone
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -87,6 +88,7 @@ def main() -> int:
     channel = str(Path(tempfile.mkdtemp()) / 'rig.can')
     namespace = f'bench_{os.getpid()}'
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.update(udp_alone(os.environ))
     running = {
         'hub': start('servo_rig_driver.can_bus.can_hub', channel),
         'rig': start('servo_rig_driver.emulated.rig_process', '--rig', asked.rig, '--channel',

@@ -26,6 +26,7 @@ import numpy as np
 import rclpy
 from rclpy.qos import QoSProfile
 
+from servo_rig_driver.ros_start import udp_alone
 from servo_twin.nodes.message_conversion import to_time, TOPICS
 from servo_twin_msgs.msg import Prediction, Residual
 
@@ -52,6 +53,7 @@ def main() -> int:
     parser.add_argument('--publish', action='store_true', help=argparse.SUPPRESS)
     asked = parser.parse_args()
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.update(udp_alone(os.environ))
     os.environ.setdefault('ROS_DOMAIN_ID', '99')
     if asked.publish:
         return publish(asked)

@@ -46,3 +46,16 @@ def test_a_set_point_that_the_witness_saw_late_is_not_taken_for_an_old_one():
     assert age(reference(turn + 1.7), turn - 0.5) > 1.0  # it would seem to be of before the turn
     assert age(reference(turn + 1.7), turn - 0.5, turn + 1.75) <= 0.0
     assert age(reference(turn - 8.0), turn - 6.0, turn - 5.5) == pytest.approx(2.0, abs=1e-6)
+
+
+def test_a_change_that_the_detector_names_in_calm_is_a_miss_and_one_of_a_fault_is_none():
+    sys.path.insert(0, str(SOAK))
+    from report import _changes
+    rows = [{'at': 100.0, 'cured': 101.0, 'well': 102.0},
+            {'at': 200.0, 'cured': 201.0, 'well': None}]
+    for at, calm, kept in ((105.0, 88, True), (150.0, 88, False), (205.0, 88, True),
+                           (300.0, 88, True)):
+        said, is_kept = _changes({'rows': rows, 'events': [[at, 'change', '']]})
+        assert f'in {calm} s' in said and is_kept is kept
+    rows[1]['at'] = 115.0
+    assert _changes({'rows': rows, 'events': []})[1] is None

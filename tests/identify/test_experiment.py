@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from threading import Thread
+from time import monotonic, time_ns
 
 from hypothesis import given, strategies
 import numpy as np
@@ -217,6 +218,28 @@ def test_it_stops_when_the_load_is_seen_no_more():
         with pytest.raises(Stopped, match='no samples with a load angle for 0.3 s'):
             performer.perform(run, lambda share: None)
         wait_until(lambda: rig.heard and rig.heard[-1].mode == Command.OFF, 'it is off', 60.0)
+
+
+class SeeingRig(BlindRig):
+    """A rig whose load stands still, and is seen."""
+
+    def _say(self):
+        self._topic.publish(Encoder(period=PERIOD, load_position=[0.0] * 10))
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('step', [-3600.0, -0.5, 0.5, 3600.0])
+def test_it_stops_where_the_wall_clock_is_set(step, monkeypatch):
+    run = PROCEDURES['friction'].runs(Choices(PERIOD))[0]
+    with closing(SeeingRig('clocked')) as rig, Performer('clocked', Limits()) as performer:
+        performer.begin(30.0)
+        monkeypatch.setattr(performer, '_now', lambda: time_ns() + (
+            round(step * 1e9) if len(rig.heard) > 2 else 0))
+        begun = monotonic()
+        with pytest.raises(Stopped, match=rf'the clock was set by \{step:+.1f} s'):
+            performer.perform(run, lambda share: None)
+        assert monotonic() - begun < 15.0
+        wait_until(lambda: rig.heard[-1].mode == Command.OFF, 'it is off', 60.0)
 
 
 @pytest.mark.ros

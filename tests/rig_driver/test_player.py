@@ -1,13 +1,15 @@
 """The player of excitations: what it refuses, and how it begins and ends."""
 
+import os
 import signal
 import subprocess
 import sys
-from time import sleep
+from time import sleep, time
 
 from driver_bench import Listener, wait_for
 import numpy as np
 import pytest
+from stepped_clock import SteppedClock
 
 from servo_rig_driver.record.player_node import eased, main, STOOD_STILL
 from servo_twin_msgs.msg import Command, Encoder
@@ -34,6 +36,32 @@ def test_it_refuses_what_cannot_be_played(capsys, words, said):
 def test_it_says_that_no_rig_was_there(capsys):
     assert main(['sine', '--wait', '0.2']) == 1
     assert 'no rig took a set-point within 0.2 s: no samples came' in capsys.readouterr().err
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('step', [-3600.0, -0.5, 0.5, 3600.0])
+def test_it_ends_with_the_motor_off_where_the_wall_clock_is_set(step, tmp_path):
+    clock = SteppedClock(tmp_path)
+    if not clock.works:
+        pytest.skip('no C compiler: the clock of a process cannot be set')
+    ears, heard = Listener('clocked'), []
+    samples = ears.node.create_publisher(Encoder, 'encoder', 10)
+    ears.node.create_subscription(Command, 'command', heard.append, 10)
+    player = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.record.player_node', 'sine', '--duration', '30',
+         '--ros-args', '-r', '__ns:=/clocked'], stderr=subprocess.PIPE, text=True,
+        env=os.environ | clock.environment)
+    try:
+        wait_for(lambda: heard or samples.publish(Encoder()), 'it plays')
+        clock.set(step)
+        _, said = player.communicate(timeout=15.0)
+        assert player.returncode == 1
+        assert f'the clock was set by {step:+.1f} s; the rest is not played' in said
+        wait_for(lambda: heard[-1].mode == Command.OFF, 'the motor is off')
+        assert abs(heard[-1].header.stamp.sec - time()) < 10.0  # as the driver's clock goes on
+    finally:
+        player.kill()
+        ears.close()
 
 
 @pytest.mark.ros

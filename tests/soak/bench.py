@@ -69,8 +69,9 @@ class Bench:
         self.running[name] = subprocess.Popen(
             command, stdin=subprocess.PIPE if name == 'proxy' else subprocess.DEVNULL, stdout=log,
             stderr=subprocess.STDOUT, start_new_session=True, text=name == 'proxy',
-            # the proxy is a witness
-            env=os.environ | ({} if name == 'proxy' else self.clock.environment))
+            # the proxy is a witness; all end with the soak, as with `servo-twin run`
+            env=os.environ | {'SERVO_PARENT': str(os.getpid())} | (
+                {} if name == 'proxy' else self.clock.environment))
 
     def node(self, module: str, file: Path | None = None, **values: object) -> list[str]:
         """Return the command of a node in the namespace of the rig."""

@@ -7,6 +7,8 @@ from html import escape
 from statistics import quantiles
 
 UNWELL = 0.5  # s, beside the time by which it is seen
+SEEN = 10.0  # s behind a fault in which the detector may name it: its longest window is 8 s
+CALM = 60.0  # s without faults from which on its silence says something
 COLOURS = {'wire': '#2a6f97', 'KILL': '#b5179e', 'TERM': '#7209b7', 'STOP': '#f77f00',
            'odd': '#6a994e', 'clock': '#bc6c25', 'memory': '#386641'}
 
@@ -46,7 +48,7 @@ def text(figures: dict) -> tuple[str, bool]:
         ('stack traces in the logs', str(len(figures['traces'])), not figures['traces']),
         ("ends with another status than the signal's", ', '.join(figures['ends']) or '0',
          not figures['ends']),
-        ('changes named by the detector, none injected', str(len(figures['events'])), True),
+        ('changes named by the detector where there was none', *_changes(figures)),
         ('processes killed at the end, or left', f'{len(figures["killed"])}, '
          f'{len(figures["left"])}', not figures['killed'] and not figures['left']),
     ]
@@ -63,8 +65,8 @@ def text(figures: dict) -> tuple[str, bool]:
             not untold and max(ill, default=0.0) <= UNWELL))
     lines = [f'{figures["seconds"] / 60.0:.0f} minutes, seed {figures["seed"]}, {len(rows)} times '
              f'one fault or two.', '', '| promise | seen | |', '|---|---|---|']
-    lines += [f'| {name} | {seen} | {"kept" if kept else "**missed**"} |'
-              for name, seen, kept in promises]
+    words = {True: 'kept', False: '**missed**', None: 'not judged'}
+    lines += [f'| {name} | {seen} | {words[kept]} |' for name, seen, kept in promises]
     lines += ['', '| fault, alone | times | no torque after, s | named after, s | '
               'well again after, s |',
               '|---|---|---|---|---|']
@@ -91,7 +93,7 @@ def text(figures: dict) -> tuple[str, bool]:
             *(f'trace of {one}' for one in figures['traces'])]
     if told:
         lines += ['', 'Misses:', '', *(f'- {one}' for one in told)]
-    return '\n'.join(lines) + '\n', bool(told) or not all(kept for _, _, kept in promises)
+    return '\n'.join(lines) + '\n', bool(told) or any(kept is False for *_, kept in promises)
 
 
 def _spread(values: list[float]) -> str:
@@ -107,6 +109,20 @@ def _spread(values: list[float]) -> str:
 def _most(values: list) -> str:
     known = [value for value in values if value is not None]
     return f'{max(known):.2f}' if known else ''
+
+
+def _changes(figures: dict) -> tuple[str, bool | None]:
+    """Return what the detector named outside of faults, and whether that is as promised."""
+    rows, events = figures['rows'], figures['events']
+    busy = [(row['at'], (row['well'] or row['cured']) + SEEN) for row in rows]
+    calm = sum(max(0.0, after[0] - max(end for _, end in busy[:k + 1]))
+               for k, after in enumerate(busy[1:]))
+    last = busy[-1][1] if busy else 0.0  # then the twin is restarted, and its values are changed
+    outside = [at for at, *_ in events
+               if at < last and not any(begin <= at <= end for begin, end in busy)]
+    return (f'{len(outside)} in {calm:.0f} s that were {SEEN:g} s and more after a fault; '
+            f'{len(events) - len(outside)} in the rest, where something had happened',
+            False if outside else None if calm < CALM else True)
 
 
 def time_line(figures: dict) -> str:

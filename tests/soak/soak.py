@@ -28,6 +28,8 @@ from faults import all_faults
 from report import page, text
 from rig import Rig
 
+from servo_rig_driver.ros_start import udp_alone
+
 START, RECOVERY = 90.0, 40.0  # s
 RECORDED = 50_000  # bytes of a bag whose recorder hears the rig
 
@@ -242,6 +244,7 @@ def main() -> int:
     parser.add_argument('-o', '--output', type=Path, help='folder of the report')
     parser.add_argument('--keep', action='store_true', help='keep logs and bags')
     arguments = parser.parse_args()
+    os.environ.update(udp_alone(os.environ))  # the witnesses share no memory either
     folder = Path(tempfile.mkdtemp(prefix='servo_soak_'))
     try:
         soak = Soak(folder, arguments.seed, not arguments.no_identify, arguments.rigs)

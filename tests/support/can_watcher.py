@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from threading import Event, Thread
 from time import monotonic
 
-from can import CanError
+from bus_listener import BusListener
 from driver_bench import wait_for
 from held_up import held_up_since
 
-from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.pdo_table import load_frames, NMT_ID
 
 ENABLED, QUICK_STOP, DISABLED, FAULT = 0x27, 0x07, 0x40, 0x08
 
 
-class CanWatcher:
+class CanWatcher(BusListener):
     """
     Keeps, each once as it changes, controlwords and statuswords (masked), and all NMT frames.
 
@@ -24,7 +22,6 @@ class CanWatcher:
     """
 
     def __init__(self, channel: str) -> None:
-        self.wire = Wire(open_bus(BusSettings('unix_bus', channel), 20.0))
         self.controls: list[int] = []
         self.states: list[int] = []
         self.managed: list[bytes] = []
@@ -32,27 +29,19 @@ class CanWatcher:
         self._answer: list[int] = []
         table = load_frames()
         self._control, self._status = table['drive.rpdo1'], table['drive.tpdo2']
-        self._stop = Event()
-        self._thread = Thread(target=self._watch, daemon=True)
-        self._thread.start()
+        super().__init__(channel, self._look)
 
-    def _watch(self) -> None:
-        while not self._stop.is_set():
-            try:
-                frames = self.wire.recv(0.05)
-            except CanError:
-                return
-            for identifier, data in frames:
-                if identifier == self._control.cob_id:
-                    self._keep(self.controls, int(self._control.decode(data)['controlword']))
-                elif identifier == self._status.cob_id:
-                    self._keep(self.states, masked(int(self._status.decode(data)['statusword'])))
-                elif identifier == 0x701:
-                    self.beaten = True
-                elif identifier == NMT_ID:
-                    self.managed.append(data)
-                elif identifier == 0x581 and data[1:3] == b'\x41\x60':
-                    self._answer.append(masked(int.from_bytes(data[4:6], 'little')))
+    def _look(self, identifier: int, data: bytes) -> None:
+        if identifier == self._control.cob_id:
+            self._keep(self.controls, int(self._control.decode(data)['controlword']))
+        elif identifier == self._status.cob_id:
+            self._keep(self.states, masked(int(self._status.decode(data)['statusword'])))
+        elif identifier == 0x701:
+            self.beaten = True
+        elif identifier == NMT_ID:
+            self.managed.append(data)
+        elif identifier == 0x581 and data[1:3] == b'\x41\x60':
+            self._answer.append(masked(int.from_bytes(data[4:6], 'little')))
 
     @staticmethod
     def _keep(kept: list[int], value: int) -> None:
@@ -86,12 +75,6 @@ class CanWatcher:
         assert self.controls[self.controls.index(0x02):] in ([0x02], [0x02, 0x00]), told
         assert self.states[-1] == DISABLED, told
         assert not turns or QUICK_STOP in self.states, told
-
-    def close(self) -> None:
-        """Leave the bus."""
-        self._stop.set()
-        self._thread.join(5.0)
-        self.wire.bus.shutdown()
 
 
 def masked(statusword: int) -> int:

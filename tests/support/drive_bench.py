@@ -12,11 +12,11 @@ from contextlib import contextmanager
 import itertools
 from pathlib import Path
 from struct import unpack_from
-from threading import Event, Thread
+from threading import Thread
 from time import time_ns
 from typing import Any
 
-from can import CanError
+from bus_listener import BusListener
 from driver_bench import wait_for
 import numpy as np
 
@@ -124,30 +124,21 @@ _MEANINGS = {'odrive': _odrive, 'robstride': _robstride, 'cybergear': _robstride
              'cubemars': _cubemars, 'moteus': _moteus}
 
 
-class Wiretap:
+class Wiretap(BusListener):
     """Keeps what the bus of a drive says, each meaning once as it changes."""
 
     def __init__(self, name: str, channel: str) -> None:
         self.name = name
-        self.wire = Wire(open_bus(BusSettings('unix_bus', channel), 20.0))
         self.said: list[str] = []
         self.counts: dict[str, int] = {}
-        self._stop = Event()
-        self._thread = Thread(target=self._listen, daemon=True)
-        self._thread.start()
+        super().__init__(channel, self._take)
 
-    def _listen(self) -> None:
-        while not self._stop.is_set():
-            try:
-                frames = self.wire.recv(0.05)
-            except CanError:
-                return
-            for identifier, data in frames:
-                said = meaning(self.name, identifier, data)
-                if said:
-                    self.counts[said] = self.counts.get(said, 0) + 1
-                    if self.said[-1:] != [said]:
-                        self.said.append(said)
+    def _take(self, identifier: int, data: bytes) -> None:
+        said = meaning(self.name, identifier, data)
+        if said:
+            self.counts[said] = self.counts.get(said, 0) + 1
+            if self.said[-1:] != [said]:
+                self.said.append(said)
 
     def fail(self, code: int) -> None:
         """Make the emulated drive fail with a code of its own."""
@@ -155,12 +146,6 @@ class Wiretap:
             self.wire.send([(0x601, b'\x2b\x11\x20\x00' + code.to_bytes(4, 'little'))])
         else:
             self.wire.send([(FAIL_ID, code.to_bytes(4, 'little'))])
-
-    def close(self) -> None:
-        """Leave the bus."""
-        self._stop.set()
-        self._thread.join(5.0)
-        self.wire.bus.shutdown()
 
 
 class Link:

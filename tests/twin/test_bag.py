@@ -73,8 +73,9 @@ def write_by_rosbags(path: Path, sequences: dict[str, list[int]], size: int = 1,
                                          typestore=types)
             for number, k in enumerate(order):
                 field = SAMPLE_TOPICS[topic][1][0]
-                data = message(types, kind, k, stamp(k) if not isinstance(stamp, list)
-                               else stamp[number], size, period=period(k),
+                at = stamp[topic] if isinstance(stamp, dict) else stamp
+                instant = at[number] if isinstance(at, list) else at(k)
+                data = message(types, kind, k, instant, size, period=period(k),
                                **{field: k + np.arange(size) * 1.0})
                 bag.write(channel, number, data)
 

@@ -71,6 +71,40 @@ def test_it_splits_where_the_driver_was_restarted(tmp_path):
         read_recording(tmp_path / 'b', stretch=2)
 
 
+def lives(*runs):
+    """Return numbers and stamps of drivers that were started at an ms each, by topic."""
+    orders, stamps = {}, {}
+    for topic in SAMPLE_TOPICS:
+        heard = [(start, k) for start, numbers, topics in runs if topic in topics for k in numbers]
+        orders[topic] = [k for _, k in heard]
+        stamps[topic] = [(start + k) * 10**6 for start, k in heard]
+    return orders, stamps
+
+
+def test_it_leaves_a_driver_out_that_was_heard_on_one_topic_before_it_ended(tmp_path):
+    orders, stamps = lives((0, range(1000, 1040), ('current',)),
+                           (2000, range(20, 120), SAMPLE_TOPICS))
+    write_by_rosbags(tmp_path / 'b', orders, stamp=stamps)
+    again = read_recording(tmp_path / 'b')
+    assert len(again) == 100 and again.sequence == 20 and again.start == 2.02
+    assert all(np.isfinite(again[name]).all() for name in ('motor_position', 'torque', 'current'))
+    assert any('40 samples of a driver that was heard on /current alone are left out' in warning
+               for warning in again.warnings)
+
+
+def test_it_never_joins_samples_of_two_drivers_by_their_numbers(tmp_path):
+    orders, stamps = lives((0, range(100), ('encoder', 'torque')), (2000, range(90), ('current',)),
+                           (4000, range(30), SAMPLE_TOPICS))
+    write_by_rosbags(tmp_path / 'b', orders, stamp=stamps)
+    again = read_recording(tmp_path / 'b')
+    assert (len(again), again.start) == (30, 4.0)
+    assert np.array_equal(again['motor_position'], again['current'])
+    orders, stamps = lives((0, range(100), ('encoder', 'torque')), (2000, range(90), ('current',)))
+    write_by_rosbags(tmp_path / 'apart', orders, stamp=stamps)
+    with pytest.raises(BagError, match='the topics have no time in common: .*/current from 2.000'):
+        read_recording(tmp_path / 'apart')
+
+
 def test_it_asks_which_of_several_rigs(tmp_path):
     with BagWriter(tmp_path / 'b') as bag:
         for rig in ('rig1', 'rig2'):

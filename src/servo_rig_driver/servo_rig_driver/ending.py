@@ -18,6 +18,9 @@ from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 LOOKS = 0.1  # s between two looks at the parent, and at a signal where nothing else happens
+if 'SERVO_PARENT' in os.environ:
+    # started by us: until somebody takes the signals, SIGINT ends it as SIGTERM does, in silence
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 PARENT = int(os.environ.pop('SERVO_PARENT', os.getppid()))
 """
 The process that started this one, which may end at any time: as it said itself where it is ours,

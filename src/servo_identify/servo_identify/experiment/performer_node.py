@@ -14,14 +14,15 @@ import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
+from servo_twin.nodes.ros_start import start_ros
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
 from .procedures import Run
+from .run_clock import RunClock
 from .run_limits import Guard, LimitError, Limits
 from .setpoint_profiles import ACCELERATION, eased
 
@@ -29,6 +30,7 @@ BLOCK = 0.1  # s of set-points in one message
 AHEAD = 0.2  # s that a block leaves before its first instant
 SETTLE = 0.1  # s that is recorded behind the last set-point
 STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
+STEP = 0.1  # s by which the wall clock may be set during a run
 SILENCE = 0.3  # s without a load angle after which the rig is taken for lost
 HOMING = 0.3  # rad/s
 CLOSE = 0.02  # rad from where the experiment began that need no way home
@@ -51,7 +53,7 @@ class Performer(Node):
     """
 
     def __init__(self, namespace: str, limits: Limits) -> None:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        start_ros()
         super().__init__('experiment', namespace=namespace)
         self.limits = limits
         self.period = self._heard = 0.0
@@ -130,11 +132,11 @@ class Performer(Node):
         """Brake where a loop can do it, then switch off until the load stands still."""
         self._watching = False
         if self._moving and not self.trouble.startswith(_UNLOOPED):
-            self._say('velocity', np.zeros(round(0.4 / self.period)), True)
+            self._say('velocity', np.zeros(round(0.4 / self.period)))
             self._wait(lambda: abs(self.guard.speed) < 0.01, 0.4)
         until = monotonic() + 3.0
         while self._moving and monotonic() < until:
-            self._say('off', np.zeros(1), True)
+            self._say('off', np.zeros(1))
             if self._wait(self.guard.at_rest, 0.05):
                 self._wait(lambda: False, SETTLE)
                 break
@@ -144,15 +146,17 @@ class Performer(Node):
               told: Callable[[float], None]) -> None:
         self._heed()
         size, sent = max(1, round(BLOCK / self.period)), 0
-        start = self._now() + round(AHEAD * SECOND)
+        clock = RunClock(self._now)
+        start = clock.now() + round(AHEAD * SECOND)
         end = start + round(len(reference) * self.period * SECOND)
         self.trouble, self._watching, self._moving, self._heard = '', True, True, monotonic()
         try:
-            while self._now() < end + SETTLE * SECOND:
+            while (now := clock.now()) < end + SETTLE * SECOND:
+                if abs(stepped := clock.stepped()) > STEP:  # the driver takes nothing any more
+                    raise Stopped(f'the clock was set by {stepped:+.1f} s')
                 while sent < len(reference):
                     instant = start + round(sent * self.period * SECOND)
-                    late = (self._now() - instant) / SECOND
-                    if late < -AHEAD:
+                    if (late := (now - instant) / SECOND) < -AHEAD:
                         break
                     if late > STOOD_STILL:  # the motor would begin in the middle of its motion
                         raise Stopped(f'this process stood still for {late:.1f} s')
@@ -161,7 +165,7 @@ class Performer(Node):
                     sent += size
                 self._wait(lambda: bool(self.trouble or self._interrupted), BLOCK / 2.0)
                 self._heed()
-                told(min(1.0, max(0.0, 1.0 - (end - self._now()) / (end - start))))
+                told(min(1.0, max(0.0, 1.0 - (end - now) / (end - start))))
         except Stopped:
             self.rest()
             raise
@@ -175,17 +179,16 @@ class Performer(Node):
         if self.trouble or self._interrupted:
             raise Stopped(self.trouble or self._interrupted)
 
-    def _say(self, mode: str, reference: np.ndarray, unloaded: bool) -> None:
+    def _say(self, mode: str, reference: np.ndarray) -> None:
         kind = _MODES.get(mode, Command.OFF)
-        self._publish(kind, self._now(), reference, np.zeros(len(reference)) if unloaded else None)
+        self._publish(kind, self._now(), reference, np.zeros(len(reference)))
 
     def _publish(self, mode: int, instant: int, reference: np.ndarray,
-                 torque: np.ndarray | None) -> None:
+                 torque: np.ndarray) -> None:
         message = Command(mode=mode, period=self.period or 1e-3)
         message.header.stamp = to_time(instant)
         message.reference = array('d', reference.astype(float).tobytes())
-        if torque is not None:
-            message.external_torque = array('d', torque.astype(float).tobytes())
+        message.external_torque = array('d', torque.astype(float).tobytes())
         self._command.publish(message)
 
     def _encoder(self, message: Encoder) -> None:

@@ -24,7 +24,6 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from rclpy.signals import SignalHandlerOptions
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
 
@@ -33,6 +32,7 @@ from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import Level, RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
+from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import adapter_parameters
 from .mapped_columns import MappedColumns, MappingError, read_mapping
@@ -187,7 +187,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the adapter until told to stop; 2: a bad parameter or mapping."""
     sys.setswitchinterval(5e-4)
     ending = Ending()
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(arguments)
     try:
         node = Adapter()
     except (InvalidParameterValueException, InvalidParameterTypeException, MappingError) as error:

@@ -24,7 +24,6 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
@@ -38,6 +37,7 @@ from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from ..node_help import asked_for_help
+from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
@@ -288,7 +288,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(5e-4)
     ending = Ending()
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(arguments)
     try:
         node = Driver()
     except (InvalidParameterValueException, InvalidParameterTypeException) as error:

@@ -7,7 +7,8 @@ The player: drives a rig by the set-points of one excitation family, then stops.
 It waits until the rig's samples come, sends its set-points in blocks a little ahead of their
 instants, and leaves. Whoever ends it early leaves the rig with what is left of one block. One that
 stood still, as when it was stopped or the machine slept, ends: the motor came to zero meanwhile,
-and would begin again in the middle of a motion.
+and would begin again in the middle of a motion. So does one whose wall clock is set meanwhile: the
+driver takes no set-point any more whose stamp means another instant than it says.
 """
 
 from __future__ import annotations
@@ -15,25 +16,30 @@ from __future__ import annotations
 import argparse
 from array import array
 import sys
+from time import monotonic
 
 import numpy as np
 import rclpy
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from servo_twin_msgs.msg import Command, Encoder
 
 from ..driver import message_conversion as conversion
 from ..driver.setpoints import Mode, SECOND
+from ..driver.steady_clock import SteadyClock
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
+from ..ros_start import start_ros
 from ..timer_clock import STEADY
 
 BLOCK = 0.2  # s of set-points in one message
 AHEAD = 0.3  # s that a block leaves before its first instant
 STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
+TAKEN = 1.0  # s for the driver to take the last set-point of one that ends early
+STEP = 0.1  # s by which the wall clock may be set meanwhile
 
 
 class Player(Node):
@@ -44,11 +50,12 @@ class Player(Node):
         super().__init__('player')
         self.heard = False
         self.sent = 0
-        self.late = 0.0
+        self.trouble = ''
         self._ended = False
         self._mode, self._period = mode, period
         self._reference, self._torque = reference, external_torque
         self._start = 0
+        self._steady = SteadyClock(self._ros_now)
         reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self._topic = self.create_publisher(Command, 'command', reliable)
         self._samples = self.create_subscription(Encoder, 'encoder', self._hear, reliable)
@@ -63,6 +70,9 @@ class Player(Node):
         return self._start + round(number * self._period * SECOND)
 
     def _now(self) -> int:
+        return self._steady.now()
+
+    def _ros_now(self) -> int:
         return self.get_clock().now().nanoseconds
 
     def _hear(self, message: Encoder) -> None:
@@ -72,7 +82,15 @@ class Player(Node):
     def _play(self) -> None:
         if not self.heard or not self._topic.get_subscription_count():
             return
-        self._start = self._start or self._now() + round(AHEAD * SECOND)
+        if not self._start:
+            self._steady = SteadyClock(self._ros_now)
+            self._start = self._now() + round(AHEAD * SECOND)
+        stepped = self._steady.stepped() / SECOND
+        if abs(stepped) > STEP:
+            self.trouble = f'the clock was set by {stepped:+.1f} s'
+            self._switch_off(self._now())
+            self._topic.wait_for_all_acked(Duration(seconds=TAKEN))
+            return
         size = max(1, round(BLOCK / self._period))
         while self.sent < len(self._reference):
             instant = self._instant(self.sent)
@@ -80,7 +98,7 @@ class Player(Node):
             if late < -AHEAD:
                 return
             if late > STOOD_STILL:
-                self.late = late
+                self.trouble = f'stood still for {late:.1f} s'
                 return
             part = slice(self.sent, self.sent + size)
             message = Command(mode=int(self._mode), period=self._period)
@@ -90,10 +108,13 @@ class Player(Node):
             self._topic.publish(message)
             self.sent += len(message.reference)
         if not self._ended:
-            off = Command(mode=int(Mode.OFF), reference=[0.0])
-            off.header.stamp = conversion.to_time(self._instant(self.sent))
-            self._topic.publish(off)
+            self._switch_off(self._instant(self.sent))
             self._ended = True
+
+    def _switch_off(self, instant: int) -> None:
+        off = Command(mode=int(Mode.OFF), reference=[0.0])
+        off.header.stamp = conversion.to_time(instant)
+        self._topic.publish(off)
 
 
 def eased(wave: np.ndarray, period: float) -> np.ndarray:
@@ -128,21 +149,19 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     mode = Mode[(options.mode or chosen.mode).upper()]
     ending = Ending()
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(arguments)
     node = Player(mode, options.period, eased(reference, options.period),
                   eased(torque, options.period))
-    begin = node.get_clock().now()
+    begin = monotonic()
     try:
         while not node.done:
             rclpy.spin_once(node, timeout_sec=0.2)
             if ending.asked:
                 return 130
-            if node.late:
-                print(f'player: stood still for {node.late:.1f} s; the rest is not played',
-                      file=sys.stderr)
+            if node.trouble:
+                print(f'player: {node.trouble}; the rest is not played', file=sys.stderr)
                 return 1
-            if not node.sent and (node.get_clock().now() - begin).nanoseconds > (
-                    options.wait * SECOND):
+            if not node.sent and monotonic() - begin > options.wait:
                 print(f'player: no rig took a set-point within {options.wait:g} s: '
                       + ('its driver does not listen' if node.heard else 'no samples came'),
                       file=sys.stderr)

@@ -25,7 +25,6 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import String
 
@@ -33,6 +32,7 @@ from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
 from ..node_help import asked_for_help
+from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from .growing_bag import RecordingFile
 from .recorder_parameters import declare, EVENT, topics_of
@@ -215,7 +215,7 @@ def main() -> int:
     if asked_for_help('recorder', __doc__, 'config/recorder.yaml'):
         return 0
     ending = Ending()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    start_ros()
     try:
         node = Recorder()
     except (ValueError, OSError) as error:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .bag_writing import BagError
+from .driver_lives import lives
 from .mcap_reading import DAMAGE
 from .message_columns import decode, Run
 from .message_definitions import embedded_types
@@ -99,8 +100,7 @@ class RigSamples:
         self._said: list[str] = []
         self.constants: dict[str, Any] = {}
         try:
-            parts = {item.topic: stretches(item) for item in self._tracks()}
-            self._chosen = _choose(parts, stretch, self._said)
+            self._chosen = _choose(lives(self._tracks(), self._said), stretch, self._said)
             self.sequence, self.end, self.stamp = join(self._chosen, [])
         except TimeError as error:
             raise BagError(f'{source.path}: {error}') from None
@@ -224,19 +224,14 @@ class RigSamples:
                 yield from pool.map(function, pieces[at:at + _BATCH * self._cores])
 
 
-def _choose(parts: dict[str, list[Track]], stretch: int | None,
-            warnings: list[str]) -> list[Track]:
-    counts = {topic: len(items) for topic, items in parts.items()}
-    if len(set(counts.values())) > 1:
-        raise TimeError(f'sequence numbers start again a different number of times: {counts}')
-    count = max(counts.values())
-    if stretch is not None and not 0 <= stretch < count:
-        raise TimeError(f'stretch = {stretch} is outside of [0, {count - 1}]')
-    if count == 1:
-        return [items[0] for items in parts.values()]
-    sizes = [min(items[k].size for items in parts.values()) for k in range(count)]
+def _choose(known: list[list[Track]], stretch: int | None, warnings: list[str]) -> list[Track]:
+    if stretch is not None and not 0 <= stretch < len(known):
+        raise TimeError(f'stretch = {stretch} is outside of [0, {len(known) - 1}]')
+    if len(known) == 1:
+        return known[0]
+    sizes = [min(part.size for part in life) for life in known]
     if stretch is None:
         stretch = int(np.argmax(sizes))
         warnings.append(f'the driver was restarted while recording: stretches of {sizes} samples; '
                         f'number {stretch} is read')
-    return [items[stretch] for items in parts.values()]
+    return known[stretch]

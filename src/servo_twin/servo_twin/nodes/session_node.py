@@ -13,9 +13,9 @@ import rclpy
 from rclpy.client import Client
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from .heard_health import HeardHealth
+from .ros_start import start_ros
 
 CONFIGURE = Transition.TRANSITION_CONFIGURE
 ACTIVATE = Transition.TRANSITION_ACTIVATE
@@ -34,7 +34,7 @@ class Session(Node):
     """
 
     def __init__(self, namespace: str) -> None:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        start_ros()
         super().__init__('session', namespace=namespace)
         health = HeardHealth(namespace)
         self.facts, self.sentences, self.levels = health.facts, health.sentences, health.levels

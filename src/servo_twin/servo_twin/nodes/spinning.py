@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import rclpy
-from rclpy.signals import SignalHandlerOptions
-
 from .ending import Ending
+from .ros_start import start_ros
 
 
 def started(arguments: list[str] | None = None) -> Ending:
     """Start ROS without its own signal handlers and return who takes the signals instead."""
     ending = Ending()
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(arguments)
     return ending
 
 
