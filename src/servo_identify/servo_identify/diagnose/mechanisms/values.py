@@ -71,9 +71,11 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
                                  form=_line(path, mechanism))
         if one:
             yield one
-        if one and path in DRIFTING:
+        # on one shaft it is the load that is picked up or linked, not the rotor
+        rotor = path == INERTIAS[0] and not servo.mechanism.compliant
+        if one and path in DRIFTING and not rotor:
             yield from filter(None, (_drifting(builder, path, step, mechanism),))
-        if one and path in INERTIAS:
+        if one and path in INERTIAS and not (rotor and servo.numbers['mechanism.ratio'] == 1.0):
             yield from filter(None, (_linked(builder, path, mechanism, orders)
                                      for orders in LINKED))
 

@@ -17,6 +17,8 @@ import numpy as np
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
+from ..mechanisms.values import FAR
+from ..residuals.nuisance import value_of
 from .bounded_least_squares import every_least
 from .regression import FOLDS, Regression, solve, Sums
 
@@ -57,7 +59,7 @@ class Fitted:
     counts observations;
     ``weight`` (equations, families) of the groups; ``doubt`` by equation how many samples
     count as one observation; ``numbers`` amplitudes at work, shapes searched and tolerances used
-    up; ``cost`` of these, as Schwarz has it.
+    up; ``cost`` of these, as Schwarz has it; ``far`` that of values far from the file's, in it.
     """
 
     choice: Choice
@@ -69,6 +71,7 @@ class Fitted:
     doubt: np.ndarray
     numbers: float
     cost: float
+    far: float
 
     @property
     def total(self) -> float:
@@ -161,7 +164,7 @@ class Fits:
         held_out = products.errors(there[regression.fold])
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(used.sum())
-        count, at = float(used.sum()), len(kept)
+        count, far, at = float(used.sum()), 0.0, len(kept)
         for number in choice.numbers:
             one = regression.hypotheses[number]
             mine = slice(at, at + one.columns.size)
@@ -171,9 +174,10 @@ class Fits:
             more = self._amplitudes(one, working)
             count += more
             cost += 0.5 * np.log(max(2, regression.blocks)) * more
+            far += self._far(one, float(values[1:][mine][0]))
         each = self.observations if choice.members else 1.0 / doubt
         return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each), weight,
-                      doubt, count, float(cost))
+                      doubt, count, float(cost + far), far)
 
     @staticmethod
     def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
@@ -181,6 +185,18 @@ class Fits:
         shared = one.signs == 1  # which of these work is a choice too, also where one does alone
         searched = 1 + len(one.detail) if one.tried > 1 else 0
         return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched
+
+    def _far(self, one: Hypothesis, amplitude: float) -> float:
+        """
+        Return what it costs that a value of the file is another, nats; 0.0 for what is none.
+
+        A data sheet is right within a factor, as likely more as less: of two values that would do
+        alike the one that is off less in proportion is the likelier.
+        """
+        samples = self.regression.samples
+        given = samples.servo.numbers.get(one.path, 0.0)
+        ratio = value_of(samples, one.path, amplitude) / given if given else 0.0
+        return 0.5 * (SURE * np.log(ratio) / np.log(FAR)) ** 2 if ratio > 0.0 else 0.0
 
     @staticmethod
     def doubts(doubt: np.ndarray, sums: Sums, columns: np.ndarray) -> np.ndarray:

@@ -177,7 +177,7 @@ class Search(Significance):
         """
         left = np.log(np.maximum(self.groups(fit.held_out), 1e-12))
         return float(0.5 * (self._blocks_of * left).sum()
-                     + 0.5 * np.log(max(2, self.regression.blocks)) * fit.numbers)
+                     + 0.5 * np.log(max(2, self.regression.blocks)) * fit.numbers + fit.far)
 
     def _nameless(self, fit: Fitted) -> int:
         """How many members of a set have no name."""
