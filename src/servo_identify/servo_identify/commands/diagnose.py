@@ -148,7 +148,8 @@ def _show(report, console: Console) -> None:
                       f'{100 * one.share:.0f} %' if seen else '-', one.verdict)
     console.print(where)
     if report.which:
-        which = Table('effect', 'at', 'as far as', 'values', 'shrink', 'or', title='Which')
+        which = Table('effect', 'at', 'known (confidence)', 'values', 'shrink', 'or else',
+                      title='Which')
         for one in report.which:
             values = ', '.join(f'{n} {v["value"]:.4g} {v["unit"]}'
                                for n, v in one.parameters.items() if '[' not in n)
@@ -179,3 +180,7 @@ def _show_next(report, console: Console) -> None:
                          for name, v in value['values'].items())
         console.print(f'To tell {" from ".join(following["separates"])}, measure '
                       f'{value["parameter"]}: {told}.', highlight=False)
+    elif following.get('separates'):
+        console.print(f'No motion that this rig was seen to do tells '
+                      f'{" from ".join(following["separates"])}: let it do more (--reach), or add '
+                      'a sensor between them.', highlight=False)

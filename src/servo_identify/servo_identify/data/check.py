@@ -198,8 +198,10 @@ def _channels(surveys: Sequence[Survey]) -> list[Finding]:
         found.append(Finding('amber', 'Without the current, drive and motor cannot be told '
                              'apart.', 'record the motor current'))
     if not all_have('voltage'):
-        found.append(Finding('amber', 'Without the command (voltage) the twin cannot be driven.',
-                             'record what the drive received'))
+        found.append(Finding('amber', 'Without the command (voltage) nothing can be said about '
+                             'the drive; the measured current drives the twin.' if all_have(
+                                 'current') else 'Without the command (voltage) the twin cannot '
+                             'be driven.', 'record what the drive received'))
     if not all_have('torque'):
         found.append(Finding('amber', 'Without a torque sensor, friction of motor and load cannot '
                              'be told apart, nor a torque constant from inertias and friction.',

@@ -132,8 +132,9 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
         raise ValueError(f'{path}: no number stands in {" or ".join(empty)}' if empty else
                          f'{path} has neither motor_position nor load_position; it has {have}')
     if 'voltage' not in have:
-        warnings.append('there is no voltage, the command that the drive received: a twin cannot '
-                        'be driven by this recording')
+        drives = ('the measured current drives the twin' if 'current' in have else
+                  'a twin cannot be driven by this recording')
+        warnings.append(f'there is no voltage, the command that the drive received: {drives}')
     for name in have:
         if name in seen.infinite:
             raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}')

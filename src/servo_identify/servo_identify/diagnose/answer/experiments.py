@@ -54,7 +54,9 @@ def next_experiment(evidence: Evidence, reach: Mapping[str, float]) -> dict[str,
 def _of_pair(evidence: Evidence, one: Finding, rival: Rival, reach: Mapping[str, float]
              ) -> dict[str, Any]:
     """Return what to record next to tell a finding from a rival."""
-    pair = [one.part.mechanism.name, rival.mechanism.name]
+    two = one.part.mechanism, rival.mechanism
+    same = two[0].name == two[1].name  # then it is the place that is not told
+    pair = [mechanism.label if same else mechanism.name for mechanism in two]
     other = _other(evidence, one, rival)
     if other is None:
         return {'separates': pair, 'family': '', 'settings': {}}

@@ -132,7 +132,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         return _placed(part, waves, site, taken)
     if 'way' in one.detail and part.curve is not None:
         return _placed(part, one_way(part.curve, one.detail['way']), site, taken)
-    same = direct(part, one, servo)
+    same = direct(part, one)
     if same:
         return _placed(part, [same], site, taken)
     if name == UNKNOWN and part.mechanism.port == 'sensor':

@@ -14,7 +14,7 @@ from .certainty import signed, spread, within_spread
 from .handover import Handover
 from .shortened import judging, shortened
 from .simulated_gap import Diverged, refitted
-from .trial import alike, built, everywhere, left_out, Trial, Tried
+from .trial import alike, built, everywhere, left_out, Trial, Tried, vanished
 
 
 def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
@@ -66,6 +66,12 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             warnings.append(f'{best.added[known].part.mechanism.label} is not taken: its value '
                             'lies within the tolerance of the servo file')
             added = left_out(best.added, known)
+            continue
+        gone = vanished(best, best.estimate or joint)
+        if gone is not None:
+            warnings.append(f'{best.added[gone].part.mechanism.label} is not taken: the '
+                            'simulation leaves nothing of it')
+            added = left_out(best.added, gone)
             continue
         needless = _needless(best, moved, trial)
         if needless is None:

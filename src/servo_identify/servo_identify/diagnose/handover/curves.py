@@ -134,13 +134,13 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
             return [whole]
         named = {'backlash': np.full(len(curve.x), common)}
     elif one.mechanism.name == SPEED_FRICTION:
-        named = _over_speed(curve, bool(_value(found, 'viscous_friction', one.mechanism.site)))
+        named = _over_speed(curve, _own(found, one.mechanism.site))
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and (
             'way' not in one.detail):
         named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
                  'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
-        named = _over_load(curve)
+        named = _over_load(curve, _own(found, one.mechanism.site))
     elif one.mechanism.name == 'position_dependent_friction':
         common = _common(curve)
         if abs(common) < WORTH * curve.size():
@@ -169,6 +169,13 @@ def _value(found: Explained, name: str, site: str) -> Placed | None:
     return several[0] if several else None
 
 
+def _own(found: Explained, site: str) -> set[str]:
+    """Return the names of the friction laws that the servo file has at a shaft (or at either)."""
+    either = 'torque' in found.samples.present
+    return {placed.effect.name for placed in found.samples.servo.effects
+            if placed.effect.port == 'friction' and (either or placed.site == site)}
+
+
 def _of_file(found: Explained, part: Part) -> Part:
     """Return a part as a change of a value, where the servo file has its law there."""
     known = _value(found, part.mechanism.name, part.mechanism.site)
@@ -189,41 +196,40 @@ def _common(curve: Curve) -> float:
     return float(max(0.0, low) + min(0.0, high))
 
 
-def _over_speed(curve: Curve, less: bool) -> dict[str, np.ndarray]:
+def _over_speed(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
     """
     Return what each friction law over speed takes of a curve.
 
-    ``less``: the servo file has viscous friction there, and may have too much of it.
+    ``less`` are those that the servo file has there, and may have too much of.
     """
     speed, top = curve.x, float(np.max(curve.x)) or 1.0
     falls = np.geomspace(0.02, 0.5, BELLS) * top
     return _amounts(curve, {
         'coulomb_friction': np.ones((len(speed), 1)),
-        'viscous_friction': speed[:, None] / top * ([1.0, -1.0] if less else [1.0]),
+        'viscous_friction': speed[:, None] / top,
         'quadratic_drag': (speed[:, None] / top) ** 2,
-        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)})
+        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}, less)
 
 
-def _over_load(curve: Curve) -> dict[str, np.ndarray]:
+def _over_load(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
     """Return what of a curve over the load is there without any, and what grows with it."""
     share = np.abs(curve.x) / (float(np.max(np.abs(curve.x))) or 1.0)
     return _amounts(curve, {
         'coulomb_friction': np.ones((len(share), 1)),
-        'load_dependent_friction': share[:, None] ** GROWTH})
+        'load_dependent_friction': share[:, None] ** GROWTH}, less)
 
 
-def _amounts(curve: Curve, tables: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return what each of some laws takes of a curve: amounts of one sign."""
-    table = np.hstack(list(tables.values()))
+def _amounts(curve: Curve, tables: dict[str, np.ndarray], less: Collection[str]
+             ) -> dict[str, np.ndarray]:
+    """Return what each of some laws takes of a curve: what resists, or of ``less`` too much."""
+    signs = {name: (1.0, -1.0)[:1 + (name in less)] for name in tables}
+    table = np.hstack([sign * some for name, some in tables.items() for sign in signs[name]])
     sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
-    tried = []
-    for sign in (1.0, -1.0):
-        amounts, left = nnls(table * sure[:, None], sign * curve.y * sure)
-        tried.append((left, sign * amounts))
-    best = min(tried, key=lambda pair: pair[0])[1]
+    amounts, _ = nnls(table * sure[:, None], curve.y * sure)
     found, at = {}, 0
     for name, some in tables.items():
-        mine = slice(at, at + some.shape[1])
-        at = mine.stop
-        found[name] = some @ best[mine]
+        found[name] = np.zeros(len(curve.y))
+        for sign in signs[name]:
+            found[name] += sign * some @ amounts[at:at + some.shape[1]]
+            at += some.shape[1]
     return found

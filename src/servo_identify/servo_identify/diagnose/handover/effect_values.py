@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Servo, Value
+from servo_twin.physics.servo import Value
 
 from ..decisions import FORM, WORTH
 from ..mechanisms.hypothesis import Hypothesis
@@ -33,7 +33,7 @@ def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     return of_orders(find(law), tuple(knots[at][there]), part.amplitudes[at][there])
 
 
-def direct(part: Part, one: Hypothesis, servo: Servo) -> Formed | None:
+def direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
     fixed: dict[str, Value] = {}
@@ -60,7 +60,7 @@ def direct(part: Part, one: Hypothesis, servo: Servo) -> Formed | None:
         values = {'width': part.curve.y[-1] if one.mechanism.name == name and (
             part.curve is not None) else float(a[0])}
     elif one.detail.get('law') == 'drive_dead_time':
-        values = {'loss': float(a.sum()) / servo.numbers['drive.resistance']}
+        values = {'loss': float(a.sum()) / one.detail['resistance']}
     elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
         values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
         fixed = {'excess': 0.0, 'reference': one.detail['mean']}

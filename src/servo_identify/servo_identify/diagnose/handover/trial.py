@@ -12,8 +12,9 @@ from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
-from ..decisions import WORTH
+from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
+from .certainty import spread
 from .cut import Cut
 from .gap import Gap, shrink_interval
 from .simulated_gap import Diverged, simulated
@@ -111,6 +112,28 @@ def _nearer(before: Gap | None, after: Gap | None) -> bool:
         return False
     several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
     return all(after.total(blocks) <= before.total(blocks) for blocks in several)
+
+
+def vanished(best: Tried, joint: Estimate | None) -> int | None:
+    """Return which effect a fit leaves at nothing beside its error or the margin, if one."""
+    stds = spread(best.added, joint) if joint is not None else {}
+    for number, one in enumerate(best.added):
+        sizes = []
+        for placed in one.placed:
+            for name in placed.effect.amplitudes():
+                path = f'effects.{placed.name}.{name}'
+                off = placed.effect.parameters[name].off or 0.0
+                for k, value in enumerate(np.atleast_1d(one.values.get(path, off))):
+                    std = stds.get(path, stds.get(f'{path}[{k}]', 0.0))
+                    sizes.append((abs(float(value) - off), WORTH * std))
+        if not one.placed:  # values of the file: how far they are from it
+            given = best.base.numbers
+            sizes = [(abs(float(value) - given[path]), PRACTICAL * abs(given[path]))
+                     for path, value in one.values.items()
+                     if isinstance(value, float) and path in given]
+        if sizes and all(size <= least for size, least in sizes):
+            return number
+    return None
 
 
 def left_out(added: tuple[Added, ...], number: int) -> tuple[Added, ...]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from servo_twin.physics.motion_evaluation import EVALUATED
+
 from ..decisions import OPEN
 from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
@@ -68,6 +70,25 @@ class Builder:
         return Hypothesis(mechanism, columns.only(kept), np.asarray(signs)[kept],
                           knots=tuple(knots), form=form and form.only(kept), room=(low, high),
                           **more)
+
+    def rubbing(self, site: str, of: Series, edges: np.ndarray) -> np.ndarray:
+        """
+        Return the friction of the file about each edge of a variable, N m at the shaft.
+
+        It is what may be too much there: friction that is less than none would drive. In the
+        balance of both shafts the two are one.
+        """
+        most, ratio = np.zeros(len(edges)), self.samples.servo.numbers['mechanism.ratio']
+        for one in self.samples.errors:
+            out = np.abs(one.evaluated(one.servo.theta, one.motion))
+            motor, load = (out[:, EVALUATED.index(f'{shaft}_resistance')]
+                           for shaft in ('motor', 'load'))
+            own = motor if site == 'motor' else load
+            if 'torque' in self.samples.present:
+                own = motor + load / ratio if site == 'motor' else load + motor * ratio
+            near = np.abs(of(one)[:, None] - edges).argmin(axis=1)
+            np.maximum.at(most, near, own)
+        return most
 
     def known(self, port: str) -> bool:
         """Whether the servo has an effect at a port."""

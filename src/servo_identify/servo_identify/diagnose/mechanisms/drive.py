@@ -85,7 +85,8 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
 
 def _dead_time(builder: Builder, top: float) -> Hypothesis | None:
     """Volts that a bridge loses by the sign of its current while neither switch is on."""
-    if 'drive.resistance' not in builder.samples.servo.numbers or not builder.scales.current:
+    resistance = builder.samples.servo.numbers.get('drive.resistance')
+    if not resistance or not builder.scales.current:
         return None
     knees = tuple(share * builder.scales.current for share in KNEES)
     mechanism = Mechanism('drive_dead_band', 'drive', 'current', ('current',), 'odd')
@@ -98,7 +99,7 @@ def _dead_time(builder: Builder, top: float) -> Hypothesis | None:
     columns = _through_by(builder, several)
     form = Form('current', 'A', 'V', lambda one: one.known_current, lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
-                              detail={'law': 'drive_dead_time'})
+                              detail={'law': 'drive_dead_time', 'resistance': resistance})
 
 
 def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:

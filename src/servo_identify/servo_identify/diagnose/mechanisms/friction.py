@@ -169,12 +169,15 @@ def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
             fading.append((mean - one.motion['temperature']) / span)
         return np.column_stack(fading) * (_speed(one, site)[:, None] if viscous else 1.0)
 
+    top = builder.scales.top(f'{site}_speed')
+    known = builder.rubbing(site, lambda one: _speed(one, site), np.array([0.0, top]))
+    most = known[1] / top if viscous and top > 0.0 else known.max()  # what can fade
     unit = 'N m s/rad' if viscous else 'N m'
     form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: np.column_stack(
         [*(np.exp(-x / settling) for settling in times), *[np.zeros(len(x))] * (span > 0.0)]))
     return builder.hypothesis(
         mechanism, builder.resisting(site, budget), [1] * (len(times) + (span > 0.0)), times,
-        either=True, form=form, detail={'mean': mean, 'span': span} | (
+        either=True, form=form, room=(-most, np.inf), detail={'mean': mean, 'span': span} | (
             {'law': 'viscous_drift'} if viscous else {}))
 
 

@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from servo_twin.balances.equation_terms import UNITS
-from servo_twin.physics.motion_evaluation import EVALUATED
 
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
@@ -101,29 +100,9 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
     form = Form(variable.name, variable.unit, UNITS[equation], variable.sized,
                 lambda x: sign * hats(x, edges))
     room = ANY if known != SPEED_FRICTION else (
-        -_rubbing(builder, equation, site, variable, edges), np.inf)
+        -builder.rubbing(site, variable.sized, edges), np.inf)
     return builder.hypothesis(mechanism, columns, [0] * len(edges), edges, form=form, room=room,
                               detail={'form': 'curve', 'equation': equation})
-
-
-def _rubbing(builder: Builder, equation: str, site: str, variable: Variable,
-             edges: np.ndarray) -> np.ndarray:
-    """
-    Return the friction of the file about each knot, N m at the shaft: what may be too much.
-
-    Friction that is less than none would drive.
-    """
-    most, ratio = np.zeros(len(edges)), builder.samples.servo.numbers['mechanism.ratio']
-    for one in builder.samples.errors:
-        out = np.abs(one.evaluated(one.servo.theta, one.motion))
-        own = out[:, EVALUATED.index(f'{site}_resistance')]
-        if equation == 'torque':  # there the two shafts are one
-            other = out[:, EVALUATED.index('motor_resistance' if site == 'load' else
-                                           'load_resistance')]
-            own = own + other * (ratio if site == 'load' else 1.0 / ratio)
-        near = np.abs(variable.sized(one)[:, None] - edges).argmin(axis=1)
-        np.maximum.at(most, near, own)
-    return most
 
 
 def _port(name: str, place: str) -> str:

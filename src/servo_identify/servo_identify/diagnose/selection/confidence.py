@@ -153,15 +153,18 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     """
     Tell whether a hypothesis says the same as one of the chosen set, under another name.
 
-    It is a value of the file, or friction over speed of any form, on the same variables of the
-    same place, and does in ``fit`` the same to residuals. Two laws are two causes, though they do
-    alike: a spring is no weight, and a clearance that grows with the load no softer spring.
+    It is a value of the file (or one that hardly varies), or friction over speed of any form, on
+    the same variables of the same place, and does in ``fit`` the same to residuals. Two laws are
+    two causes, though they do alike: a spring is no weight, and a clearance that grows with the
+    load no softer spring.
     """
     regression, chosen = found.search.regression, found.explanation.smallest
     pair = [found.hypotheses[n] for n in (number, other)]
     one, two = (hypothesis.mechanism for hypothesis in pair)
     value = any(hypothesis.path for hypothesis in pair)
-    if (one.site, set(one.variables)) != (two.site, set(two.variables)) or not (
+    varies, also = set(one.variables), set(two.variables)
+    alike = varies <= also or also <= varies if value else varies == also
+    if one.site != two.site or not alike or not (
             value or SPEED_FRICTION in (one.name, two.name)):
         return False
     several = [regression.members[n] for n in (number, other)]
