@@ -67,7 +67,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                             'lies within the tolerance of the servo file')
             added = left_out(best.added, known)
             continue
-        gone = vanished(best, best.estimate or joint)
+        gone = vanished(best, several)
         if gone is not None:
             warnings.append(f'{best.added[gone].part.mechanism.label} is not taken: the '
                             'simulation leaves nothing of it')

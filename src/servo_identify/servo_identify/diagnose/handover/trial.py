@@ -8,13 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from servo_twin.physics.servo import Servo, ServoError
+from servo_twin.physics.servo import Servo, ServoError, Value
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
-from .certainty import spread
 from .cut import Cut
 from .gap import Gap, shrink_interval
 from .simulated_gap import Diverged, simulated
@@ -114,24 +113,27 @@ def _nearer(before: Gap | None, after: Gap | None) -> bool:
     return all(after.total(blocks) <= before.total(blocks) for blocks in several)
 
 
-def vanished(best: Tried, joint: Estimate | None) -> int | None:
-    """Return which effect a fit leaves at nothing beside its error or the margin, if one."""
-    stds = spread(best.added, joint) if joint is not None else {}
+def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
+    """
+    Return which effect a fit leaves nothing of, or a value of the file that it leaves, if one.
+
+    ``begun`` are the effects as the equations have them. Nothing is a share of that, or of the
+    value, that matters to nobody.
+    """
+    were = {id(one.part): one.values for one in begun}
     for number, one in enumerate(best.added):
-        sizes = []
-        for placed in one.placed:
-            for name in placed.effect.amplitudes():
-                path = f'effects.{placed.name}.{name}'
-                off = placed.effect.parameters[name].off or 0.0
-                for k, value in enumerate(np.atleast_1d(one.values.get(path, off))):
-                    std = stds.get(path, stds.get(f'{path}[{k}]', 0.0))
-                    sizes.append((abs(float(value) - off), WORTH * std))
-        if not one.placed:  # values of the file: how far they are from it
-            given = best.base.numbers
-            sizes = [(abs(float(value) - given[path]), PRACTICAL * abs(given[path]))
-                     for path, value in one.values.items()
-                     if isinstance(value, float) and path in given]
-        if sizes and all(size <= least for size, least in sizes):
+        if one.placed:
+            known: dict[str, Value] = {
+                f'effects.{placed.name}.{name}': placed.effect.parameters[name].off or 0.0
+                for placed in one.placed for name in placed.effect.amplitudes()}
+            scale = were.get(id(one.part), {})
+        else:
+            known = scale = {path: best.base.values[path] for path in one.values
+                             if path in best.base.values}
+        now = [np.abs(np.subtract(one.values.get(path, off), off)) for path, off in known.items()]
+        least = [np.abs(scale.get(path, 0.0)) for path in known]
+        if now and all(np.max(size) <= PRACTICAL * np.max(most) for size, most in zip(
+                now, least, strict=True)):
             return number
     return None
 
