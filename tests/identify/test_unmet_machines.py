@@ -12,7 +12,8 @@ from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import split
 from servo_twin.description import servo_file
-from servo_twin.recording.recording import Recording
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
+from servo_twin.recording.recording import COLUMNS, Recording
 
 HOBBY = servo_file.loads("""
 servo: hobby
@@ -89,3 +90,45 @@ def test_a_motion_that_no_other_recording_repeats_is_not_held_out():
                    one('swing', 2)], [], [])
     assert [r.name for r in parts.screen] == ['chirp_1', 'squat_1', 'swing_1']
     assert {r.name for r in (*parts.accept, *parts.report)} == {'squat_2', 'swing_2'}
+
+
+KNEE = servo_file.loads("""
+servo: knee
+step: 1.0e-4
+drive: {type: current, gain: 1.0, torque_constant: 0.091}
+mechanism: {type: rigid, rotor_inertia: 6.1e-5, load_inertia: 0.048, ratio: 9.0}
+controller: {type: impedance, kp: 60.0, kd: 1.2, kf: 1.0, command_torque: 0.819, filter: 0.001,
+             torque_limit: 30.0, on_load: 0.0}
+sensors:
+  motor_encoder: {noise: 1.0e-4}
+  current_sensor: {noise: 0.02}
+effects:
+  rubs: {effect: coulomb_friction, at: load, level: 0.35}
+  drags: {effect: viscous_friction, at: load, slope: 0.02}
+""")
+WITHIN = 20  # turns of the drive's own loop to a row
+
+
+def told(seed):
+    """Return rows of a drive whose own loop is faster, its current read as a row's target came."""
+    fine = np.arange(100_000) * 1e-4
+    rows = fine[::WITHIN]
+    place, rate = (sum(0.3 * factor(f) * wave(2.0 * np.pi * f * rows + seed) for f in (0.4, 1.3))
+                   for factor, wave in ((lambda f: 1.0, np.sin),
+                                        (lambda f: 2.0 * np.pi * f, np.cos)))
+    columns = {name: np.full(len(fine), np.nan) for name in COLUMNS}
+    columns['reference_position'] = np.repeat(place, WITHIN)
+    columns['reference_velocity'] = np.repeat(rate, WITHIN)
+    y = simulate(KNEE, inputs_of(columns), 1e-4,
+                 initial_state(KNEE, 9.0 * place[0], place[0], load_speed=rate[0]), 'closed_loop')
+    chance = np.random.default_rng(seed)
+    seen = {name: np.full(len(rows), np.nan) for name in COLUMNS}
+    seen |= {'reference_position': place, 'reference_velocity': rate,
+             'motor_position': y[::WITHIN, 0] + 1e-4 * chance.standard_normal(len(rows)),
+             'current': y[1::WITHIN, 3] + 0.02 * chance.standard_normal(len(rows))}
+    return Recording(f'swing {seed}', 1e-4 * WITHIN, seen, family='swing', digest=f'{seed:064d}')
+
+
+@pytest.mark.slow
+def test_a_current_read_as_a_target_came_is_no_friction():
+    assert named_by_equations([told(seed) for seed in (1, 2)], KNEE) == set()

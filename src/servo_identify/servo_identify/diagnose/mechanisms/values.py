@@ -10,8 +10,10 @@ import numpy as np
 from servo_twin.physics.effect import Parameter
 from servo_twin.physics.servo import Placed
 
+from ...fit.free_values import SURE
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.nuisance import amplitude_of, slope
+from ..residuals.nuisance import amplitude_of, slope, value_of
+from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .orders import hats, waves
@@ -93,7 +95,8 @@ def _drifting(builder: Builder, path: str, step: float, mechanism: Mechanism
     form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: hats(x, moments))
     return builder.hypothesis(
         replace(mechanism, variables=(*mechanism.variables, 'time')), Columns(table),
-        [1] * MOMENTS, tuple(moments), either=True, form=form, detail={'value': path})
+        [1] * MOMENTS, tuple(moments), either=True, form=form,
+        detail={'value': path, 'of': path})
 
 
 def _linked(builder: Builder, path: str, mechanism: Mechanism, orders: Sequence[float]
@@ -119,7 +122,7 @@ def _linked(builder: Builder, path: str, mechanism: Mechanism, orders: Sequence[
     return builder.hypothesis(
         replace(mechanism, variables=(*mechanism.variables, 'angle')),
         builder.place(f'{shaft}_torque', torque), [0] * 2 * len(orders),
-        tuple(np.repeat(orders, 2)), form=form, detail={'law': 'linked_inertia'})
+        tuple(np.repeat(orders, 2)), form=form, detail={'law': 'linked_inertia', 'of': path})
 
 
 def _line(path: str, mechanism: Mechanism) -> Form | None:
@@ -134,6 +137,21 @@ def _line(path: str, mechanism: Mechanism) -> Form | None:
                     lambda one: lever(one) * one.motion['load_acceleration'],
                     lambda x: -x[:, None])
     return None
+
+
+def far_off(samples: ResidualSamples, one: Hypothesis, amplitudes: np.ndarray) -> float:
+    """
+    Return what it costs that a value of the file is another, nats; 0.0 for what is none.
+
+    A data sheet is right within a factor, as likely more as less: of two values that would do
+    alike the one that is off less in proportion is the likelier. One that varies counts by its
+    mean.
+    """
+    path = one.path or one.detail.get('of', '')
+    given = samples.servo.numbers.get(path, 0.0)
+    level = amplitudes.mean() if 'time' in one.mechanism.variables else amplitudes[0]
+    ratio = value_of(samples, path, float(level)) / given if given else 0.0
+    return float(0.5 * (SURE * np.log(ratio) / np.log(FAR)) ** 2) if ratio > 0.0 else 0.0
 
 
 def default_of(parameter: Parameter) -> float:

@@ -99,17 +99,43 @@ class AlongMotion:
 
         ``shaken`` are the two angles where noise is added to them.
         """
-        measured = self.measured
-        references = np.column_stack([measured.column(name, 0.0) for name in (
-            'reference_position', 'reference_velocity', 'added_command')])
         motor, load = self._angles(self._readings) if shaken is None else shaken
-        command, x = np.empty(len(motor)), fresh_state(self._kernel)
         theta = theta.copy()
         for slot, change in (settings or {}).items():
             theta[slot] += change
+        return self._commanded(theta, motor, load, {})
+
+    def _commanded(self, theta: np.ndarray, motor: np.ndarray, load: np.ndarray,
+                   held: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the controller's output, V; ``held`` stands for references of the recording."""
+        measured = self.measured
+        references = np.column_stack([
+            held.get(name, measured.column(name, 0.0)) for name in (
+                'reference_position', 'reference_velocity', 'added_command')])
+        command, x = np.empty(len(motor)), fresh_state(self._kernel)
         self._kernel.controller_output(theta, self.servo.switches, x, references, motor, load,
                                        command, measured.period)
         return command
+
+    def current_stepped(self) -> np.ndarray | None:
+        """
+        Return by how much the current jumps as the drive takes a new row's references over, A.
+
+        At every sample; None where the command was recorded, or nothing is known of the loop.
+        """
+        measured, has = self.measured, self.measured.recording.has
+        refers = [name for name in ('reference_position', 'reference_velocity') if has(name)]
+        if 'voltage' in measured.channels or 'current' not in measured.channels or not (
+                refers and self.servo.controller.parameters):
+            return None
+        before = {name: np.concatenate(([0.0], series[:-1])) for name in refers
+                  for series in [measured.column(name, 0.0)]}
+        theta = self.servo.theta
+        now, then = (self.drive_current(theta, self._commanded(theta, *self._angles(
+            self._readings), held)) for held in ({}, before))
+        stepped = now - then
+        stepped[0] = 0.0
+        return stepped
 
     def angles(self) -> tuple[np.ndarray, np.ndarray]:
         """Angles of both shafts, rad; where one is not measured it follows from the other."""

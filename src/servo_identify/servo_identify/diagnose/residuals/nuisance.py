@@ -11,6 +11,7 @@ from .samples import ResidualSamples
 from .sampling_instants import late_channels, sampling_columns
 
 CONVENTION = (-1.1, 0.2)  # sample periods: a reading may be taken before or after the command acts
+STEPPED = (-0.5, 0.5)  # of the jump by which a current is read after or before it, from its mean
 STEP = 0.25  # share of a tolerance over which a slope is taken
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
 
@@ -58,6 +59,10 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
         put(f'late:{channel}', column,
             CONVENTION if channel in ('drive', 'controller') else (-SAMPLING, SAMPLING))
+    stepped = {number: one.of_signal('current', series) for number, one in enumerate(
+        samples.errors) for series in [one.current_stepped()] if series is not None}
+    if stepped:
+        put('late:reference', samples.place(stepped, 1)[:, 0], STEPPED)
     for number, one in enumerate(samples.errors):
         for label, equation in (('zero', 'transmission'), ('integral', 'controller')):
             if equation in one.equations and (

@@ -17,8 +17,7 @@ import numpy as np
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
-from ..mechanisms.values import FAR
-from ..residuals.nuisance import value_of
+from ..mechanisms.values import far_off
 from .bounded_least_squares import every_least
 from .regression import FOLDS, Regression, solve, Sums
 
@@ -174,7 +173,7 @@ class Fits:
             more = self._amplitudes(one, working)
             count += more
             cost += 0.5 * np.log(max(2, regression.blocks)) * more
-            far += self._far(one, float(values[1:][mine][0]))
+            far += far_off(regression.samples, one, values[1:][mine])
         each = self.observations if choice.members else 1.0 / doubt
         return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each), weight,
                       doubt, count, float(cost + far), far)
@@ -185,18 +184,6 @@ class Fits:
         shared = one.signs == 1  # which of these work is a choice too, also where one does alone
         searched = 1 + len(one.detail) if one.tried > 1 else 0
         return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched
-
-    def _far(self, one: Hypothesis, amplitude: float) -> float:
-        """
-        Return what it costs that a value of the file is another, nats; 0.0 for what is none.
-
-        A data sheet is right within a factor, as likely more as less: of two values that would do
-        alike the one that is off less in proportion is the likelier.
-        """
-        samples = self.regression.samples
-        given = samples.servo.numbers.get(one.path, 0.0)
-        ratio = value_of(samples, one.path, amplitude) / given if given else 0.0
-        return 0.5 * (SURE * np.log(ratio) / np.log(FAR)) ** 2 if ratio > 0.0 else 0.0
 
     @staticmethod
     def doubts(doubt: np.ndarray, sums: Sums, columns: np.ndarray) -> np.ndarray:
