@@ -40,8 +40,9 @@ def _claim_domain() -> int:
 def pytest_configure(config):
     """Give this process, and all that it starts, a ROS domain and a log folder of its own."""
     os.environ['ROS_DOMAIN_ID'] = str(_claim_domain())
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.update(udp_alone(os.environ))  # also for the nodes of the tests themselves
+    if 'PYTEST_XDIST_WORKER' not in os.environ:  # a worker has it from the one that started it
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        os.environ.update(udp_alone(os.environ))  # also for the nodes of the tests themselves
     os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='servo_twin_ros_log_')
 
 

@@ -64,7 +64,7 @@ def multicast_port(pid):
     *((name, LOCALHOST) for name in NODES), ('driver', {}), ('twin', {}),
     ('driver', {'ROS_LOCALHOST_ONLY': '1'})])
 def test_a_node_is_heard_beside_half_made_memory_and_makes_none(
-        name, range_of, half_made, ears, tmp_path):
+        name, range_of, ears, half_made, tmp_path):
     module, value = NODES[name]
     said = []
     ears.node.create_subscription(DiagnosticArray, '/diagnostics', said.append, 10)
