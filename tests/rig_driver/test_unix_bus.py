@@ -222,6 +222,8 @@ def test_python_can_messages_keep_identifier_flags_and_data(hub, path):
     watching = UnixBus(path)
     one.send(can.Message(arbitration_id=0x18001, data=bytes(range(48)), is_fd=True))
     heard = watching.recv(5.0)
+    while heard is not None and heard.arbitration_id == 0x29:  # it came as the hub was asked
+        heard = watching.recv(5.0)
     assert (heard.is_fd, heard.bitrate_switch, heard.arbitration_id, bytes(heard.data)) == (
         True, True, 0x18001, bytes(range(48)))
     watching.shutdown()
