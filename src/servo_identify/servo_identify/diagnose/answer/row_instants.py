@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from servo_twin.balances.equation_terms import EQUATIONS
 from servo_twin.recording.recording import Recording
 
-from ..decisions import EVEN, OPEN
+from ..decisions import EVEN
 from ..selection.explain import Explained
 from ..splitting import Split
 
-DRIVEN = ('drive', 'motor', 'torque')  # equations in which the instant of a command shows
+DRIVEN = {'drive', 'motor', 'torque'}  # equations in which the instant of a command shows
 
 
 def command_late(found: Explained) -> float:
@@ -25,10 +24,7 @@ def command_late(found: Explained) -> float:
     """
     if any(one.mechanism.name == 'command_delay' for one in found.chosen):
         return 0.0
-    search = found.search
-    left = dict(zip((EQUATIONS[e] for e in search.regression.equations),
-                    search.power(found.explanation.smallest), strict=True))
-    if any(left.get(name, 0.0) > OPEN**2 for name in DRIVEN):
+    if found.search.off_in(found.explanation.smallest) & DRIVEN:
         return 0.0
     values = found.nuisances()
     late = -(values.get('late:drive', 0.0) + values.get('late:current', 0.0))

@@ -140,13 +140,11 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     if 'law' in one.detail:
         known = lawful(replace(part, mechanism=replace(
             part.mechanism, name=one.detail['law'])), servo)
-    else:
-        known = formed(_with_port(part), servo, stiffness)
+        return Added(part) if known is None else _placed(part, [known], site, taken)
+    known = formed(_with_port(part), servo, stiffness)
     if known is None:
         return Added(part)
-    if known.law or 'law' in one.detail:
-        return _placed(part, [known], site, taken)
-    other = lawful(_with_port(part), servo, stiffness)
+    other = None if known.law else lawful(_with_port(part), servo, stiffness)
     as_law = None if other is None else replace(
         _placed(part, [replace(other, law=True)], site, taken), holds=other.holds)
     return replace(_placed(part, [known], site, taken), as_law=as_law)

@@ -61,25 +61,13 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         if best is None:
             added = ()
             break
-        known = _tolerated(best, servo)
-        if known is not None:
-            warnings.append(f'{best.added[known].part.mechanism.label} is not taken: its value '
-                            'lies within the tolerance of the servo file')
-            added = left_out(best.added, known)
-            continue
-        gone = vanished(best, several)
-        if gone is not None:
-            warnings.append(f'{best.added[gone].part.mechanism.label} is not taken: the '
-                            'simulation leaves nothing of it')
-            added = left_out(best.added, gone)
-            continue
-        needless = _needless(best, moved, trial)
-        if needless is None:
+        unwanted = _unwanted(best, moved, servo, several, trial)
+        if unwanted is None:
             added, chosen, base = best.added, best.estimate, best.base
             break
-        warnings.append(f'{best.added[needless].part.mechanism.label} is not taken: without it '
-                        'the simulation is as near to the rig on the accept recordings')
-        added = left_out(best.added, needless)
+        number, why = unwanted
+        warnings.append(f'{best.added[number].part.mechanism.label} is not taken: {why}')
+        added = left_out(best.added, number)
     joint = joint if added else None
     added = (*added, *loop)
     others = [p for p in tolerated if base.values[p] != servo.values[p]]
@@ -190,6 +178,20 @@ def _standing(alone: Tried | None, moved: Tried | None, given: Tried, beside: Tr
 
 def _helps(before: Tried, after: Tried) -> bool:
     return after.total < before.total or alike(before, after)
+
+
+def _unwanted(best: Tried, moved: Tried | None, servo: Servo, begun: Sequence[Added],
+              trial: Trial) -> tuple[int, str] | None:
+    """Return which effect is not taken and why, if one is not; ``begun`` as the equations have."""
+    for number, why in (
+            (_tolerated(best, servo),
+             'its value lies within the tolerance of the servo file'),
+            (vanished(best, begun), 'the simulation leaves nothing of it')):
+        if number is not None:
+            return number, why
+    number = _needless(best, moved, trial)
+    return None if number is None else (number, (
+        'without it the simulation is as near to the rig on the accept recordings'))
 
 
 def _tolerated(best: Tried, servo: Servo) -> int | None:

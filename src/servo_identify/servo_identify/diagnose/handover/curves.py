@@ -118,9 +118,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
     as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
     alike at all angles is Coulomb friction, the rest is what varies; a clearance that does not
-    vary is backlash. A part that does less than
-    WORTH of the whole is not worth naming. Where the servo file has the law of a part at the same
-    place, its value is what is off.
+    vary is backlash. A part that does less than WORTH of the whole is not worth naming. Where the
+    servo file has the law of a part at the same place, its value is what is off.
     """
     one = found.hypotheses[number]
     curve = curve_of(found, number, draws)
@@ -162,18 +161,20 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
 
 def _value(found: Explained, name: str, site: str) -> Placed | None:
     """Return the effect of the servo file that is this law at a shaft (or at either, as felt)."""
-    either = 'torque' in found.samples.present and site != 'mesh'
-    sites = ('load', 'motor') if either else (site,)
-    several = [placed for at in sites for placed in found.samples.servo.effects
+    several = [placed for at in _felt(found, site) for placed in found.samples.servo.effects
                if placed.effect.name == name and placed.site == at]
     return several[0] if several else None
 
 
 def _own(found: Explained, site: str) -> set[str]:
     """Return the names of the friction laws that the servo file has at a shaft (or at either)."""
-    either = 'torque' in found.samples.present
     return {placed.effect.name for placed in found.samples.servo.effects
-            if placed.effect.port == 'friction' and (either or placed.site == site)}
+            if placed.effect.port == 'friction' and placed.site in _felt(found, site)}
+
+
+def _felt(found: Explained, site: str) -> tuple[str, ...]:
+    """Return the sites that are as one: both shafts where their balance is that of both."""
+    return ('load', 'motor') if 'torque' in found.samples.present and site != 'mesh' else (site,)
 
 
 def _of_file(found: Explained, part: Part) -> Part:

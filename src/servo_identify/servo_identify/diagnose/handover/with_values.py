@@ -12,12 +12,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Servo, Value
+from servo_twin.physics.servo import Servo
 
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.orders import waves
 from ..mechanisms.values import FAR
 from .curves import Part
+from .effect_values import direct
 from .laws import Formed, of_orders
 
 TURN = 4096  # angles of a turn at which a stiffness is taken from its compliance
@@ -36,7 +37,9 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
         lever = servo.numbers['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
         return _linked(np.asarray(one.knots), amplitudes, lever)
     if law == 'payload_resonance':
-        return _hung(one, float(amplitudes[0]))
+        swings = direct(part, one)
+        assert swings is not None  # its amplitude is a value of it
+        return [swings], {'mechanism.load_inertia': -float(amplitudes[0])}
     if part.mechanism.name == 'presliding_friction':
         return _presliding(part, one, servo)
     return None
@@ -78,14 +81,6 @@ def _linked(orders: np.ndarray, amplitudes: np.ndarray, lever: float) -> Togethe
     else:
         changes['mechanism.rotor_inertia'] = mean
     return several, changes
-
-
-def _hung(one: Hypothesis, inertia: float) -> Together:
-    """Return a part of the load's inertia, kg m2, that hangs on a spring."""
-    values: dict[str, Value] = {'inertia': inertia, 'frequency': float(one.knots[0]),
-              'damping': float(one.detail['damping'])}
-    return [Formed(find('payload_resonance'), values, tuple(values), True)], {
-        'mechanism.load_inertia': -inertia}
 
 
 def _presliding(part: Part, one: Hypothesis, servo: Servo) -> Together:

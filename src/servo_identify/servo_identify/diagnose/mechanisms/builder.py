@@ -80,7 +80,7 @@ class Builder:
         """
         most, ratio = np.zeros(len(edges)), self.samples.servo.numbers['mechanism.ratio']
         for one in self.samples.errors:
-            out = np.abs(one.evaluated(one.servo.theta, one.motion))
+            out = np.abs(one.evaluated_nominal)
             motor, load = (out[:, EVALUATED.index(f'{shaft}_resistance')]
                            for shaft in ('motor', 'load'))
             own = motor if site == 'motor' else load

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -38,8 +38,9 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
                ) -> Hypothesis | None:
         mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
         form = Form('command', 'V', 'V', _command, change)
-        return builder.hypothesis(mechanism, _through(builder, lambda u, period: change(u)),
-                                  signs, knots, form=form, **more)
+        return builder.hypothesis(
+            mechanism, _through(builder, lambda one: change(one.regressor_command)),
+            signs, knots, form=form, **more)
 
     def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
@@ -64,7 +65,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         shaped('drive_dead_band', gate, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         # one whose answer to small commands fades in, as that of a push-pull stage
         shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
-        _dead_time(builder, top),
+        _dead_time(builder),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
         # a gain that differs by the sign of the command
@@ -83,7 +84,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
             yield one
 
 
-def _dead_time(builder: Builder, top: float) -> Hypothesis | None:
+def _dead_time(builder: Builder) -> Hypothesis | None:
     """Volts that a bridge loses by the sign of its current while neither switch is on."""
     resistance = builder.samples.servo.numbers.get('drive.resistance')
     if not resistance or not builder.scales.current:
@@ -94,9 +95,7 @@ def _dead_time(builder: Builder, top: float) -> Hypothesis | None:
     def lost(current: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
 
-    several = {id(one): lost(np.nan_to_num(one.full(one.known_current)))
-               for one in builder.samples.errors}
-    columns = _through_by(builder, several)
+    columns = _through(builder, lambda one: lost(np.nan_to_num(one.full(one.known_current))))
     form = Form('current', 'A', 'V', lambda one: one.known_current, lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
                               detail={'law': 'drive_dead_time', 'resistance': resistance})
@@ -108,9 +107,10 @@ def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:
 
 
 def _change(late: Callable[[np.ndarray, float, float], np.ndarray], times: tuple[float, ...],
-            command: np.ndarray, step: float) -> np.ndarray:
+            one: EquationErrors) -> np.ndarray:
     """Return what lags or delays of some times (s) change of a command, (samples, times)."""
-    return np.column_stack([late(command, time, step) - command for time in times])
+    command, period = one.regressor_command, one.measured.period
+    return np.column_stack([late(command, time, period) - command for time in times])
 
 
 def _command(one: EquationErrors) -> np.ndarray:
@@ -118,19 +118,17 @@ def _command(one: EquationErrors) -> np.ndarray:
     return one.regressor_command[reach:reach + len(one.motion.rows)]
 
 
-def _through(builder: Builder, change: Callable[[np.ndarray, float], np.ndarray]) -> Columns:
-    """Columns of changes of the command, V: ``change(command, period)`` returns (samples, n)."""
-    return _through_by(builder, {id(one): change(one.regressor_command, one.measured.period)
-                                 for one in builder.samples.errors})
+def _through(builder: Builder, change: Callable[[EquationErrors], np.ndarray]) -> Columns:
+    """
+    Columns of changes of the command, V, as the drive turns them into current.
 
-
-def _through_by(builder: Builder, changes: Mapping[int, np.ndarray]) -> Columns:
-    """Columns of what the drive makes of changes of the command, V (samples, n) by recording."""
+    ``change(errors)`` returns (samples, n).
+    """
     def current(one: EquationErrors) -> np.ndarray:
         command, theta = one.regressor_command, one.servo.theta
         before = one.drive_current(theta, command)
         return np.column_stack([one.drive_current(theta, command + more) - before
-                                for more in changes[id(one)].T])
+                                for more in change(one).T])
 
     known = {id(one): current(one) for one in builder.samples.errors}
 

@@ -210,7 +210,7 @@ class EquationErrors(AlongMotion):
     def _known_load(self) -> np.ndarray:
         """The same by the servo file alone, without what an explanation adds."""
         motion, values = self.motion, self.servo.numbers
-        out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
+        out = dict(zip(EVALUATED, self.evaluated_nominal.T, strict=True))
         own = values['mechanism.load_inertia'] * motion['load_acceleration']
         return own + motion['external'] - out['load_push'] - out['load_resistance']
 
@@ -245,7 +245,7 @@ class EquationErrors(AlongMotion):
     def _asked(self, load: np.ndarray, more: np.ndarray) -> np.ndarray:
         """Current, A, for a torque of the load and ``more`` on the motor, N m, inner samples."""
         motion, values = self.motion, self.servo.numbers
-        out = dict(zip(EVALUATED, self._evaluated_nominal.T, strict=True))
+        out = dict(zip(EVALUATED, self.evaluated_nominal.T, strict=True))
         lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
         rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
         felt = self.transmitted() if 'torque' in self.measured.channels else load
@@ -282,5 +282,6 @@ class EquationErrors(AlongMotion):
         return np.where(np.isfinite(asked), asked, command)
 
     @cached_property
-    def _evaluated_nominal(self) -> np.ndarray:
+    def evaluated_nominal(self) -> np.ndarray:
+        """What the models of the servo file say along the motion: (inner samples, EVALUATED)."""
         return self.evaluated(self.servo.theta, self.motion)

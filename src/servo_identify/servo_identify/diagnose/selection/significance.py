@@ -104,9 +104,12 @@ class Significance(Fits):
     @cached_property
     def off(self) -> set[str]:
         """The equations that are off by more than noise and margin can make them."""
-        power = self.power(self.nothing)
-        return {EQUATIONS[e] for e, square in zip(self.regression.equations, power, strict=True)
-                if square > OPEN**2}
+        return self.off_in(self.nothing)
+
+    def off_in(self, fit: Fitted) -> set[str]:
+        """Return the equations in which a set leaves more than noise and margin can make."""
+        return {EQUATIONS[e] for e, square in zip(
+            self.regression.equations, self.power(fit), strict=True) if square > OPEN**2}
 
     def _worth(self, before: Fitted, after: Fitted) -> bool:
         """Tell whether new members close a part worth naming of what others leave of a gap."""
