@@ -130,8 +130,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
             waves.append(Formed(effect, {effect.amplitudes()[0]: float(mean[0])},
                                 effect.amplitudes()[:1], True))
         return _placed(part, waves, site, taken)
-    if 'way' in one.detail and part.curve is not None:
-        return _placed(part, one_way(part.curve, one.detail['way']), site, taken)
+    if part.way and part.curve is not None:
+        return _placed(part, one_way(part.curve, part.way), site, taken)
     same = direct(part, one)
     if same:
         return _placed(part, [same], site, taken)

@@ -60,7 +60,7 @@ class Curve:
 
     def share(self, y: np.ndarray) -> Curve:
         """Return a part of the curve, with a band of the same width in proportion."""
-        part = min(1.0, self.size(y) / max(self.size(), 1e-300))
+        part = self.size(y) / max(self.size(), 1e-300)
         return replace(self, y=y, low=y + part * (self.low - self.y),
                        high=y + part * (self.high - self.y))
 
@@ -71,6 +71,7 @@ class Part:
     One missing effect of a hypothesis (by its ``number``): its mechanism and its curve.
 
     ``path`` is the value of the servo file that is off instead, and ``change`` by how much.
+    ``way`` is the direction (1 or -1) that has it alone; zero where both have it.
     """
 
     number: int
@@ -79,6 +80,7 @@ class Part:
     amplitudes: np.ndarray
     path: str = ''
     change: float = 0.0
+    way: float = 0.0
 
 
 def curve_of(found: Explained, number: int, draws: np.ndarray,
@@ -118,13 +120,14 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
     as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
     alike at all angles is Coulomb friction, the rest is what varies; a clearance that does not
-    vary is backlash. A part that does less than WORTH of the whole is not worth naming. Where the
-    servo file has the law of a part at the same place, its value is what is off.
+    vary is backlash. Friction that one direction has alone is one effect. A part that does less
+    than WORTH of the whole is not worth naming. Where the servo file has the law of a part at the
+    same place, its value is what is off.
     """
     one = found.hypotheses[number]
     curve = curve_of(found, number, draws)
     amplitudes = found.amplitudes(number)
-    whole = Part(number, one.mechanism, curve, amplitudes)
+    whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0))
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
     if one.mechanism.port == 'clearance':
@@ -134,8 +137,10 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = {'backlash': np.full(len(curve.x), common)}
     elif one.mechanism.name == SPEED_FRICTION:
         named = _over_speed(curve, _own(found, one.mechanism.site))
-    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and (
-            'way' not in one.detail):
+    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
+        level, way = amplitudes[2], float(np.sign(curve.mean()))
+        if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
+            return [replace(whole, way=way, curve=curve.share(way * curve.y + level))]
         named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
                  'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:

@@ -29,8 +29,9 @@ PLACES = 12  # of a part of a turn at which friction has a value of its own
 
 def friction_of(builder: Builder, site: str, residual: np.ndarray) -> Iterator[Hypothesis]:
     """Yield the hypotheses of friction at a shaft; ``residual`` (samples,) tells orders."""
-    several = (_coulomb, _viscous, _stribeck, _drag, _by_load, _driven_back, _presliding)
+    several = (_coulomb, _viscous, _stribeck, _drag, _driven_back, _presliding)
     yield from filter(None, (one(builder, site) for one in several))
+    yield from filter(None, (_by_load(builder, site, carried) for carried in (False, True)))
     yield from filter(None, (_drift(builder, site, viscous) for viscous in (False, True)))
     yield from filter(None, (_asymmetric(builder, site, level) for level in (False, True)))
     yield from filter(None, (_one_way(builder, site, way) for way in (1.0, -1.0)))
@@ -123,10 +124,17 @@ def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
                               [1] * len(knots), knots, form=form, detail={'way': way})
 
 
-def _by_load(builder: Builder, site: str) -> Hypothesis | None:
-    """Friction that grows with the transmitted torque."""
+def _by_load(builder: Builder, site: str, carried: bool) -> Hypothesis | None:
+    """
+    Friction that grows with the transmitted torque.
+
+    Or with that less the friction of the load (``carried``): where all friction is written at one
+    shaft, the gears carry that without it.
+    """
     top = builder.scales.load
-    if not top > 0.0:
+    if not top > 0.0 or carried and not any(
+            placed.effect.port == 'friction' and placed.site == 'load'
+            for placed in builder.samples.servo.effects):
         return None
     lever = builder.samples.servo.numbers['mechanism.ratio'] if site == 'motor' else 1.0
 
@@ -136,7 +144,8 @@ def _by_load(builder: Builder, site: str) -> Hypothesis | None:
         return np.column_stack((load, *bends, *grows)) / lever
 
     knots = (top, *(share * top for share in LOADS), *(share * top for share in LOADS))
-    form = Form('load', 'N m', 'N m', lambda one: np.abs(one.predicted_load), budget)
+    form = Form('load', 'N m', 'N m', lambda one: np.abs(
+        one.carried_load if carried else one.predicted_load), budget)
     return builder.resistance(_loaded(site), form, [1] * len(knots), knots)
 
 

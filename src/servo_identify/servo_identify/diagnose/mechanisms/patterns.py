@@ -75,16 +75,17 @@ def patterns_of(builder: Builder, sides: Collection[str],
 def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: Variable,
              edges: np.ndarray, symmetry: str, without: Collection[str]) -> Hypothesis | None:
     by_flank = equation == 'transmission' and variable.name in ('load', 'angle')
+    place = 'shaft' if equation in ('motor', 'load', 'torque') else equation
+    known = SIGNATURES.get((place, variable.name, symmetry), UNKNOWN)
+    part = 0.5 if _port(known, place) == 'clearance' else 1.0  # half of it to either side
 
     def of(one: EquationErrors) -> np.ndarray:
         curve = hats(variable.sized(one), edges)
         if symmetry == 'even':
             return curve
         way = one.flank(one.motion) if by_flank else variable.way(one)
-        return way[:, None] * curve
+        return part * way[:, None] * curve
 
-    place = 'shaft' if equation in ('motor', 'load', 'torque') else equation
-    known = SIGNATURES.get((place, variable.name, symmetry), UNKNOWN)
     if known == 'nonlinear_stiffness' and not builder.samples.servo.mechanism.compliant:
         known = 'stiffness_error'  # a rigid twin lacks the elasticity itself
     if (place, variable.name, symmetry) == ('transmission', 'acceleration', 'odd') and not all(

@@ -43,6 +43,11 @@ class EquationErrors(AlongMotion):
             return self.gear_motion.moving(ratio)
         return np.ones(len(self.times(equation)), dtype=bool)
 
+    def covered(self, equation: str) -> np.ndarray:
+        """Where the motion of the shafts is known under the whole test function: all may act."""
+        known = self.full(np.zeros(len(self.motion.rows)))
+        return np.isfinite(self.test(equation).project(known))
+
     def slope(self, path: str, step: float) -> dict[str, np.ndarray]:
         """
         Return the change of each residual for one unit of a value, over a step of it.
@@ -205,6 +210,12 @@ class EquationErrors(AlongMotion):
         friction is most of the torque, each friction would be a share of itself.
         """
         return self._known_load - (self._found('load_torque') - self._found('load_resistance'))
+
+    @cached_property
+    def carried_load(self) -> np.ndarray:
+        """The same without friction of the load that the file has: what gears carry, N m."""
+        out = dict(zip(EVALUATED, self.evaluated_nominal.T, strict=True))
+        return self.predicted_load + out['load_resistance']
 
     @cached_property
     def _known_load(self) -> np.ndarray:

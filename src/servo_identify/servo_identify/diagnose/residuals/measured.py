@@ -19,7 +19,7 @@ from servo_twin.physics.simulate import (
 from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.recording import Recording
 
-from .noise import count_of, noises_of
+from .noise import count_of, noises_of, of_encoders
 from .test_function import TestFunction
 
 SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
@@ -86,7 +86,7 @@ def measure(recordings: Sequence[Recording], servo: Servo,
 
     ``drive_current(recording)`` returns what the drive makes of the command, A, or None.
     """
-    noises = [noises_of(r, drive_current(r)) for r in recordings]
+    noises = of_encoders([noises_of(r, drive_current(r)) for r in recordings])
     shafts: dict[tuple[float, str], int] = {}
     gears: dict[float, int] = {}
     for recording, noise in zip(recordings, noises, strict=True):

@@ -9,11 +9,16 @@ taken off first.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from servo_twin.recording.recording import Recording
 
 from ...data.white_noise import FOURTH, QUARTILE
+
+
+DECIMALS = 4  # of the last digit by which second differences of a rounded reading may be off
 
 
 def noise_of(x: np.ndarray) -> float:
@@ -35,15 +40,41 @@ def noise_of(x: np.ndarray) -> float:
 
 
 def count_of(x: np.ndarray) -> float:
-    """Return the count of a reading, in its unit; 0 where it is not in counts."""
+    """
+    Return the count of a reading, in its unit; 0 where it is not in counts.
+
+    The smallest step may be the last decimal of a table instead. Then the count is the next
+    larger step of which nearly all are multiples, but for the decimals.
+    """
     x = x[np.isfinite(x)]
     steps = np.abs(np.diff(x, 2))
     steps = steps[steps > 1e-9 * np.abs(x).max(initial=0.0)]
     if len(steps) < 16:
         return 0.0
-    count = float(np.percentile(steps, 1))
-    whole = np.abs(steps / count - np.round(steps / count)) < 0.01
-    return count if np.mean(whole) > 0.9 else 0.0
+    decimal = float(np.percentile(steps, 1))
+    if not np.mean(np.abs(steps / decimal - np.round(steps / decimal)) < 0.01) > 0.9:
+        return 0.0
+    rest = steps[steps > DECIMALS * decimal]
+    if len(rest) >= 16:
+        count = float(np.percentile(rest, 1))
+        first = np.abs(rest - count) <= DECIMALS * decimal
+        count = float(rest[first].mean())
+        off = np.abs(steps - count * np.round(steps / count))
+        if count > 4 * DECIMALS * decimal and np.mean(off <= DECIMALS * decimal) > 0.9:
+            return count
+    return decimal
+
+
+def of_encoders(noises: Sequence[dict[str, float]]) -> list[dict[str, float]]:
+    """
+    Return the noise of each channel by recording, where an encoder has one noise in all of them.
+
+    A shaft that rests on one count shows none; it has no less than in most recordings.
+    """
+    usual = {name: np.nanmedian(several) for name in ('motor_position', 'load_position')
+             for several in [[one[name] for one in noises]] if not np.isnan(several).all()}
+    return [one | {name: max(one[name], least) for name, least in usual.items()
+                   if not np.isnan(one[name])} for one in noises]
 
 
 def noises_of(recording: Recording, drive_current: np.ndarray | None = None) -> dict[str, float]:

@@ -56,7 +56,7 @@ class ResidualSamples:
         for number, one in enumerate(self.errors):
             measured = one.measured
             for name, values in one.residuals(theta).items():
-                keep = np.isfinite(values) & one.moving(name)
+                keep = np.isfinite(values) & one.moving(name) & one.covered(name)
                 keep &= doubt_about(one, name, keep)[1]
                 self._keep[number, name] = keep
                 count = int(keep.sum())

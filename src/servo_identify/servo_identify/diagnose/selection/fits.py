@@ -9,8 +9,10 @@ are independent without any mechanism, in all sets alike.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +21,10 @@ from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.values import far_off
 from .bounded_least_squares import every_least
-from .regression import FOLDS, Regression, solve, Sums
+from .regression import FOLDS, Products, Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
+APART = 10.0  # times the weight of one family over another of its equation that may mislead a fit
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
 SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
@@ -142,20 +145,13 @@ class Fits:
         regression = self.regression
         columns, kept = self.columns_of(choice)
         low, high = self.bounds_of(choice, kept)
-        weight, doubt = self._weight_near(choice)
         room = self.room(kept, len(columns) - 1)
-        products, unknowns = regression.of(columns), np.arange(len(columns))
-        for turn in range(REWEIGHTED):
-            sums = products.sums(weight)
-            total, doubts = sums.whole, self.doubts(doubt, sums, unknowns)
-            prior = SURE**2 * doubts / room**2
-            values = np.concatenate(([1.0], solve(total, low, high, prior)))
-            left = self.groups(products.errors(values))
-            floor = self.floor(left if not choice.members else None)
-            last = weight
-            if turn + 1 < REWEIGHTED:
-                weight = self._quantised(1.0 / np.maximum(floor, left))
-                doubt = self._doubt(left, floor)
+        products = regression.of(columns)
+        several = [self._settled(choice, products, weight, doubt, (low, high), room)
+                   for weight, doubt in self._starts(choice)]
+        values, last, total, prior, floor, weight, doubt = several[0] if len(several) == 1 else (
+            min(several, key=lambda one: self.score(
+                products.errors(one[0]), one[4], self.observations)))
         near = values[1:] if choice.members else np.zeros(len(values) - 1)
         there = np.ones((FOLDS, len(values)))
         there[:, 1:] = every_least(total - products.folds(last), prior, low, high, near,
@@ -177,6 +173,41 @@ class Fits:
         each = self.observations if choice.members else 1.0 / doubt
         return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each), weight,
                       doubt, count, float(cost + far), far)
+
+    def _settled(self, choice: Choice, products: Products, weight: np.ndarray, doubt: np.ndarray,
+                 bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> tuple[Any, ...]:
+        """Return a fit weighed anew by what it leaves: values and what they came from."""
+        unknowns = np.arange(len(room) + 1)
+        for turn in range(REWEIGHTED):
+            sums = products.sums(weight)
+            total, doubts = sums.whole, self.doubts(doubt, sums, unknowns)
+            prior = SURE**2 * doubts / room**2
+            values = np.concatenate(([1.0], solve(total, *bounds, prior)))
+            left = self.groups(products.errors(values))
+            floor = self.floor(left if not choice.members else None)
+            last = weight
+            if turn + 1 < REWEIGHTED:
+                weight = self._quantised(1.0 / np.maximum(floor, left))
+                doubt = self._doubt(left, floor)
+        return values, last, total, prior, floor, weight, doubt
+
+    def _starts(self, choice: Choice) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """
+        Yield the weights and doubts from which a fit may begin.
+
+        Those of the set without its last member are one. Where they set families of an equation
+        far apart, one that already fits would hold the new member from what it does in the
+        others: then all families alike are another.
+        """
+        if not choice.members:
+            yield np.ones(self.sizes.shape), np.ones(len(self.sizes))
+            return
+        near = self.fitted(Choice(choice.members[:-1]))
+        yield near.weight, near.doubt
+        there = self.sizes > 0
+        low = np.where(there, near.weight, np.inf).min(axis=1, keepdims=True)
+        if np.any(there & (near.weight > APART * low)):
+            yield np.where(there, low, near.weight), near.doubt
 
     @staticmethod
     def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
@@ -218,12 +249,6 @@ class Fits:
                 self._sums.pop(next(iter(self._sums)))
             self._sums[key] = self.regression.sums(weight)
         return self._sums[key]
-
-    def _weight_near(self, choice: Choice) -> tuple[np.ndarray, np.ndarray]:
-        if not choice.members:
-            return np.ones(self.sizes.shape), np.ones(len(self.sizes))
-        near = self.fitted(Choice(choice.members[:-1]))
-        return near.weight, near.doubt
 
     def _quantised(self, weight: np.ndarray) -> np.ndarray:
         """Round weights to steps of a fifth, so that like sets share their sums of products."""

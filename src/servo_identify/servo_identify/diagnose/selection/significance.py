@@ -76,10 +76,11 @@ class Significance(Fits):
         """
         Tell whether a gain is more than the best of all hypotheses would have by chance.
 
-        Where an equation is certainly off, something is there: its first name needs less.
+        Where an equation is certainly off, something is there: its first name needs less. The
+        smaller set must be less likely than an explanation that is not listed.
         """
         level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
-        return (after.total < before.total and self._worth(before, after)
+        return (before.total - after.total > -np.log(ALTERNATIVE) and self._worth(before, after)
                 and self.beyond(after)
                 and self.gain(before, after) > self.chance(before, after, level))
 
