@@ -27,7 +27,7 @@ def command_late(found: Explained) -> float:
     if found.search.off_in(found.explanation.smallest) & DRIVEN:
         return 0.0
     values = found.nuisances()
-    late = -(values.get('late:drive', 0.0) + values.get('late:current', 0.0))
+    late = values.get('late:current', 0.0) - values.get('late:drive', 0.0)
     return late if 'late:drive' in values and late > EVEN else 0.0
 
 
