@@ -21,7 +21,7 @@ ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross z
 STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
-    'not even': 'record at a fixed rate where you can; nothing else has to be done',
+    'not even': 'record at a fixed rate where you can; on such rows the controller is not judged',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from servo_twin.recording.recording import RESAMPLED
+
 from .joining import HELD, HOLE
 
 EVEN = 0.01
@@ -62,7 +64,7 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
     warnings.append(
-        f'times are not even ({shortest:.6g} to {longest:.6g} s apart): resampled to '
+        f'times are not even ({shortest:.6g} to {longest:.6g} s apart): {RESAMPLED} '
         f'{step:.6g} s, measurements linearly, commands by their last value')
     return step, False
 

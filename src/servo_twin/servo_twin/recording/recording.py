@@ -12,6 +12,10 @@ from .channels import MAY_BE_EMPTY as MAY_BE_EMPTY
 _AT_ONCE = 60_000  # samples of a column that are looked at together
 
 
+RESAMPLED = 'resampled to'
+"""Words of the note of a recording whose uneven times were brought onto an even grid."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """
@@ -39,6 +43,11 @@ class Recording:
     digest: str = ''
     warnings: tuple[str, ...] = field(default=())
     sequence: int = 0
+
+    @property
+    def resampled(self) -> bool:
+        """Whether its times were uneven: there a held command may be off by part of a row."""
+        return RESAMPLED in self.note
 
     def __post_init__(self) -> None:
         if not self.period > 0.0:

@@ -23,6 +23,7 @@ from .test_function import TestFunction
 
 LARGEST = 1e5  # a model that runs away moves a residual by no more than this
 JITTER = 0.15  # sample periods by which instants of sampling scatter unseen
+UNEVEN = 0.5  # likewise, where uneven rows were brought onto an even grid
 ROUGH = 0.6745  # median size of a normal deviate
 
 @dataclass
@@ -79,7 +80,9 @@ class ResidualSamples:
         self.block = np.unique(self.block, return_inverse=True)[1]
         # where a signal jumps within a sample, its instant decides: such samples weigh less
         late = self.place(sampling_columns(self.errors, steep=True))
-        self.scale = self.scale * np.sqrt(1.0 + (JITTER * late) ** 2).prod(axis=1)
+        scatter = np.array([UNEVEN if one.measured.recording.resampled else JITTER
+                            for one in self.errors])[self.recording, None]
+        self.scale = self.scale * np.sqrt(1.0 + (scatter * late) ** 2).prod(axis=1)
         self.base = self.at(theta)
 
     def at(self, theta: np.ndarray, settings: Mapping[int, Mapping[int, float]] | None = None,
