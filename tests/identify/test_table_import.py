@@ -189,10 +189,22 @@ def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_pat
     assert recording.note.endswith('\n'.join(recording.warnings))
 
 
+def test_it_reads_feather_and_single_arrays_of_numpy(tmp_path):
+    import pyarrow
+    from pyarrow import feather
+    columns = {'t': [0.0, 0.1, 0.2], 'voltage': [1.0, 2.0, 3.0], 'motor_position': [0.0, 0.5, 1.0]}
+    since = pyarrow.array([0, 100_000, 200_000], pyarrow.duration('us'))
+    feather.write_feather(pyarrow.table({**columns, 't': since}), tmp_path / 'a.feather')
+    assert import_table(tmp_path / 'a.feather', SERVO).period == pytest.approx(0.1)
+    rows = list(zip(*columns.values(), strict=True))
+    np.save(tmp_path / 'a.npy', np.array(rows, [(name, float) for name in columns]))
+    assert import_table(tmp_path / 'a.npy', SERVO)['voltage'].tolist() == [1.0, 2.0, 3.0]
+
+
 @pytest.mark.parametrize('name, content, text', [
     ('a.csv', '', 'has no rows'), ('a.csv', 't,voltage,motor_position\n', 'has no rows'),
     ('a.csv', 't,voltage,motor_position\n1,2\n', 'is no table'),
-    ('a.csv', 't,t,motor_position\n1,2,3\n', r"columns \['t'\] are there twice"),
+    ('a.csv', 't,t,motor_position\n1,2,3\n', r"no column t; it has \['t \(1\)', 't \(2\)'"),
     ('a.xlsx', 'x', "suffix '.xlsx' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
     ('a.json', '[]', 'has no rows'), ('nowhere.csv', None, 'does not exist')])
 def test_it_says_what_is_no_table(tmp_path, name, content, text):

@@ -13,10 +13,12 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
+from .clock_times import seconds_of
+from .csv_layout import TEXTS
 from .csv_table import read_csv
 from .mat_file import load_mat
 
-SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.npz', '.mat', '.json')
+SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json')
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Table:
 
 def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     """
-    Read a CSV, Parquet, NPZ, MAT or JSON file.
+    Read a file of text (CSV), Parquet, Feather, NumPy, MAT or JSON.
 
     ``rows`` names the list of records in a JSON file, where it is not the whole; ``names`` the
     columns of a text file that has no line of names. The columns of an array of two dimensions
@@ -62,10 +64,12 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
-                         'rosbag2 folders and .mcap')
+                         'rosbag2 folders and .mcap. Save it as CSV, or read it with pandas and '
+                         'give the frame to servo_identify.read')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix)
+    reader = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.mat': _mat,
+              '.npz': _numpy, '.npy': _numpy}.get(suffix)
     try:
         if reader is not None:
             table = reader(path)
@@ -86,10 +90,14 @@ def _csv(path: Path, names: Sequence[str]) -> Table:
     return replace(from_arrow(path, found), warnings=warnings)
 
 
-def _npz(path: Path) -> Table:
+def _numpy(path: Path) -> Table:
     try:
-        with np.load(path, allow_pickle=False) as found:
-            arrays = {name: found[name] for name in found.files}
+        found = np.load(path, allow_pickle=False)
+        if isinstance(found, np.ndarray):
+            arrays = {name: found[name] for name in found.dtype.names or ()} or {path.stem: found}
+        else:
+            with found:
+                arrays = {name: found[name] for name in found.files}
     except (ValueError, OSError, EOFError, BadZipFile) as error:
         raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
     return _longest(path, *_parted(arrays))
@@ -127,6 +135,15 @@ def _parquet(path: Path) -> Table:
         raise ValueError(f'{path} is no Parquet file: {error}') from None
 
 
+def _feather(path: Path) -> Table:
+    from pyarrow import ArrowException, feather
+
+    try:
+        return from_arrow(path, feather.read_table(path))
+    except ArrowException as error:
+        raise ValueError(f'{path} is no Feather file: {error}') from None
+
+
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
     from pyarrow import types
@@ -134,10 +151,14 @@ def from_arrow(path: Path, found: Any) -> Table:
     columns, texts = dict[str, np.ndarray](), {}
     for name, column in zip(found.column_names, found.columns, strict=True):
         kind = column.type
+        if not name and types.is_null(kind):
+            continue  # each line ends with what parts the columns
         if types.is_null(kind):
             columns[name] = np.full(len(column), np.nan)
         elif types.is_timestamp(kind):
             columns[name] = _seconds(column)
+        elif types.is_duration(kind):
+            columns[name] = column.to_numpy() / np.timedelta64(1, 's')
         elif types.is_integer(kind):
             columns[name] = _whole(column)
         elif types.is_floating(kind) or types.is_boolean(kind):
@@ -148,10 +169,11 @@ def from_arrow(path: Path, found: Any) -> Table:
 
 
 def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
-    """Add columns that may be text: numbers where they are, else the reason why not."""
+    """Add columns that may be text: numbers or times of a clock, else the reason why not."""
     for name, values in texts.items():
         try:
-            table.columns[name] = _numbers(table.path, name, values)
+            clock = seconds_of(values)
+            table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
         except ValueError as problem:
             table.refused[name] = str(problem)
     return table

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..data.column_units import split
+from ..data.csv_layout import TEXTS
 from ..data.csv_table import count_of_bare_columns
 from ..data.message_files import holds_messages
 from ..data.messages import fields_of
@@ -56,7 +57,7 @@ def offered(path: Path) -> Offered:
     rows, names = '', ()
     if path.suffix.lower() == '.json' and path.is_file():
         rows = _rows(path)
-    if path.suffix.lower() in ('.csv', '.txt', '.tsv') and path.is_file():
+    if path.suffix.lower() in TEXTS and path.is_file():
         names = tuple(f'column_{k + 1}' for k in range(count_of_bare_columns(path)))
     table = read_table(path, rows, names)
     return Offered(path, tuple(table.columns), {name: unit for name in table.columns
