@@ -70,6 +70,9 @@ MISTAKES = {
     'an encoder that wraps around at each turn': (
         lambda r: changed(r, motor_position=r['motor_position'] % (2.0 * pi)),
         'jumps back'),
+    'a counter that wraps around': (
+        lambda r: changed(r, motor_position=(r['motor_position'] + 12.5) % 25.0 - 12.5),
+        'jumps back by 2'),
     'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),
                                     load_position=np.zeros(len(r))), 'nothing moves'),
 }

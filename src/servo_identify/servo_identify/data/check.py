@@ -10,6 +10,7 @@ from servo_twin.physics.servo import Servo
 from .excitation import Excitation, excitation
 from .finding import Finding, LEVELS
 from .long_bags import Long, looked_at
+from .mistakes import TURN
 from .scales import scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -82,9 +83,11 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
     found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
-                      'encoder that wraps around at each turn.', 'unwrap it (numpy.unwrap), or '
-                      'give the turn in the mapping, such as wraps: 360 of degrees')
-              for name in one.wrapped]
+                      'encoder that wraps around at each turn.' if turn == TURN else
+                      f'{one.name}: {name} jumps back by {turn:.4g} rad, all of its range: a '
+                      'counter that wraps around.', 'unwrap it (numpy.unwrap), or give the round '
+                      'in the mapping, such as wraps: 360 of degrees, wraps: 65536 of counts')
+              for name, turn in one.wrapped.items()]
     found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
@@ -169,7 +172,7 @@ def _replicates(recordings: Sequence[Long]) -> list[Finding]:
         return [Finding('amber', f'{counts[""]} recordings do not say their family, the motion '
                         'that they are of: those that repeat one motion cannot be told.',
                         'give it on import: --family NAME; or write recordings.yaml beside the '
-                        f'tables, with {recordings[0].name}.csv: {{family: NAME, replicate: 1}}')]
+                        f'tables, with {recordings[0].name}: {{family: NAME, replicate: 1}}')]
     if len(recordings) > 1 and max(counts.values()) < PURPOSES:
         told = ', '.join(f'{name or "not said"} {count}' for name, count in counts.items())
         return [Finding('amber', f'No family has {PURPOSES} recordings ({told}): the diagnosis '
