@@ -144,9 +144,39 @@ def test_an_encoder_that_wraps_around_is_put_together_and_what_is_left_out_is_sa
         'motor_position [deg]': (angle + 180.0) % 360.0 - 180.0, 'speed [rpm]': run['q']})
     assert init(data, tmp_path) == 0
     said = capsys.readouterr().out
-    assert 'wraps around at each turn of 360' in said and "left out             'speed" in said
+    assert 'wraps around at each 360 of them' in said and "left out             'speed" in said
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_a_counter_that_wraps_around_is_put_together(run, tmp_path, capsys):
+    counts = np.round(run['theta'] / COUNT)
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'voltage': run['u'], 'current': run['i'],
+        'counter': (counts + 16384) % 32768 - 16384})
+    assert init(data, tmp_path, '--column', 'motor_position=counter:1/4096 rev') == 0
+    assert 'wraps around at each 32768 of them' in capsys.readouterr().out
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_a_unit_may_be_the_last_word_of_a_name(run, tmp_path):
+    data = write(tmp_path / 'run.csv', {
+        'time_ms': 1e3 * run['time'], 'supply_V': 24.0 + 0.0 * run['u'], 'command_V': run['u'],
+        'current_mA': 1e3 * run['i'], 'motor_position_deg': np.degrees(run['theta'])})
+    assert init(data, tmp_path) == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one.period == pytest.approx(0.002)
+    np.testing.assert_allclose(one['current'], run['i'], atol=1e-8)
+    np.testing.assert_allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_it_names_time_and_encoder_of_a_table_without_names_at_once(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')},
+                 names=False)
+    assert init(data, tmp_path) == 2
+    said = capsys.readouterr().err
+    assert '--column t=SOURCE' in said and '--column motor_position=SOURCE' in said
 
 
 def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tmp_path, capsys):

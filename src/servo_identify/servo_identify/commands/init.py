@@ -107,7 +107,7 @@ def main(arguments: argparse.Namespace) -> int:
     servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
     findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
-        turn = f', and wraps around at each turn of {one.wraps:.6g}' if one.wraps else ''
+        turn = f', and wraps around at each {one.wraps:.6g} of them' if one.wraps else ''
         say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
     taken = {one.source for one in columns.values()}
     joints = {f'[{arguments.joint}]'} if arguments.joint else {
@@ -200,13 +200,13 @@ def _next(arguments: argparse.Namespace) -> list[str]:
 
 def _alike(data: Path) -> str:
     """Return a pattern of the tables beside one where all have its header, else its own name."""
-    beside = sorted(data.parent.glob(f'*{data.suffix}')) if data.suffix == '.csv' else []
-    heads = set()
-    for path in beside:
-        with path.open('rb') as file:
-            heads.add(file.readline(65_536))
-    return str(data.parent / f'*{data.suffix}') if len(beside) > 1 and len(heads) == 1 else (
-        str(data))
+    from ..data.csv_layout import layout_of, TEXTS
+
+    if data.suffix.lower() not in TEXTS:
+        return str(data)
+    beside = sorted(data.parent.glob(f'*{data.suffix}'))
+    alike = len(beside) > 1 and len({layout_of(path).names for path in beside}) == 1
+    return str(data.parent / f'*{data.suffix}') if alike else str(data)
 
 
 def _ask(question: str, default: str) -> str:

@@ -81,16 +81,18 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         else:
             missing.append(f'--column {shlex.quote(f"motor_position={loose[0].source}")} '
                            '(or load_position)')
-    for column in ('t', 'encoder'):
-        names = ENCODERS if column == 'encoder' else (column,)
-        if not any(name in chosen for name in names) and not missing:
-            if ask:
-                name = names[-1]
-                chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)),
-                                        '')
-            else:
-                missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
-                               + ''.join(f'; {one}' for one in of.refused.values()) + ')')
+    for names in (('t',), ENCODERS):
+        if any(name in chosen or not ask and proposals.get(name) for name in names) or (
+                not ask and loose and names is ENCODERS):
+            continue
+        if ask:
+            name = names[-1]
+            chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)), '')
+        else:
+            missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
+                           + ''.join(f'; {one}' for one in of.refused.values())
+                           + ('; a number of the row counts in its period: t=SOURCE:2 ms'
+                              if names == ('t',) and not of.messages else '') + ')')
     for column, one in chosen.items():
         refused = _refused(column, one)
         if one.unit and not refused:
