@@ -214,6 +214,14 @@ def test_it_says_what_is_no_table(tmp_path, name, content, text):
         import_table(tmp_path / name, SERVO)
 
 
+def test_a_clock_that_jumps_by_years_is_no_pause_of_the_logger(tmp_path):
+    time = np.arange(100) * 2e-3
+    time[50:] += 1.7e9
+    path = write_csv(tmp_path / 'a.csv', {'t': time, 'voltage': time, 'motor_position': time})
+    with pytest.raises(ValueError, match=r'time jumps from 0.098 s in row 50 to 1.7e\+09'):
+        import_table(path, SERVO)
+
+
 def test_it_resamples_measurements_linearly_and_commands_by_holding(tmp_path):
     random = np.random.default_rng(4)
     time = np.cumsum(random.uniform(4e-3, 6e-3, 400))

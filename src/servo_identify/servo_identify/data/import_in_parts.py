@@ -75,6 +75,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                     table, machine, again)
                 if not told:
                     told.extend(again)
+                if not warnings:
+                    warnings.extend(table.warnings)
 
         times = OnDisk(file, 'd')
         seen, some = _looked_over(parts(), times)
