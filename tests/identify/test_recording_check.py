@@ -207,6 +207,19 @@ def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tm
     assert 'turn the sign' in capsys.readouterr().out
 
 
+def test_it_says_once_what_is_so_of_several_recordings(good):
+    several = [replace(good, name=f'run {k}', warnings=('there is no voltage',))
+               for k in range(5)]
+    said, = [one for one in check(several, BENCH) if 'no voltage' in one.sentence]
+    assert said.sentence == 'run 0, run 1, run 2 and 2 more: there is no voltage'
+
+
+def test_what_is_red_keeps_the_name_of_its_recording(good):
+    still = [changed(replace(good, name=name), current=np.zeros(len(good))) for name in 'ab']
+    red = [one for one in check([*still, good], BENCH) if one.level == 'red']
+    assert [one.recording for one in red] == ['a', 'b']
+
+
 def test_it_says_what_is_meant_by_repeats_and_what_to_do(good):
     found = check([replace(good, family='')] * 3, BENCH)
     unnamed, = [one for one in found if 'family' in one.sentence]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from servo_twin.physics.servo import Servo
 
 from .excitation import Excitation, excitation
-from .finding import Finding, LEVELS
+from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
 from .mistakes import TURN
 from .scales import scale_findings, untold
@@ -29,6 +29,8 @@ READER = {
     'is t in s?': 'give the unit of the time: t [ms]',
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
+    'another clock': 'nothing, where receipts are not late; a header with a stamp is better',
+    'rows end before': 'nothing, where nobody filled that column',
     'the drive is off': 'nothing, where it was meant to be off',
 }
 """Words of a warning of the reader, and what to do about it."""
@@ -46,8 +48,8 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     if not recordings:
         return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
     surveys = [survey(one, servo) for one in recordings]
-    found = [replace(finding, recording=one.name) for one in surveys
-             for finding in _of_one(one, servo)]
+    found = each_once([replace(finding, recording=one.name) for one in surveys
+                       for finding in _of_one(one, servo)])
     looked = []
     for one, seen in zip(recordings, surveys, strict=True):
         parts = looked_at(one)
@@ -64,7 +66,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))
         found += untold(looked, servo, shown)
-    found += [*_excitation(shown.values()), *_replicates(recordings), *_channels(surveys)]
+    found += [*_excitation(shown.values()), *replicates(recordings), *_channels(surveys)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 
 
@@ -164,7 +166,8 @@ def _excitation(shown: Iterable[Excitation | None]) -> list[Finding]:
     return found
 
 
-def _replicates(recordings: Sequence[Long]) -> list[Finding]:
+def replicates(recordings: Sequence[Long]) -> list[Finding]:
+    """Return whether motions are repeated as often as a diagnosis needs."""
     counts: dict[str, int] = {}
     for one in recordings:
         counts[one.family] = counts.get(one.family, 0) + 1
