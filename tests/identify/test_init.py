@@ -95,7 +95,7 @@ def test_a_count_of_an_encoder_is_a_unit():
     ('thetaMotor', '', 'motor_position'), ('supply_voltage', '', ''), ('speed', '', ''),
     ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
     ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
-    ('Iq_measured', '', 'current'), ('/command/data', '', 'voltage')])
+    ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
 def test_it_tells_columns_by_their_names(source, kind, column):
     assert looks_like(source, kind) == column
 

@@ -189,6 +189,27 @@ def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_pat
     assert recording.note.endswith('\n'.join(recording.warnings))
 
 
+def test_it_reads_the_signals_of_a_scope_by_their_labels(tmp_path):
+    signals = np.zeros((1, 2), [('values', 'O'), ('label', 'O')])
+    signals[0, 0] = (np.array([[1.0], [2.0], [3.0]]), 'u')
+    signals[0, 1] = (np.array([[0.0], [0.5], [1.0]]), 'motor angle')
+    savemat(tmp_path / 'a.mat', {'scope': {'time': np.arange(3.0)[:, None], 'signals': signals}})
+    read = read_table(tmp_path / 'a.mat')
+    assert read['scope.signals[u].values'].tolist() == [1.0, 2.0, 3.0]
+    assert read['scope.signals[motor angle].values'].tolist() == [0.0, 0.5, 1.0]
+    savemat(tmp_path / 'b.mat', {'Ts': 0.002})
+    with pytest.raises(ValueError, match='timeseries'):
+        read_table(tmp_path / 'b.mat')
+
+
+def test_an_array_of_objects_that_nobody_asks_for_is_no_harm(tmp_path):
+    np.savez(tmp_path / 'a.npz', t=np.arange(3.0), motor_position=np.arange(3.0),
+             about=np.array({'rig': 1}, dtype=object))
+    assert len(import_table(tmp_path / 'a.npz', SERVO)) == 3
+    with pytest.raises(ValueError, match="'about' is no plain array"):
+        read_table(tmp_path / 'a.npz')['about']
+
+
 def test_it_reads_feather_and_single_arrays_of_numpy(tmp_path):
     import pyarrow
     from pyarrow import feather

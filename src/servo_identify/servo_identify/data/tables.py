@@ -13,6 +13,7 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
+from .arrow_columns import numbers_of
 from .clock_times import seconds_of
 from .csv_layout import TEXTS
 from .csv_table import read_csv
@@ -91,16 +92,21 @@ def _csv(path: Path, names: Sequence[str]) -> Table:
 
 
 def _numpy(path: Path) -> Table:
+    arrays, refused = dict[str, Any](), dict[str, str]()
     try:
         found = np.load(path, allow_pickle=False)
         if isinstance(found, np.ndarray):
             arrays = {name: found[name] for name in found.dtype.names or ()} or {path.stem: found}
         else:
             with found:
-                arrays = {name: found[name] for name in found.files}
+                for name in found.files:
+                    try:
+                        arrays[name] = found[name]
+                    except ValueError as problem:  # objects, whose reading would run code
+                        refused[name] = f'{path}: {name!r} is no plain array: {problem}'
     except (ValueError, OSError, EOFError, BadZipFile) as error:
         raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
-    return _longest(path, *_parted(arrays))
+    return replace(_longest(path, *_parted(arrays)), refused=refused)
 
 
 def _parted(arrays: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -146,25 +152,13 @@ def _feather(path: Path) -> Table:
 
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
-    from pyarrow import types
-
     columns, texts = dict[str, np.ndarray](), {}
     for name, column in zip(found.column_names, found.columns, strict=True):
-        kind = column.type
-        if not name and types.is_null(kind):
-            continue  # each line ends with what parts the columns
-        if types.is_null(kind):
-            columns[name] = np.full(len(column), np.nan)
-        elif types.is_timestamp(kind):
-            columns[name] = _seconds(column)
-        elif types.is_duration(kind):
-            columns[name] = column.to_numpy() / np.timedelta64(1, 's')
-        elif types.is_integer(kind):
-            columns[name] = _whole(column)
-        elif types.is_floating(kind) or types.is_boolean(kind):
-            columns[name] = column.cast('float64').to_numpy()
-        else:
+        numbers = numbers_of(column)
+        if numbers is None:
             texts[name] = column.to_pylist()
+        elif name or np.isfinite(numbers).any():  # else each line ends with what parts the columns
+            columns[name] = numbers
     return _with_texts(Table(path, columns), texts)
 
 
@@ -177,26 +171,6 @@ def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
         except ValueError as problem:
             table.refused[name] = str(problem)
     return table
-
-
-def _seconds(column: Any) -> np.ndarray:
-    """Return stamps as s since the first of them."""
-    from pyarrow import timestamp
-
-    counts = column.cast(timestamp('ns', column.type.tz)).cast('int64').to_pylist()
-    first = next((one for one in counts if one is not None), 0)
-    return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
-
-
-def _whole(column: Any) -> np.ndarray:
-    """Return whole numbers; those that float64 cannot hold, stamps in ns, since the first."""
-    from pyarrow import ArrowInvalid, compute
-
-    try:
-        return np.asarray(column.cast('float64').to_numpy())
-    except ArrowInvalid:
-        first = next(one for one in column if one.is_valid)
-        return np.asarray(compute.subtract(column, first).cast('float64', safe=False).to_numpy())
 
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
@@ -212,6 +186,10 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
 
 def _mat(path: Path) -> Table:
     found = load_mat(path)
+    if not any(np.ndim(value) for value in found.values()):
+        raise ValueError(f'{path} holds no array of numbers. Objects of MATLAB (timeseries, '
+                         'table) have to be saved as arrays or structures: t = log.Time; u = '
+                         'log.Data')
     return _longest(path, *_parted({name: value for name, value in found.items()
                                     if isinstance(name, str) and not name.startswith('__')}))
 

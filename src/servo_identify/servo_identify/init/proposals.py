@@ -67,6 +67,8 @@ def looks_like(source: str, kind: str = '') -> str:
     if words & _CURRENT:
         return 'current' if not words & {'command', 'cmd'} else 'current_reference'
     if words & _TORQUE:
+        if words & {'command', 'cmd'}:
+            return ''  # what was told is no measured torque, and no drive is told N m
         return 'external_torque' if words & {'external', 'ext'} else 'torque'
     if words & _POSITION:
         field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
