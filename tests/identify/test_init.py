@@ -95,6 +95,7 @@ def test_a_count_of_an_encoder_is_a_unit():
     ('thetaMotor', '', 'motor_position'), ('supply_voltage', '', ''), ('speed', '', ''),
     ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
     ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
+    ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
     ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
 def test_it_tells_columns_by_their_names(source, kind, column):
     assert looks_like(source, kind) == column
@@ -352,6 +353,25 @@ def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out
     assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
     chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
     assert not missing and chosen['load_position'].source == '/joint_states.position[elbow]'
+
+
+def test_it_asks_for_the_topic_where_two_tell_the_angle_of_one_joint():
+    of = Offered(Path('bag'), (
+        dynamic := '/dynamic.interface_values[elbow].values[position]',
+        plain := '/joint_states.position[elbow]', '/joint_states.stamp', '/dynamic.stamp'), {},
+        kinds={dynamic: 'control_msgs/msg/DynamicJointState',
+               plain: 'sensor_msgs/msg/JointState'})
+    missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)[1]
+    assert missing == [f"--column load_position=SOURCE (of ['{dynamic}', '{plain}'])"]
+
+
+def test_a_count_of_the_vendor_is_a_unit_too(run, tmp_path):
+    data = write(tmp_path / 'run.csv', {
+        'time': run['time'], 'voltage': run['u'], 'motor_position': run['theta'],
+        'current': np.round(run['i'] / 0.00269)})
+    assert init(data, tmp_path, '--column', 'current=current:2.69 mA') == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert np.allclose(one['current'], run['i'], atol=0.0014)
 
 
 def test_it_refuses_a_bag_of_this_project_and_says_what_to_do(run, tmp_path):

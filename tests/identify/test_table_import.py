@@ -202,6 +202,17 @@ def test_it_reads_the_signals_of_a_scope_by_their_labels(tmp_path):
         read_table(tmp_path / 'b.mat')
 
 
+def test_a_record_may_stand_in_each_line_and_hold_another(tmp_path):
+    path = tmp_path / 'a.jsonl'
+    path.write_text(''.join(json.dumps({'t': 0.1 * k, 'mode': 'run', 'motor': {'q': k, 'u': 1}})
+                            + '\n' for k in range(3)))
+    read = read_table(path)
+    assert read['motor.q'].tolist() == [0.0, 1.0, 2.0] and 'mode' in read.refused
+    path.write_text('{"t": 0}\n{"t":')
+    with pytest.raises(ValueError, match='is no JSON file'):
+        read_table(path)
+
+
 def test_an_array_of_objects_that_nobody_asks_for_is_no_harm(tmp_path):
     np.savez(tmp_path / 'a.npz', t=np.arange(3.0), motor_position=np.arange(3.0),
              about=np.array({'rig': 1}, dtype=object))

@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     columns = parser.add_argument_group('the columns')
     columns.add_argument('--column', action='append', default=[], metavar='COLUMN=SOURCE:UNIT',
                          help='which source is which column, such as motor_position=theta:deg '
-                              'or motor_position=enc:1/4096 rev; may be repeated')
+                              'or motor_position=enc:1/4096 rev, current=raw:2.69 mA; may be '
+                              'repeated')
     columns.add_argument('--joint', default='', help='which joint, of messages with several')
     columns.add_argument('--si', action='store_true',
                          help='what has no unit in its header is in SI units')

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-import json
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -17,9 +16,10 @@ from .arrow_columns import numbers_of
 from .clock_times import seconds_of
 from .csv_layout import TEXTS
 from .csv_table import read_csv
+from .json_file import flat, LINES, read_json
 from .mat_file import load_mat
 
-SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json')
+SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json', *LINES)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
         if reader is not None:
             table = reader(path)
         else:
-            table = _json(path, rows) if suffix == '.json' else _csv(path, names)
+            table = _json(path, rows) if suffix in ('.json', *LINES) else _csv(path, names)
     except (ValueError, OSError):
         raise
     except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
@@ -195,11 +195,7 @@ def _mat(path: Path) -> Table:
 
 
 def _json(path: Path, rows: str) -> Table:
-    try:
-        content = json.loads(path.read_text('utf8'))
-    except ValueError as error:
-        raise ValueError(f'{path} is no JSON file: {error}') from None
-    facts = {}
+    content, facts = read_json(path), {}
     if isinstance(content, dict):
         facts = {name: value for name, value in content.items()
                  if isinstance(value, (str, int, float, bool))}
@@ -214,9 +210,9 @@ def _json(path: Path, rows: str) -> Table:
         return replace(_longest(path, held.columns, facts), refused=held.refused)
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
         raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
-    names = list(content[0]) if content else []
-    return _with_texts(Table(path, {}, facts),
-                       {name: [row.get(name) for row in content] for name in names})
+    records = [dict(flat(row)) for row in content]
+    return _with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
+                                                for name in (records[0] if records else ())})
 
 
 def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:

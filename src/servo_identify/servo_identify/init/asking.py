@@ -65,11 +65,9 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[column] = next((one for one in several if one.source == answer),
                                   Proposal(column, answer, ''))
         else:
-            joints = [re.search(r'\[([^\[\]]+)\]$', one.source) for one in several]
-            missing.append(f'--joint NAME (of {[one[1] for one in joints if one]})'
-                           if all(one and not one[1].isdigit() for one in joints)
-                           else f'--column {column}=SOURCE (of '
-                                f'{[one.source for one in several]})')
+            joints = _joints([one.source for one in several])
+            missing.append(f'--joint NAME (of {joints})' if joints else
+                           f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
@@ -109,6 +107,14 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
                 f'({refused})' if refused else '(or --si for all)'))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
+
+
+def _joints(sources: Sequence[str]) -> list[str]:
+    """Return the names by which sources differ where nothing else tells them apart, else []."""
+    parted = [re.fullmatch(r'(.*?)\[([^\[\]]+)\](.*)', one) for one in sources]
+    around = {(one[1], one[3]) for one in parted if one}
+    named = [one[2] for one in parted if one and not one[2].isdigit()]
+    return named if len(around) == 1 and len(named) == len(sources) else []
 
 
 def _usual(column: str, linear: bool) -> str:

@@ -46,7 +46,8 @@ class Proposal:
 
 def looks_like(source: str, kind: str = '') -> str:
     """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
-    name = split(source)[0]
+    # of a message an index names the joint, but behind .values the interface
+    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
     if name in NAMES:
         return name
     words = _words(name)
