@@ -207,6 +207,13 @@ def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tm
     assert 'turn the sign' in capsys.readouterr().out
 
 
+def test_it_asks_whether_a_torque_was_computed_from_the_current(good):
+    computed = changed(good, torque=3.3 * good['current'])
+    said, = [one for one in check([computed], BENCH) if 'computed' in one.sentence]
+    assert said.level == 'amber' and '3.3 N m/A times the current' in said.sentence
+    assert not any('computed' in one.sentence for one in check([good], BENCH))
+
+
 def test_it_says_once_what_is_so_of_several_recordings(good):
     several = [replace(good, name=f'run {k}', warnings=('there is no voltage',))
                for k in range(5)]

@@ -24,6 +24,9 @@ from .messages import read_messages
 from .plausibility import check_angles
 from .tables import read_table, Table
 
+LISTING = 'recordings.yaml'
+"""The file beside recordings that names their families."""
+
 
 def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
                  family: str | None = None, replicate: int | None = None, note: str | None = None,
@@ -146,7 +149,7 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
 
 def beside(path: Path) -> dict[str, Any]:
     """Return what a recordings.yaml in the table's folder says of it."""
-    listing = path.parent / 'recordings.yaml'
+    listing = path.parent / LISTING
     if not listing.is_file():
         return {}
     try:
