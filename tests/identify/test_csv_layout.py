@@ -34,7 +34,8 @@ def test_it_finds_the_names_among_what_stands_above_the_numbers(tmp_path, above)
 @pytest.mark.parametrize('above', [
     ['Model,Scope 3024', 'Firmware,2.41', 'Memory Length,6000', ''],
     ['Writer,2,,', 'Channels,2,,', 'Date,2026/03/02,2026/03/02,2026/03/02', '*** end ***'],
-    ['Name,plant', 'Type,REAL64,REAL64', 'Rate,500,500']])
+    ['Name,plant', 'Type,REAL64,REAL64', 'Rate,500,500'],
+    ['Net,5.35.2.1.1,5.35.2.1.1']])
 def test_names_stand_below_lines_that_part_as_they_do(tmp_path, above):
     path = tmp_path / 'a.csv'
     path.write_text('\n'.join([*above, ','.join(NAMES), *lines()]) + '\n')
@@ -64,6 +65,12 @@ def test_times_of_a_clock_are_seconds(tmp_path, shown, period):
     path.write_text('t;voltage;motor_position\n' + ''.join(
         f'{one};{k};{k}\n' for k, one in enumerate(shown)))
     assert import_table(path, SERVO).period == pytest.approx(period)
+
+
+def test_what_loggers_write_where_nothing_was_measured_is_no_number(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,voltage,motor_position\n0,1,0\n0.1,---,1\n0.2,N/A,2\n0.3,None,3\n')
+    assert np.isnan(import_table(path, SERVO)['voltage']).tolist() == [False, True, True, True]
 
 
 def test_names_that_are_there_twice_are_numbered(tmp_path):

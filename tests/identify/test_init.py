@@ -161,10 +161,12 @@ def test_a_counter_that_wraps_around_is_put_together(run, tmp_path, capsys):
     assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
 
 
-def test_a_unit_may_be_the_last_word_of_a_name(run, tmp_path):
-    data = write(tmp_path / 'run.csv', {
-        'time_ms': 1e3 * run['time'], 'supply_V': 24.0 + 0.0 * run['u'], 'command_V': run['u'],
-        'current_mA': 1e3 * run['i'], 'motor_position_deg': np.degrees(run['theta'])})
+@pytest.mark.parametrize('mark', ['_', '/', ', '])
+def test_a_unit_may_be_the_last_word_of_a_name(run, tmp_path, mark):
+    data = write(tmp_path / 'run.csv', {name.replace(' ', mark): column for name, column in {
+        'time ms': 1e3 * run['time'], 'supply V': 24.0 + 0.0 * run['u'], 'command V': run['u'],
+        'current mA': 1e3 * run['i'], 'motor_position deg': np.degrees(run['theta'])}.items()},
+        ';')
     assert init(data, tmp_path) == 0
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert one.period == pytest.approx(0.002)

@@ -215,7 +215,7 @@ def _are_units(cells: Sequence[str]) -> bool:
     known = 0
     for cell in map(_bracketless, cells):
         try:
-            known += bool(cell and parsed(cell))
+            known += bool(re.search(r'[^\W\d_]|[°%]', cell) and parsed(cell))
         except UnitError as problem:
             known += 'counts' in str(problem)
     return known > 0

@@ -10,6 +10,8 @@ from typing import Any
 
 from .csv_layout import last_line, Layout, layout_of
 
+_NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
+
 
 def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...]]:
     """
@@ -77,8 +79,9 @@ def _options(layout: Layout, columns: list[str]) -> dict[str, Any]:
         'read_options': arrow.ReadOptions(skip_rows=layout.skipped, column_names=columns,
                                           encoding='utf8' if plain else layout.encoding),
         'parse_options': arrow.ParseOptions(delimiter=layout.delimiter),
-        'convert_options': arrow.ConvertOptions(strings_can_be_null=True,
-                                                decimal_point=layout.decimal)}
+        'convert_options': arrow.ConvertOptions(
+            strings_can_be_null=True, decimal_point=layout.decimal,
+            null_values=[*arrow.ConvertOptions().null_values, *_NOTHING])}
 
 
 def count_of_bare_columns(path: Path) -> int:

@@ -11,7 +11,7 @@ from servo_twin.physics.straight_units import straightened
 
 from ..data.column_units import factor_of, NAMES, UNIT
 from .machine import ABOUT, example, flag, Machine, SECTIONS
-from .proposals import ANGLE, Proposal
+from .proposals import ANGLE, looks_like, Proposal
 from .sources import Offered
 
 Ask = Callable[[str, str], str]
@@ -87,8 +87,10 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             name = names[-1]
             chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)), '')
         else:
+            meant = [said for name, said in of.refused.items()
+                     if looks_like(name) in (*names, ANGLE)] or [*of.refused.values()][:1]
             missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
-                           + ''.join(f'; {one}' for one in of.refused.values())
+                           + ''.join(f'; {one}' for one in meant)
                            + ('; a number of the row counts in its period: t=SOURCE:2 ms'
                               if names == ('t',) and not of.messages else '') + ')')
     for column, one in chosen.items():

@@ -109,8 +109,8 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
 
 
 def _unit_behind(source: str, column: str) -> str:
-    """Return the last word of a name where it is a unit of the column, as in current_mA."""
-    word = source.rpartition('_')[2]
+    """Return the last word of a name where it is a unit of the column: current_mA, I/mA, I, mA."""
+    word = re.split(r'[_/,]\s*', source)[-1]
     try:
         parsed(word)
         factor_of(source, column, word, None)
