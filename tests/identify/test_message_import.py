@@ -9,6 +9,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from servo_identify.cli import main
+from servo_identify.data.message_times import stamp_of
 from servo_identify.data.reading import read_recordings
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -107,6 +108,7 @@ def test_a_topic_of_another_clock_is_joined_by_its_receipt(tmp_path, clock, rate
     assert len(one) == COUNT and one.period == pytest.approx(0.005)
     assert np.allclose(one['load_position'], angle(np.arange(COUNT)), atol=1e-12)
     assert np.array_equal(one['voltage'][1:], np.arange(COUNT - 1.0))
+    assert 'voltage begins in row 2; the rows before stay NaN' in one.warnings
     assert any('another clock than /command' in said for said in one.warnings)
 
 
@@ -115,7 +117,7 @@ def test_a_joint_that_some_messages_leave_out_is_missing_there_alone(tmp_path):
                            CONFIG / 'imports' / 'joint_state.yaml')
     assert np.isnan(one['load_position'][:100]).all()
     assert np.allclose(one['load_position'][100:], angle(np.arange(100, COUNT)), atol=1e-12)
-    assert any('load_position is missing in 100 rows' in said for said in one.warnings)
+    assert any('load_position begins in row 101' in said for said in one.warnings)
 
 
 @pytest.mark.parametrize(('source', 'words'), [
@@ -218,6 +220,12 @@ def test_it_reads_plain_mcap_with_json_and_protobuf(tmp_path, make, position, co
     assert one['voltage'][25] == (20.0 if make is json_mcap else 25.0)
     with pytest.raises(ValueError, match=r"topics are \[.*'/drive'.*servo-identify init"):
         read_recordings([path], SERVO)
+
+
+@pytest.mark.parametrize('unit', [1, 10**3, 10**6, 10**9])
+def test_a_stamp_may_be_a_number_of_the_calendar(unit):
+    assert stamp_of({'timestamp': START / 10**9 * unit}) == pytest.approx(START, abs=1000)
+    assert stamp_of({'timestamp': 12.5}) == 0  # counts from nobody knows when
 
 
 def test_nothing_is_made_up_where_a_topic_was_silent(tmp_path):

@@ -28,6 +28,7 @@ SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; nothing else has to be done',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
+    'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
     'is t in s?': 'give the unit of the time: t [ms]',

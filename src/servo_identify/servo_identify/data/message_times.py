@@ -25,6 +25,8 @@ def stamp_of(message: Any) -> int:
     for owner in (header, message):
         for name in _STAMPS:
             stamp = part_of(owner, name, None)
+            if isinstance(stamp, int | float):
+                return _of_calendar(stamp)
             seconds = _first(stamp, 'sec', 'secs', 'seconds')
             nanoseconds = _first(stamp, 'nanosec', 'nsec', 'nsecs', 'nanos')
             if seconds or nanoseconds:
@@ -81,6 +83,14 @@ def _late(at: np.ndarray, received: np.ndarray, stamps: np.ndarray) -> np.ndarra
     """Return how long after their stamps messages came that were received at a time, ns."""
     order = np.argsort(received, kind='stable')
     return np.interp(at, received[order], (received - stamps)[order]).astype(np.int64)
+
+
+def _of_calendar(number: float) -> int:
+    """Return a stamp in s, ms, us or ns since 1970 in ns; 0 for a number that is none of them."""
+    for unit in (10**9, 10**6, 10**3, 1):
+        if 1e9 <= number * unit * 1e-9 < 1e11:  # from 2001 on
+            return int(number * unit)
+    return 0
 
 
 def _first(owner: Any, *names: str) -> Any:
