@@ -336,6 +336,19 @@ def test_a_table_of_a_german_logger_needs_no_column_named_but_the_shaft(tmp_path
     np.testing.assert_allclose(two[0]['load_position'], run['q'], atol=1e-8)
 
 
+@pytest.mark.parametrize(('beside', 'named'), [('2,1,0,1\n3,1,0,1\n', '*.txt'),
+                                               ('', 'run.txt'), ('Notes of May', 'run.txt')])
+def test_it_names_next_all_tables_that_are_like_one_without_names(
+        run, tmp_path, capsys, beside, named):
+    columns = {name: run[name] for name in ('time', 'u', 'i', 'theta')}
+    data = write(tmp_path / 'run.txt', columns, names=False)
+    (tmp_path / 'beside.txt').write_text(beside)
+    more = [word for k, name in enumerate(('t', 'voltage', 'current', 'motor_position'), 1)
+            for word in ('--column', f'{name}=column_{k}')]
+    assert init(data, tmp_path, '--si', *more) == 0
+    assert f'{tmp_path.name}/{named}' in capsys.readouterr().out.splitlines()[-1]
+
+
 def test_the_set_point_is_not_the_command_of_an_amplifier_with_another_gain(tmp_path, run, capsys):
     data = write(tmp_path / 'run.csv', {'t': run['time'], 'load_position': run['q'],
                                         'current': run['i'], 'current_reference': run['i']})

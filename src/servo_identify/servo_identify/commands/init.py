@@ -201,13 +201,24 @@ def _next(arguments: argparse.Namespace) -> list[str]:
 
 def _alike(data: Path) -> str:
     """Return a pattern of the tables beside one where all have its header, else its own name."""
-    from ..data.csv_layout import layout_of, TEXTS
+    from ..data.csv_layout import TEXTS
 
     if data.suffix.lower() not in TEXTS:
         return str(data)
     beside = sorted(data.parent.glob(f'*{data.suffix}'))
-    alike = len(beside) > 1 and len({layout_of(path).names for path in beside}) == 1
+    alike = len(beside) > 1 and len(set(map(_header_of, beside))) == 1
     return str(data.parent / f'*{data.suffix}') if alike else str(data)
+
+
+def _header_of(table: Path) -> tuple[str, ...] | int:
+    """Return the names in a table of text, or how many columns it has without; 0 for another."""
+    from ..data.csv_layout import layout_of
+
+    try:
+        layout = layout_of(table)
+    except ValueError:
+        return 0
+    return len(layout.names) if layout.bare else layout.names
 
 
 def _ask(question: str, default: str) -> str:
