@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.data.reading import read_recordings
 from servo_twin.cli import main as twin
 
 
@@ -32,6 +33,13 @@ def test_it_finds_the_sinusoid_of_a_pattern_of_tables(table, capsys):
                  '--json', '-']) == 0
     found, = json.loads(capsys.readouterr().out)['sinusoids']
     assert found['frequency'] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_pattern_of_all_leaves_out_the_list_of_families(table, tmp_path):
+    (tmp_path / 'run.csv').write_bytes(table.read_bytes())
+    (tmp_path / 'recordings.yaml').write_text('run: {family: sine, replicate: 2}\n')
+    one, = read_recordings([tmp_path / '*'])
+    assert (one.family, one.replicate) == ('sine', 2)
 
 
 def test_it_replays_a_table_and_writes_no_page_over_another(table, tmp_path, capsys):

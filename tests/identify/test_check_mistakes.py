@@ -152,6 +152,15 @@ def test_it_says_that_a_drive_of_currents_hides_which_of_command_and_current_is_
     assert untold([recorded('geared_dc')], servo_of('geared_dc')) == []
 
 
+def test_it_has_no_doubts_on_a_reference_that_the_controller_does_not_read():
+    one, servo = recorded('feed_drive'), servo_of('feed_drive')
+    assert servo.values['controller.kf'] == 0.0
+    slow = replace(one, columns={**one.columns, 'reference_velocity': 1e-9 * np.ones(len(one))})
+    assert not any('reference_velocity' in said.sentence for said in untold([slow], servo))
+    reads = servo.with_values({'controller.kf': 1.0})
+    assert any('reference_velocity' in said.sentence for said in untold([slow], reads))
+
+
 def test_it_names_two_mistakes_at_once():
     said = red(times(recorded('rv_bench'), current=1e3, load_position=-1.0), 'rv_bench')
     assert 'mA' in said and 'load_position' in said

@@ -31,6 +31,70 @@ def test_it_finds_the_names_among_what_stands_above_the_numbers(tmp_path, above)
     assert recording['motor_position'].tolist() == [0.25, 0.5, 0.75]
 
 
+@pytest.mark.parametrize('above', [
+    ['Model,Scope 3024', 'Firmware,2.41', 'Memory Length,6000', ''],
+    ['Writer,2,,', 'Channels,2,,', 'Date,2026/03/02,2026/03/02,2026/03/02', '*** end ***'],
+    ['Name,plant', 'Type,REAL64,REAL64', 'Rate,500,500'],
+    ['Net,5.35.2.1.1,5.35.2.1.1']])
+def test_names_stand_below_lines_that_part_as_they_do(tmp_path, above):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([*above, ','.join(NAMES), *lines()]) + '\n')
+    recording = import_table(path, SERVO)
+    assert recording['voltage'].tolist() == [1.5, -1.5, 2.5]
+    assert recording['motor_position'].tolist() == [0.25, 0.5, 0.75]
+
+
+def test_a_point_above_the_rows_or_in_a_date_is_no_decimal_point(tmp_path):
+    path = tmp_path / 'a.txt'
+    rows = ['\t'.join((f'02.03.2026 14:03:22,{2 * k:03d}', *(f'{x:g}'.replace('.', ',')
+                                                            for x in row[1:])))
+            for k, row in enumerate(ROWS)]
+    path.write_text('\n'.join(['Firmware 2.41', 'time\tvoltage\tmotor_position', *rows]))
+    recording = import_table(path, SERVO)
+    assert recording.period == pytest.approx(0.002)
+    assert recording['voltage'].tolist() == [1.5, -1.5, 2.5]
+    assert recording['motor_position'].tolist() == [0.25, 0.5, 0.75]
+
+
+@pytest.mark.parametrize(('shown', 'period'), [
+    (['02.03.2026 23:59:59,996', '02.03.2026 23:59:59,998', '03.03.2026 00:00:00,000'], 0.002),
+    (['11:59:59.8 AM', '11:59:59.9 AM', '12:00:00.0 PM'], 0.1),
+    (['59:59.98', '59:59.99', '00:00.00'], 0.01), (['14:03:22', '14:03:23', '14:03:24'], 1.0)])
+def test_times_of_a_clock_are_seconds(tmp_path, shown, period):
+    path = tmp_path / 'a.csv'
+    path.write_text('t;voltage;motor_position\n' + ''.join(
+        f'{one};{k};{k}\n' for k, one in enumerate(shown)))
+    assert import_table(path, SERVO).period == pytest.approx(period)
+
+
+def test_what_loggers_write_where_nothing_was_measured_is_no_number(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,voltage,motor_position\n0,1,0\n0.1,---,1\n0.2,N/A,2\n0.3,None,3\n')
+    assert np.isnan(import_table(path, SERVO)['voltage']).tolist() == [False, True, True, True]
+
+
+def test_names_that_are_there_twice_are_numbered(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('time,u,time,i\ns,V,ms,A\n0,1,0,2\n0.1,1,100,2\n')
+    assert list(read_table(path).columns) == ['time (1) [s]', 'u [V]', 'time (2) [ms]', 'i [A]']
+
+
+def test_names_without_a_column_and_columns_without_a_name_at_the_end_are_no_harm(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join([*NAMES, 'comment']), *lines()]))
+    recording = import_table(path, SERVO)
+    assert len(recording) == 3 and "the rows end before ['comment']" in recording.warnings[0]
+    path.write_text('\n'.join([','.join(NAMES), *(f'{one},' for one in lines())]))
+    assert (len(import_table(path, SERVO)), list(read_table(path).columns)) == (3, list(NAMES))
+
+
+@pytest.mark.parametrize('name', ['a.dat', 'a.LOG', 'a.asc'])
+def test_text_may_have_the_name_that_a_logger_gives_it(tmp_path, name):
+    path = tmp_path / name
+    path.write_text('\r'.join([' '.join(NAMES), *lines(' ')]))
+    assert import_table(path, SERVO)['voltage'].tolist() == [1.5, -1.5, 2.5]
+
+
 def test_units_may_have_a_line_of_their_own(tmp_path):
     path = tmp_path / 'a.csv'
     path.write_text('\n'.join([','.join(NAMES), 'ms,mV,deg', *lines()]))

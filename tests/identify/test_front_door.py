@@ -149,6 +149,41 @@ def test_it_reads_stamps_of_a_calendar_and_several_tables_in_memory():
     assert two[0].period == pytest.approx(0.004)
 
 
+def test_it_reads_a_structured_array_and_an_arrow_table_and_leaves_text_out():
+    import pyarrow
+    time = np.arange(500) * 4e-3
+    columns = {'t': time, 'voltage': np.cos(time), 'load_position': np.sin(time)}
+    rows = np.array(list(zip(*columns.values(), strict=True)), [(name, float) for name in columns])
+    for held in (rows, pyarrow.table(columns), {**columns, 'state': ['run'] * 500}):
+        (one,) = si.read(held, BENCH)
+        assert np.array_equal(one['load_position'], np.sin(time))
+
+
+def test_columns_in_memory_are_read_by_a_mapping_file_too(tmp_path):
+    mapping = tmp_path / 'mapping.yaml'
+    mapping.write_text('time: {source: clock, unit: ms}\n'
+                       'columns: {load_position: {source: q, unit: deg}}\n')
+    held = {'clock': np.arange(0.0, 500.0, 4.0), 'q': np.arange(125.0)}
+    (one,) = si.read(held, BENCH, mapping)
+    assert one.period == pytest.approx(0.004)
+    assert one['load_position'] == pytest.approx(np.radians(np.arange(125.0)))
+
+
+class Frame(dict):
+    """Stands for a pandas frame: its columns, and an index that may have a name."""
+
+    class index:
+        name = None
+        values = np.arange(0, 400, 4).astype('timedelta64[ms]')
+
+    columns = property(dict.keys)
+
+
+def test_an_index_of_times_is_the_time_whatever_its_name():
+    (one,) = si.read(Frame(load_position=np.arange(100.0)), BENCH)
+    assert one.period == pytest.approx(0.004)
+
+
 @pytest.mark.parametrize('held', [np.zeros((5, 3)), None, [np.zeros(3)]])
 def test_it_says_what_it_reads_where_something_else_is_given(held):
     with pytest.raises(TypeError, match='read takes names of files, or columns by name'):

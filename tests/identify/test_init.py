@@ -95,7 +95,8 @@ def test_a_count_of_an_encoder_is_a_unit():
     ('thetaMotor', '', 'motor_position'), ('supply_voltage', '', ''), ('speed', '', ''),
     ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
     ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
-    ('Iq_measured', '', 'current'), ('/command/data', '', 'voltage')])
+    ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
+    ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
 def test_it_tells_columns_by_their_names(source, kind, column):
     assert looks_like(source, kind) == column
 
@@ -144,9 +145,41 @@ def test_an_encoder_that_wraps_around_is_put_together_and_what_is_left_out_is_sa
         'motor_position [deg]': (angle + 180.0) % 360.0 - 180.0, 'speed [rpm]': run['q']})
     assert init(data, tmp_path) == 0
     said = capsys.readouterr().out
-    assert 'wraps around at each turn of 360' in said and "left out             'speed" in said
+    assert 'wraps around at each 360 of them' in said and "left out             'speed" in said
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_a_counter_that_wraps_around_is_put_together(run, tmp_path, capsys):
+    counts = np.round(run['theta'] / COUNT)
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'voltage': run['u'], 'current': run['i'],
+        'counter': (counts + 16384) % 32768 - 16384})
+    assert init(data, tmp_path, '--column', 'motor_position=counter:1/4096 rev') == 0
+    assert 'wraps around at each 32768 of them' in capsys.readouterr().out
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
+@pytest.mark.parametrize('mark', ['_', '/', ', '])
+def test_a_unit_may_be_the_last_word_of_a_name(run, tmp_path, mark):
+    data = write(tmp_path / 'run.csv', {name.replace(' ', mark): column for name, column in {
+        'time ms': 1e3 * run['time'], 'supply V': 24.0 + 0.0 * run['u'], 'command V': run['u'],
+        'current mA': 1e3 * run['i'], 'motor_position deg': np.degrees(run['theta'])}.items()},
+        ';')
+    assert init(data, tmp_path) == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one.period == pytest.approx(0.002)
+    np.testing.assert_allclose(one['current'], run['i'], atol=1e-8)
+    np.testing.assert_allclose(one['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_it_names_time_and_encoder_of_a_table_without_names_at_once(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')},
+                 names=False)
+    assert init(data, tmp_path) == 2
+    said = capsys.readouterr().err
+    assert '--column t=SOURCE' in said and '--column motor_position=SOURCE' in said
 
 
 def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tmp_path, capsys):
@@ -303,6 +336,19 @@ def test_a_table_of_a_german_logger_needs_no_column_named_but_the_shaft(tmp_path
     np.testing.assert_allclose(two[0]['load_position'], run['q'], atol=1e-8)
 
 
+@pytest.mark.parametrize(('beside', 'named'), [('2,1,0,1\n3,1,0,1\n', '*.txt'),
+                                               ('', 'run.txt'), ('Notes of May', 'run.txt')])
+def test_it_names_next_all_tables_that_are_like_one_without_names(
+        run, tmp_path, capsys, beside, named):
+    columns = {name: run[name] for name in ('time', 'u', 'i', 'theta')}
+    data = write(tmp_path / 'run.txt', columns, names=False)
+    (tmp_path / 'beside.txt').write_text(beside)
+    more = [word for k, name in enumerate(('t', 'voltage', 'current', 'motor_position'), 1)
+            for word in ('--column', f'{name}=column_{k}')]
+    assert init(data, tmp_path, '--si', *more) == 0
+    assert f'{tmp_path.name}/{named}' in capsys.readouterr().out.splitlines()[-1]
+
+
 def test_the_set_point_is_not_the_command_of_an_amplifier_with_another_gain(tmp_path, run, capsys):
     data = write(tmp_path / 'run.csv', {'t': run['time'], 'load_position': run['q'],
                                         'current': run['i'], 'current_reference': run['i']})
@@ -322,6 +368,25 @@ def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out
     assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
     chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
     assert not missing and chosen['load_position'].source == '/joint_states.position[elbow]'
+
+
+def test_it_asks_for_the_topic_where_two_tell_the_angle_of_one_joint():
+    of = Offered(Path('bag'), (
+        dynamic := '/dynamic.interface_values[elbow].values[position]',
+        plain := '/joint_states.position[elbow]', '/joint_states.stamp', '/dynamic.stamp'), {},
+        kinds={dynamic: 'control_msgs/msg/DynamicJointState',
+               plain: 'sensor_msgs/msg/JointState'})
+    missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)[1]
+    assert missing == [f"--column load_position=SOURCE (of ['{dynamic}', '{plain}'])"]
+
+
+def test_a_count_of_the_vendor_is_a_unit_too(run, tmp_path):
+    data = write(tmp_path / 'run.csv', {
+        'time': run['time'], 'voltage': run['u'], 'motor_position': run['theta'],
+        'current': np.round(run['i'] / 0.00269)})
+    assert init(data, tmp_path, '--column', 'current=current:2.69 mA') == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert np.allclose(one['current'], run['i'], atol=0.0014)
 
 
 def test_it_refuses_a_bag_of_this_project_and_says_what_to_do(run, tmp_path):

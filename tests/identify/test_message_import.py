@@ -9,6 +9,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from servo_identify.cli import main
+from servo_identify.data.message_times import stamp_of
 from servo_identify.data.reading import read_recordings
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -77,6 +78,46 @@ def test_it_reads_own_messages_by_the_definitions_in_the_bag(bag, tmp_path):
     read, = read_recordings([bag], SERVO, mapping)
     assert np.allclose(read['load_position'], angle(np.arange(COUNT)), atol=1e-12)
     assert np.allclose(read['current'], 0.02 * np.arange(COUNT))
+
+
+def moving(folder, clock=0, names=('wrist', 'joint'), without=range(0), rate=1.0):
+    """Write a joint of 200 Hz whose header counts from a ``clock``, and a command without one."""
+    with Writer(folder / 'log', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        joints = writer.add_connection('/joint_states', 'sensor_msgs/msg/JointState',
+                                       typestore=STORE)
+        command = writer.add_connection('/command', 'std_msgs/msg/Float64', typestore=STORE)
+        for k in range(COUNT):
+            came = START + int(k * PERIOD / rate)
+            order = list(names) if k % 3 else list(reversed(names))
+            here = [name for name in order if name != 'joint' or k not in without]
+            content = T['sensor_msgs/msg/JointState'](
+                header=header(clock + k * PERIOD), name=here,
+                position=np.array([angle(k) if name == 'joint' else 9.0 for name in here]),
+                velocity=np.array([]), effort=np.array([]))
+            writer.write(joints, came + 100_000,
+                         STORE.serialize_cdr(content, 'sensor_msgs/msg/JointState'))
+            writer.write(command, came + 150_000, STORE.serialize_cdr(
+                T['std_msgs/msg/Float64'](data=float(k)), 'std_msgs/msg/Float64'))
+    return folder / 'log'
+
+
+@pytest.mark.parametrize(('clock', 'rate'), [(0, 1.0), (0, 0.5), (1_000_000_000_000, 1.0)])
+def test_a_topic_of_another_clock_is_joined_by_its_receipt(tmp_path, clock, rate):
+    one, = read_recordings([moving(tmp_path, clock, rate=rate)], SERVO,
+                           CONFIG / 'imports' / 'joint_state.yaml')
+    assert len(one) == COUNT and one.period == pytest.approx(0.005)
+    assert np.allclose(one['load_position'], angle(np.arange(COUNT)), atol=1e-12)
+    assert np.array_equal(one['voltage'][1:], np.arange(COUNT - 1.0))
+    assert 'voltage begins in row 2; the rows before stay NaN' in one.warnings
+    assert any('another clock than /command' in said for said in one.warnings)
+
+
+def test_a_joint_that_some_messages_leave_out_is_missing_there_alone(tmp_path):
+    one, = read_recordings([moving(tmp_path, START, without=range(100))], SERVO,
+                           CONFIG / 'imports' / 'joint_state.yaml')
+    assert np.isnan(one['load_position'][:100]).all()
+    assert np.allclose(one['load_position'][100:], angle(np.arange(100, COUNT)), atol=1e-12)
+    assert any('load_position begins in row 101' in said for said in one.warnings)
 
 
 @pytest.mark.parametrize(('source', 'words'), [
@@ -179,6 +220,12 @@ def test_it_reads_plain_mcap_with_json_and_protobuf(tmp_path, make, position, co
     assert one['voltage'][25] == (20.0 if make is json_mcap else 25.0)
     with pytest.raises(ValueError, match=r"topics are \[.*'/drive'.*servo-identify init"):
         read_recordings([path], SERVO)
+
+
+@pytest.mark.parametrize('unit', [1, 10**3, 10**6, 10**9])
+def test_a_stamp_may_be_a_number_of_the_calendar(unit):
+    assert stamp_of({'timestamp': START / 10**9 * unit}) == pytest.approx(START, abs=1000)
+    assert stamp_of({'timestamp': 12.5}) == 0  # counts from nobody knows when
 
 
 def test_nothing_is_made_up_where_a_topic_was_silent(tmp_path):

@@ -70,6 +70,9 @@ MISTAKES = {
     'an encoder that wraps around at each turn': (
         lambda r: changed(r, motor_position=r['motor_position'] % (2.0 * pi)),
         'jumps back'),
+    'a counter that wraps around': (
+        lambda r: changed(r, motor_position=(r['motor_position'] + 12.5) % 25.0 - 12.5),
+        'jumps back by 2'),
     'no motion': (lambda r: changed(r, motor_position=np.zeros(len(r)),
                                     load_position=np.zeros(len(r))), 'nothing moves'),
 }
@@ -202,6 +205,26 @@ def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tm
     assert {'path': 'controller.filter', 'value': 0.0, 'unit': 's'} in said['defaults']
     assert main(['check', str(tmp_path / 's*'), '--servo', str(SERVO)]) == 1
     assert 'turn the sign' in capsys.readouterr().out
+
+
+def test_it_asks_whether_a_torque_was_computed_from_the_current(good):
+    computed = changed(good, torque=3.3 * good['current'])
+    said, = [one for one in check([computed], BENCH) if 'computed' in one.sentence]
+    assert said.level == 'amber' and '3.3 N m/A times the current' in said.sentence
+    assert not any('computed' in one.sentence for one in check([good], BENCH))
+
+
+def test_it_says_once_what_is_so_of_several_recordings(good):
+    several = [replace(good, name=f'run {k}', warnings=('there is no voltage',))
+               for k in range(5)]
+    said, = [one for one in check(several, BENCH) if 'no voltage' in one.sentence]
+    assert said.sentence == 'run 0, run 1, run 2 and 2 more: there is no voltage'
+
+
+def test_what_is_red_keeps_the_name_of_its_recording(good):
+    still = [changed(replace(good, name=name), current=np.zeros(len(good))) for name in 'ab']
+    red = [one for one in check([*still, good], BENCH) if one.level == 'red']
+    assert [one.recording for one in red] == ['a', 'b']
 
 
 def test_it_says_what_is_meant_by_repeats_and_what_to_do(good):

@@ -13,11 +13,11 @@ from servo_twin.recording.recording import Recording
 
 from ..data.check import check as check_data
 from ..data.long_bags import looked_at
+from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
 from ..data.table_import import recording_of
-from ..data.tables import Table
 from ..fit.output_error import fit as fit_output_error
-from .frames import columns_of, in_memory
+from .frames import in_memory, table_in
 from .recordings import Recordings
 from .results import Answer, Checked, Fitted
 from .servo_text import ServoFile
@@ -43,9 +43,10 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     Read recordings: bags, tables, patterns of their names, or columns held in memory.
 
     ``paths`` is one name or several; or columns by name: a dictionary of arrays of shape
-    (samples,), a pandas DataFrame, an xarray Dataset. They are ``t`` in s (a column, the index or
+    (samples,), a frame (pandas, polars), an Arrow table, a structured array, an xarray Dataset.
+    They are ``t`` in s (a column, the index or
     a coordinate) and the channels in SI units, or with the unit behind the name
-    (``motor_position [deg]``). ``mapping`` is a mapping file for tables with other names.
+    (``motor_position [deg]``). ``mapping`` is a mapping file for columns with other names.
     ``name`` and ``family`` are those of columns in memory; several of them are numbered.
     A bag may be longer than the memory: from 300 000 samples on its arrays cannot be changed and
     are pages of a file in the folder for temporary files, read as they are used.
@@ -53,11 +54,11 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     """
     machine = _machine(servo)
     if in_memory(paths):
-        return Recordings((_held(paths, machine, name, family),))
+        return Recordings((_held(paths, machine, mapping, name, family),))
     several: list[Any] = [paths] if isinstance(paths, str | Path) or not isinstance(
         paths, Iterable) else list(paths)
     if several and all(map(in_memory, several)):
-        return Recordings(tuple(_held(one, machine, f'{name}_{number}', family)
+        return Recordings(tuple(_held(one, machine, mapping, f'{name}_{number}', family)
                                 for number, one in enumerate(several, 1)))
     if not all(isinstance(one, str | Path) for one in several):
         raise TypeError('read takes names of files, or columns by name, such as '
@@ -151,9 +152,12 @@ def _recordings(data: Sequence[Recording]) -> list[Recording]:
                     'data = si.read(..., servo)')
 
 
-def _held(columns: Mapping[str, Any], machine: ServoFile, name: str, family: str) -> Recording:
+def _held(columns: Mapping[str, Any], machine: ServoFile, mapping: str | Path | None, name: str,
+          family: str) -> Recording:
     """Return the recording of columns in memory."""
-    table = Table(Path(name), columns_of(columns))
+    table = table_in(columns, name)
     if not all(map(len, table.columns.values())):
         raise ValueError(f'{name} has no rows')
-    return recording_of(table, machine.servo, machine.text, {'family': family} if family else {})
+    plan = read_mapping(Path(mapping)) if mapping else None
+    return recording_of(table, machine.servo, machine.text, {'family': family} if family else {},
+                        plan)

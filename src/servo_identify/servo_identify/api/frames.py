@@ -2,34 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
 from typing import Any, TypeGuard
 
 import numpy as np
 
 from servo_twin.recording.recording import COLUMNS, Recording
 
+from ..data.column_units import TIMES
+from ..data.tables import Table
 
-def columns_of(held: Any) -> dict[str, np.ndarray]:
-    """
-    Return the columns of a dictionary, a pandas DataFrame or an xarray Dataset, each (samples,).
 
-    An index or coordinate named ``t`` is the time, in s, as a duration or as stamps of a calendar,
-    which count from the first. A unit in the ``units`` attribute of an xarray variable goes behind
-    its name, as ``motor_position [deg]``. Raises ValueError for a column that holds no numbers.
+def table_in(held: Any, name: str) -> Table:
     """
+    Return a dictionary, a frame (pandas, polars), an Arrow table or an xarray Dataset as a table.
+
+    An index or coordinate is the time where its name says so, or where it holds times: in s, as a
+    duration or as stamps of a calendar, which count from the first. A unit in the ``units``
+    attribute of an xarray variable goes behind its name, as ``motor_position [deg]``. Columns
+    that hold no numbers are refused to whoever asks for them.
+    """
+    table = Table(Path(name), {})
+    for column, values in _named(held):
+        try:
+            table.columns[column] = _numbers(column, values)
+        except ValueError as problem:
+            table.refused[column] = str(problem)
+    return Table(table.path, table.columns, refused=table.refused)
+
+
+def _named(held: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the names and values of columns."""
     if hasattr(held, 'data_vars'):
         variables = {str(one): held[one] for one in [*held.coords, *held.data_vars]}
-        return {_with_unit(name, one.attrs.get('units', '')): _numbers(name, one.values)
-                for name, one in variables.items()}
+        for name, one in variables.items():
+            yield _with_unit(name, one.attrs.get('units', '')), one.values
+        return
+    names = held.dtype.names if isinstance(held, np.ndarray) else getattr(
+        held, 'column_names', None) or getattr(held, 'columns', held)
     index: Any = getattr(held, 'index', None)
-    found = {'t': _numbers('t', index.values)} if getattr(index, 'name', None) == 't' else {}
-    return found | {str(one): _numbers(str(one), held[one]) for one in held}
+    called = getattr(index, 'name', None)
+    if hasattr(index, 'values') and 't' not in names and (
+            called in ('t', *TIMES) or index.values.dtype.kind in 'mM'):
+        yield 't', index.values
+    for one in names:
+        yield str(one), held[one]
 
 
 def in_memory(data: Any) -> TypeGuard[Mapping[str, Any]]:
     """Whether something is columns in memory, not the name of a file or several names."""
-    return isinstance(data, Mapping) or hasattr(data, 'columns') or hasattr(data, 'data_vars')
+    return isinstance(data, Mapping) or any(map(partial(hasattr, data), (
+        'columns', 'data_vars'))) or isinstance(data, np.ndarray) and bool(data.dtype.names)
 
 
 def table_of(recording: Recording) -> dict[str, np.ndarray]:
@@ -64,6 +89,9 @@ def _with_unit(name: str, unit: str) -> str:
 
 
 def _numbers(name: str, column: Any) -> np.ndarray:
+    if hasattr(column, 'dtype') and hasattr(column.dtype, 'na_value'):  # pandas' own, maybe empty
+        numeric = getattr(column.dtype, 'kind', 'O') in 'iufb'
+        column = column.to_numpy(float, na_value=np.nan) if numeric else column.values
     values = np.asarray(column)
     if values.dtype.kind == 'M':
         values = values - values[:1]

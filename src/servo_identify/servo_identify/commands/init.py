@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     columns = parser.add_argument_group('the columns')
     columns.add_argument('--column', action='append', default=[], metavar='COLUMN=SOURCE:UNIT',
                          help='which source is which column, such as motor_position=theta:deg '
-                              'or motor_position=enc:1/4096 rev; may be repeated')
+                              'or motor_position=enc:1/4096 rev, current=raw:2.69 mA; may be '
+                              'repeated')
     columns.add_argument('--joint', default='', help='which joint, of messages with several')
     columns.add_argument('--si', action='store_true',
                          help='what has no unit in its header is in SI units')
@@ -107,7 +108,7 @@ def main(arguments: argparse.Namespace) -> int:
     servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
     findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
-        turn = f', and wraps around at each turn of {one.wraps:.6g}' if one.wraps else ''
+        turn = f', and wraps around at each {one.wraps:.6g} of them' if one.wraps else ''
         say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
     taken = {one.source for one in columns.values()}
     joints = {f'[{arguments.joint}]'} if arguments.joint else {
@@ -200,13 +201,24 @@ def _next(arguments: argparse.Namespace) -> list[str]:
 
 def _alike(data: Path) -> str:
     """Return a pattern of the tables beside one where all have its header, else its own name."""
-    beside = sorted(data.parent.glob(f'*{data.suffix}')) if data.suffix == '.csv' else []
-    heads = set()
-    for path in beside:
-        with path.open('rb') as file:
-            heads.add(file.readline(65_536))
-    return str(data.parent / f'*{data.suffix}') if len(beside) > 1 and len(heads) == 1 else (
-        str(data))
+    from ..data.csv_layout import TEXTS
+
+    if data.suffix.lower() not in TEXTS:
+        return str(data)
+    beside = sorted(data.parent.glob(f'*{data.suffix}'))
+    alike = len(beside) > 1 and len(set(map(_header_of, beside))) == 1
+    return str(data.parent / f'*{data.suffix}') if alike else str(data)
+
+
+def _header_of(table: Path) -> tuple[str, ...] | int:
+    """Return the names in a table of text, or how many columns it has without; 0 for another."""
+    from ..data.csv_layout import layout_of
+
+    try:
+        layout = layout_of(table)
+    except ValueError:
+        return 0
+    return len(layout.names) if layout.bare else layout.names
 
 
 def _ask(question: str, default: str) -> str:

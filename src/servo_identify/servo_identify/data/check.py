@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from servo_twin.physics.servo import Servo
+from servo_twin.recording.recording import Recording
 
 from .excitation import Excitation, excitation
-from .finding import Finding, LEVELS
+from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
+from .mistakes import TURN
 from .scales import scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -19,15 +23,19 @@ LOST = 0.01  # share of samples without a number from which on it is said
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
 ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
 STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
+COMPUTED = 1e-3  # share of a torque that the current leaves of it, where it was computed from it
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; on such rows the controller is not judged',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
+    'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
     'is t in s?': 'give the unit of the time: t [ms]',
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
+    'another clock': 'nothing, where receipts are not late; a header with a stamp is better',
+    'rows end before': 'nothing, where nobody filled that column',
     'the drive is off': 'nothing, where it was meant to be off',
 }
 """Words of a warning of the reader, and what to do about it."""
@@ -45,8 +53,8 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     if not recordings:
         return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
     surveys = [survey(one, servo) for one in recordings]
-    found = [replace(finding, recording=one.name) for one in surveys
-             for finding in _of_one(one, servo)]
+    found = each_once([replace(finding, recording=one.name) for one in surveys
+                       for finding in _of_one(one, servo)])
     looked = []
     for one, seen in zip(recordings, surveys, strict=True):
         parts = looked_at(one)
@@ -55,6 +63,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green', f'{parts[0].warnings[-1]}. These tell scales and '
                                  'excitation, all parts the rest: nothing moves in '
                                  f'{seen.still} of them.'))
+    found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
         found += scale_findings(looked, servo, shown)
@@ -63,7 +72,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))
         found += untold(looked, servo, shown)
-    found += [*_excitation(shown.values()), *_replicates(recordings), *_channels(surveys)]
+    found += [*_excitation(shown.values()), *replicates(recordings), *_channels(surveys)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 
 
@@ -82,9 +91,11 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
     found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
-                      'encoder that wraps around at each turn.', 'unwrap it (numpy.unwrap), or '
-                      'give the turn in the mapping, such as wraps: 360 of degrees')
-              for name in one.wrapped]
+                      'encoder that wraps around at each turn.' if turn == TURN else
+                      f'{one.name}: {name} jumps back by {turn:.4g} rad, all of its range: a '
+                      'counter that wraps around.', 'unwrap it (numpy.unwrap), or give the round '
+                      'in the mapping, such as wraps: 360 of degrees, wraps: 65536 of counts')
+              for name, turn in one.wrapped.items()]
     found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
@@ -114,6 +125,20 @@ def _signs(one: Survey) -> list[Finding]:
                         'current changes its sign: is it the voltage of the supply?',
                         'record what the drive was told, or the voltage at the motor')]
     return []
+
+
+def _computed(one: Recording) -> list[Finding]:
+    """Say where a torque is the current over again, which no sensor between two shafts tells."""
+    known = np.isfinite(one['torque']) & np.isfinite(one['current'])
+    torque, current = one['torque'][known], one['current'][known]
+    if not torque.any() or not current.any():
+        return []
+    each = float(torque @ current / (current @ current))
+    if np.sum((torque - each * current)**2) > COMPUTED**2 * np.sum(torque**2):
+        return []
+    return [Finding('amber', f'{one.name}: torque is {each:.4g} N m/A times the current in all '
+                    'samples: was it computed from it?',
+                    'leave the column out where no sensor measured it', one.name)]
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:
@@ -161,7 +186,8 @@ def _excitation(shown: Iterable[Excitation | None]) -> list[Finding]:
     return found
 
 
-def _replicates(recordings: Sequence[Long]) -> list[Finding]:
+def replicates(recordings: Sequence[Long]) -> list[Finding]:
+    """Return whether motions are repeated as often as a diagnosis needs."""
     counts: dict[str, int] = {}
     for one in recordings:
         counts[one.family] = counts.get(one.family, 0) + 1
@@ -169,7 +195,7 @@ def _replicates(recordings: Sequence[Long]) -> list[Finding]:
         return [Finding('amber', f'{counts[""]} recordings do not say their family, the motion '
                         'that they are of: those that repeat one motion cannot be told.',
                         'give it on import: --family NAME; or write recordings.yaml beside the '
-                        f'tables, with {recordings[0].name}.csv: {{family: NAME, replicate: 1}}')]
+                        f'tables, with {recordings[0].name}: {{family: NAME, replicate: 1}}')]
     if len(recordings) > 1 and max(counts.values()) < PURPOSES:
         told = ', '.join(f'{name or "not said"} {count}' for name, count in counts.items())
         return [Finding('amber', f'No family has {PURPOSES} recordings ({told}): the diagnosis '

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 import csv
 from dataclasses import dataclass
@@ -10,9 +11,14 @@ import re
 
 from .physical_units import parsed, UnitError
 
+TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
+"""How names of tables of text end."""
+
 BEGIN = 100_000  # bytes that are looked at before a file is read
-_MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
+_LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
+_DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
+_MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
 _LINE_END = re.compile(r'\r\n|\n|\r')
 
 
@@ -23,25 +29,21 @@ class Layout:
 
     ``skipped`` lines stand above the numbers. ``names`` are those of the file, and ``bare`` says
     that it has none: they are the numbers of the first row then. ``remark``: they stand behind
-    the mark of a comment. ``begin`` is the text that was looked at.
+    the mark of a comment. ``decimal`` is the sign between whole and fraction. ``row`` is the
+    first line of numbers, ``above`` the line over it, '' where there is none. ``unused`` are names
+    of columns that the rows do not have.
     """
 
     encoding: str
     delimiter: str
+    decimal: str
     skipped: int
     names: tuple[str, ...]
     bare: bool
     remark: bool
-    first: str
-    begin: str
-
-    @property
-    def decimal(self) -> str:
-        """The sign between whole and fraction: a comma where no number has a point."""
-        if self.delimiter == ',':
-            return '.'
-        commas = re.search(r'\d,\d', self.begin) is not None
-        return ',' if commas and re.search(r'\d\.\d', self.begin) is None else '.'
+    row: str
+    above: str
+    unused: tuple[str, ...]
 
     @property
     def blanks(self) -> bool:
@@ -49,46 +51,68 @@ class Layout:
         return self.delimiter == _BLANKS
 
 
+@dataclass(frozen=True)
+class _Columns:
+    """What parts the lines, into how many cells, and which of them hold numbers in most lines."""
+
+    delimiter: str
+    count: int
+    numbers: tuple[int, ...]
+    decimal: str
+
+    def cells(self, line: str) -> list[str]:
+        """Return the cells of a line."""
+        return _cells(line, self.delimiter)
+
+    def has_row(self, line: str) -> bool:
+        """Tell whether a line is a row of numbers, some of which may be missing."""
+        cells = self.cells(line)
+        if len(cells) != self.count or not self.numbers:
+            return False
+        told = [cells[k] for k in self.numbers if cells[k]]
+        known = sum(map(is_number, told))
+        first = cells[self.numbers[0]]
+        return 2 * known >= max(1, len(told)) and (not first or is_number(first))
+
+    def header(self, line: str) -> list[str]:
+        """Return what a line above the rows says of each column; [] where it is none of that."""
+        cells = self.cells(line)
+        while cells and not cells[-1]:
+            del cells[-1]
+        lacking = self.count - len(cells)
+        if lacking > 1 or lacking == 1 and self.count - 1 in self.numbers:
+            return []
+        return cells + [''] * lacking
+
+
 def layout_of(path: Path) -> Layout:
     """
     Look at the begin of a file; raises ValueError for one that is binary or has no rows.
 
-    The line of names is the first that parts as the line below it does. Lines above it, lines
-    that begin with #, %, // or ; and blank ones are skipped. Names that a comment right above the
-    numbers holds count, and so do units in a line of their own below the names.
+    The rows are the lines that part as most do and hold numbers where most do. The line of names
+    is the one above them that tells the most columns apart. Other lines above them, lines that
+    begin with #, %, // or ; and blank ones are skipped. Names that a comment right above the
+    numbers holds count, and so do units in a line of their own.
     """
     encoding, begin = _text(path)
     lines = _LINE_END.split(begin)
     shown = [k for k, line in enumerate(lines) if line.strip() and not _MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
-    at = next((k for k in range(len(shown) - 1)
-               if _alike(lines[shown[k]], lines[shown[k + 1]])), 0)
-    line = lines[shown[at]]
-    delimiter = delimiter_of(line)
-    names, skipped = _cells(line, delimiter), shown[at] + 1
-    bare = all(is_number(cell) for cell in names if cell)
-    remark = False
-    if bare:
-        skipped -= 1
-        above = [one for one in lines[:skipped] if one.strip()]
-        mark = _MARKS.match(above[-1]) if above else None
-        told = _cells(above[-1][mark.end():], delimiter) if mark else []
-        if mark and len(told) == len(names) and not any(map(is_number, told)):
-            names, bare, remark = told, False, True
-    elif at + 1 < len(shown):
-        units = _cells(lines[shown[at + 1]], delimiter)
-        if _are_units(units) and len(units) == len(names):
-            skipped = shown[at + 1] + 1
-            names = [f'{name} [{unit}]' if unit and not re.search(r'[\])]$', name) else name
-                     for name, unit in zip(names, map(_bracketless, units), strict=True)]
-    return Layout(encoding, delimiter, skipped, tuple(names), bare, remark, line, begin)
-
-
-def delimiter_of(line: str) -> str:
-    """Return what parts the columns of a line."""
-    best = max(';\t,|', key=line.count)
-    return best if best in line or len(line.split()) < 2 else _BLANKS
+    columns = _columns_of([lines[k] for k in shown[-_LAST:]])
+    at = next((n for n, k in enumerate(shown) if columns.has_row(lines[k])), 1)
+    row = [*shown, shown[-1] + 1][at]
+    lines.append('')
+    above = [k for k, line in enumerate(lines[:row]) if line.strip()]
+    remark = _MARKS.match(lines[above[-1]]) if above else None
+    told = columns.cells(lines[above[-1]][remark.end():]) if remark else []
+    if len(told) != columns.count or any(map(is_number, told)):
+        told = []
+    names = told or _names_in(columns, [lines[k] for k in shown[:at]])
+    return Layout(encoding, columns.delimiter, columns.decimal, row,
+                  tuple((names or columns.cells(lines[row]))[:columns.count]), not names,
+                  bool(told), lines[row], lines[above[-1]] if above else '',
+                  tuple(names[columns.count:]))
 
 
 def is_number(text: str) -> bool:
@@ -125,10 +149,59 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
 
 
-def _alike(line: str, below: str) -> bool:
-    """Tell whether two lines have as many columns, of which there are several."""
-    delimiter = delimiter_of(line)
-    return len(_cells(line, delimiter)) == len(_cells(below, delimiter)) > 1
+def _columns_of(lines: Sequence[str]) -> _Columns:
+    """Return the columns of lines that are mostly rows: so parted that most cells are numbers."""
+    found = {one: _numbers_of(lines, one) for one in _DELIMITERS}
+    delimiter = max(found, key=lambda one: max(found[one].values()))
+    if not any(found[delimiter].values()):
+        delimiter = max(_DELIMITERS, key=lines[0].strip().count)
+    count = max(found[delimiter], key=lambda one: found[delimiter][one])
+    rows = [_cells(line, delimiter) for line in lines]
+    across = list(zip(*(cells for cells in rows if len(cells) == count), strict=True))
+    numbers = [k for k, cells in enumerate(across) if any(map(is_number, cells)) and 2 * sum(
+        map(is_number, cells)) >= sum(map(bool, cells))]
+    shown = [cell for k in numbers for cell in across[k] if is_number(cell)]
+    commas = delimiter != ',' and any(',' in one for one in shown)
+    return _Columns(delimiter, count, tuple(numbers),
+                    ',' if commas and not any('.' in one for one in shown) else '.')
+
+
+def _numbers_of(lines: Sequence[str], delimiter: str) -> Counter[int]:
+    """Return how many numbers stand in the lines of each number of cells."""
+    found = Counter[int]()
+    for line in lines:
+        cells = _cells(line, delimiter)
+        found[len(cells)] += sum(map(is_number, cells))
+    return found
+
+
+def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
+    """Return the names in the lines right above the rows, with their units; [] without any."""
+    found: list[list[str]] = []
+    for line in reversed(above):
+        cells = columns.header(line)
+        if not cells:
+            break
+        found.append(cells)
+    units = [cells for cells in found if _are_units(cells)]
+    named = [cells for cells in found if cells not in units] or units[-1:]
+    if not named:
+        return []
+    names = max(named, key=lambda cells: len({one for one in cells if one and not is_number(one)}))
+    unit = next((cells for cells in units if cells is not names), [])
+    unit = [*map(_bracketless, unit), *[''] * (len(names) - len(unit))]
+    return [f'{told} [{one}]' if one and not re.search(r'[\])]$', name) else told
+            for name, told, one in zip(names, _numbered(names), unit, strict=False)]
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    """Return names with a number behind those that are there more than once."""
+    seen = Counter[str]()
+    told = []
+    for name in names:
+        seen[name] += 1
+        told.append(f'{name} ({seen[name]})' if name and names.count(name) > 1 else name)
+    return told
 
 
 def _bracketless(unit: str) -> str:
@@ -142,7 +215,7 @@ def _are_units(cells: Sequence[str]) -> bool:
     known = 0
     for cell in map(_bracketless, cells):
         try:
-            known += bool(cell and parsed(cell))
+            known += bool(re.search(r'[^\W\d_]|[°%]', cell) and parsed(cell))
         except UnitError as problem:
             known += 'counts' in str(problem)
     return known > 0

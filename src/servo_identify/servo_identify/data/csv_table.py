@@ -10,6 +10,8 @@ from typing import Any
 
 from .csv_layout import last_line, Layout, layout_of
 
+_NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
+
 
 def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...]]:
     """
@@ -17,7 +19,7 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
 
     ``names`` are those of the columns of a file without a line of names. A last row that breaks
     off, since the logger was stopped in it, is left out. Raises ValueError for a file without
-    names where none are given, names that are there twice, and what is no table.
+    names where none are given, and for what is no table.
     """
     from pyarrow import ArrowInvalid
     from pyarrow import csv as arrow
@@ -37,10 +39,13 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
         table = arrow.read_csv(_parted(path, layout) if layout.blanks else path, **options)
     except ArrowInvalid as error:
         raise ValueError(f'{path} is no table: {error}{_hint(layout)}') from None
-    if cut and not table.num_rows:
-        raise ValueError(f'{path} is no table: its only row breaks off: {cut[0].strip()!r}')
-    return table, tuple(f'the last row breaks off ({text.strip()!r}): it is left out'
-                        for text in cut)
+    if table.num_rows < 1 + bool(layout.unused) and (cut or layout.unused):
+        raise ValueError(f'{path} is no table: its only row breaks off: '
+                         f'{[*cut, layout.row][0].strip()!r}')
+    told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut]
+    if layout.unused:
+        told.append(f'the rows end before {list(layout.unused)}: no number stands there')
+    return table, tuple(told)
 
 
 def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[Any]:
@@ -74,8 +79,9 @@ def _options(layout: Layout, columns: list[str]) -> dict[str, Any]:
         'read_options': arrow.ReadOptions(skip_rows=layout.skipped, column_names=columns,
                                           encoding='utf8' if plain else layout.encoding),
         'parse_options': arrow.ParseOptions(delimiter=layout.delimiter),
-        'convert_options': arrow.ConvertOptions(strings_can_be_null=True,
-                                                decimal_point=layout.decimal)}
+        'convert_options': arrow.ConvertOptions(
+            strings_can_be_null=True, decimal_point=layout.decimal,
+            null_values=[*arrow.ConvertOptions().null_values, *_NOTHING])}
 
 
 def count_of_bare_columns(path: Path) -> int:
@@ -87,18 +93,17 @@ def count_of_bare_columns(path: Path) -> int:
 def _names(path: Path, layout: Layout, names: Sequence[str]) -> list[str]:
     own = layout.names
     if layout.bare and not names:
-        raise ValueError(f'{path} has no line of names: its first line is '
-                         f'{layout.first.strip()!r}; put the {len(own)} names of the columns '
-                         'above it, such as t,voltage,motor_position, or give them in a mapping '
-                         'file: names: [t, voltage, ...]')
+        above = layout.above.strip()
+        raise ValueError(f'{path} has no line of names for the {len(own)} columns of its first '
+                         f'row, {layout.row.strip()!r}' + (f': above it stands {above!r}'
+                                                           if above else '')
+                         + f'; put the {len(own)} names of the columns above it, such as '
+                         't,voltage,motor_position, or give them in a mapping file: '
+                         f'names: [t, voltage, ...]{_hint(layout)}')
     if layout.bare and len(names) != len(own):
         raise ValueError(f'{path} has {len(own)} columns, and the mapping names {len(names)}: '
                          f'{list(names)}')
-    columns = list(names if layout.bare or layout.remark and len(names) == len(own) else own)
-    twice = sorted({name for name in columns if columns.count(name) > 1})
-    if twice:
-        raise ValueError(f'{path}: columns {twice} are there twice')
-    return columns
+    return list(names if layout.bare or layout.remark and len(names) == len(own) else own)
 
 
 def _parted(path: Path, layout: Layout) -> BytesIO:
@@ -108,7 +113,7 @@ def _parted(path: Path, layout: Layout) -> BytesIO:
 
 
 def _hint(layout: Layout) -> str:
-    if layout.delimiter == ',' and re.search(r'^-?\d+,\d+,-?\d+,\d+', layout.begin, re.MULTILINE):
+    if layout.delimiter == ',' and re.match(r'\s*-?\d+,\d+,-?\d+,\d+', layout.row):
         return ('; where commas are decimal the columns must be parted by semicolons or tabs: '
                 'export it again so')
     return ''

@@ -20,6 +20,9 @@ from .joining import HELD, HOLE
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
 
+MOST_HOLES = 1000
+"""Samples of the grid for one row beyond which a clock has jumped, and not the logger paused."""
+
 _AT_ONCE = 100_000  # samples whose places are looked up together
 
 
@@ -63,6 +66,13 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
         return period or own, True
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
+    if (time[-1] - time[0]) / step > MOST_HOLES * len(time):
+        k = int(np.argmax(np.diff(time)))
+        raise ValueError(f'{path}: {len(time)} rows {step:.6g} s apart last '
+                         f'{time[-1] - time[0]:.6g} s: time jumps from {time[k]:.9g} s in '
+                         f'row {k + 1} to '
+                         f'{time[k + 1]:.9g} s in row {k + 2}. Cut the file there, or mend the '
+                         'clock')
     warnings.append(
         f'times are not even ({shortest:.6g} to {longest:.6g} s apart): {RESAMPLED} '
         f'{step:.6g} s, measurements linearly, commands by their last value')

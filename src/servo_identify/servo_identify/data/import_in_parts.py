@@ -21,6 +21,7 @@ from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording
 
 from .column_units import named_columns
+from .csv_layout import TEXTS
 from .csv_table import numbers_in_parts
 from .even_grid import Between, fits, follows, grid_of, own_period
 from .joining import HELD
@@ -74,6 +75,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                     table, machine, again)
                 if not told:
                     told.extend(again)
+                if not warnings:
+                    warnings.extend(table.warnings)
 
         times = OnDisk(file, 'd')
         seen, some = _looked_over(parts(), times)
@@ -205,7 +208,7 @@ def _tables(path: Path, plan: Mapping | None) -> Iterator[Table]:
                     raise NotPlain
                 for batch in file.iter_batches(ROWS):
                     yield from_arrow(path, Arrow.from_batches([batch]))
-        elif path.suffix.lower() in ('.csv', '.txt', '.tsv'):
+        elif path.suffix.lower() in TEXTS:
             for part in numbers_in_parts(path, plan.names if plan else (), _BLOCK):
                 yield from_arrow(path, part)
         else:

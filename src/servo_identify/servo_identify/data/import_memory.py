@@ -6,7 +6,7 @@ from pathlib import Path
 
 from servo_twin.bag.memory import check_fits
 
-from .csv_layout import BEGIN
+from .csv_layout import BEGIN, TEXTS
 from .message_files import count_of_messages, holds_messages
 
 ROW = 320  # bytes that a row of a table takes on its way into a bag: bench_limits.py
@@ -22,7 +22,7 @@ def memory_of(path: Path) -> float:
     suffix, size = path.suffix.lower(), path.stat().st_size
     if suffix == '.parquet':
         return ROW * float(_rows_of_parquet(path))
-    if suffix in ('.csv', '.txt', '.tsv'):
+    if suffix in TEXTS:
         with path.open('rb') as file:
             begin = file.read(BEGIN)
         return ROW * size * max(1, begin.count(b'\n')) / max(1, len(begin))

@@ -25,7 +25,8 @@ def load_mat(path: Path) -> dict[str, Any]:
     """
     Return the variables of a MAT file (up to version 7) that are numbers, texts or arrays of them.
 
-    Arrays lose axes of length one, and the fields of a structure ``s`` are ``s.field``.
+    Arrays lose axes of length one, the fields of a structure ``s`` are ``s.field``, and the
+    elements of a list of them ``s[0].field``.
     Raises ValueError for a file that is none or is damaged.
     """
     try:
@@ -68,14 +69,30 @@ def _write(path: str) -> int:
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield (path, array) of a variable; a structure yields ``name.field`` for each field."""
+    """
+    Yield (path, array) of a variable; a structure yields ``name.field`` for each field.
+
+    Of a list, as of a scope's signals, each element yields ``name[k]``, or ``name[label]`` where
+    each is a structure with a label of its own.
+    """
     array = np.asarray(value)
-    if not array.dtype.names:
+    listed = array.dtype.names or array.dtype.kind == 'O'
+    if not listed:
         yield name, array
-        return
-    for field in array.dtype.names:
-        yield from _leaves(f'{name}.{field}',
-                           array[field].item() if array.ndim == 0 else array[field])
+    elif array.ndim == 0 and array.dtype.names:
+        for field in array.dtype.names:
+            yield from _leaves(f'{name}.{field}', array[field].item())
+    elif array.ndim == 1:
+        labels = [_label(one) for one in array]
+        own = all(labels) and len(set(labels)) == len(labels)
+        for k, one in enumerate(array):
+            yield from _leaves(f'{name}[{labels[k] if own else k}]', one)
+
+
+def _label(value: Any) -> str:
+    """Return the label of a structure, '' where it has none."""
+    fields = getattr(value, 'dtype', np.dtype(float)).names or ()
+    return next((str(value[field]) for field in ('label', 'name') if field in fields), '')
 
 
 if __name__ == '__main__':

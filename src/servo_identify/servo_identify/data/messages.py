@@ -3,8 +3,9 @@ Messages of any file as a table: what a mapping file names, joined in time.
 
 A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a number
 or a name that the message lists in ``name``, ``joint_names`` or ``interface_names``:
-``/joint_states.position[elbow]``. ``TOPIC.stamp`` is the time in s: that of the header, or of the
-receipt where there is no header or it is zero. The topic of the mapping's time gives the rows.
+``/joint_states.position[elbow]``; a message without this name holds no number of it.
+``TOPIC.stamp`` is the time in s (:mod:`.message_times`). The topic of the mapping's time gives the
+rows.
 """
 
 from __future__ import annotations
@@ -22,13 +23,17 @@ from servo_twin.description.nearest_name import or_what
 
 from .joining import at_rows
 from .message_files import opened
+from .message_parts import fields_in, LACKING, part_of
+from .message_times import on_one_clock, stamp_of
 from .tables import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
-_STAMPS = ('stamp', 'timestamp')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
 _DEEPEST, _LONGEST = 6, 32  # of fields within fields, of rows whose elements are listed
-_LACKING = object()
+
+
+class _NotListed(ValueError):
+    """A name that a message does not list."""
 
 
 class Numbers(Protocol):
@@ -47,20 +52,32 @@ class Taken(Generic[Column]):
     """
     What was taken of the messages of a file, in their order.
 
-    ``topic_of``: of each source, but for those that are a stamp; ``stamps``: of each topic, ns;
-    ``leading``: the topic that gives the rows.
+    ``topic_of``: of each source, but for those that are a stamp; ``stamps`` and ``received``: of
+    each topic, ns; ``leading``: the topic that gives the rows.
     """
 
     path: Path
     leading: str
     topic_of: dict[str, str]
     stamps: dict[str, Column]
+    received: dict[str, Column]
     values: dict[str, Column]
 
-    def table(self, rows: np.ndarray, value_of: Callable[[str, str], np.ndarray]) -> Table:
+    def times(self, array_of: Callable[[Column], np.ndarray]
+              ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+        """Return the times of each topic, s from the first of the rows, and what to mind."""
+        stamps, told = on_one_clock({topic: array_of(those) for topic, those in
+                                     self.stamps.items()},
+                                    {topic: array_of(those) for topic, those in
+                                     self.received.items()}, self.leading)
+        zero = stamps[self.leading].min()
+        return {topic: (those - zero) * 1e-9 for topic, those in stamps.items()}, told
+
+    def table(self, rows: np.ndarray, value_of: Callable[[str, str], np.ndarray],
+              warnings: tuple[str, ...]) -> Table:
         """Return sources at the times of rows, s; ``value_of(source, topic)`` gives one."""
         return Table(self.path, {source: value_of(source, topic) if topic else rows
-                                 for source, topic in self.topic_of.items()})
+                                 for source, topic in self.topic_of.items()}, warnings=warnings)
 
 
 def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], Column]
@@ -77,20 +94,32 @@ def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], 
         of_topic: dict[str, list[tuple[str, list[str]]]] = {}
         for source, (topic, parts) in plans.items():
             of_topic.setdefault(topic, []).append((source, parts))
-        stamps = {topic: new('q') for topic in of_topic}
+        stamps, received = ({topic: new('q') for topic in of_topic} for _ in range(2))
         values = {source: new('d') for source in wanted}
-        empty = set(of_topic)
+        empty, never = set(of_topic), dict[str, ValueError]()
         for message in file.messages(of_topic):
+            first = message.topic in empty
             empty.discard(message.topic)
-            stamps[message.topic].append(_stamp(message.content, message.received))
+            stamps[message.topic].append(stamp_of(message.content))
+            received[message.topic].append(message.received)
             for source, parts in of_topic[message.topic]:
-                if parts != ['stamp']:
+                if parts == ['stamp']:
+                    continue
+                try:
                     values[source].append(_value(path, source, message.content, parts))
+                    never.pop(source, None)
+                except _NotListed as problem:
+                    values[source].append(np.nan)
+                    if first:
+                        never[source] = problem
     leading = plans[time][0]
     if leading in empty:
         raise ValueError(f'{path}: there is no message on {leading}')
+    for problem in never.values():
+        raise problem
     return Taken(path, leading, {source: '' if parts == ['stamp'] else topic
-                                 for source, (topic, parts) in plans.items()}, stamps, values)
+                                 for source, (topic, parts) in plans.items()}, stamps, received,
+                 values)
 
 
 def read_messages(path: Path, sources: Collection[str], time: str, held: Collection[str]) -> Table:
@@ -101,19 +130,17 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
     first message of its topic a source is NaN. Raises ValueError as :func:`taken` does.
     """
     found = taken(path, sources, time, array)
-    zero = min(found.stamps[found.leading])
-    times = {topic: np.array(those, dtype=np.int64) - zero
-             for topic, those in found.stamps.items()}
+    times, told = found.times(lambda column: np.array(column, dtype=np.int64))
     order = np.argsort(times[found.leading], kind='stable')
-    rows = times[found.leading][order] * 1e-9
+    rows = times[found.leading][order]
 
     def value_of(source: str, topic: str) -> np.ndarray:
         values = np.array(found.values[source])
         if topic == found.leading:
             return np.asarray(values[order])
-        return at_rows(rows, times[topic] * 1e-9, values, source in held)
+        return at_rows(rows, times[topic], values, source in held)
 
-    return found.table(rows, value_of)
+    return found.table(rows, value_of, told)
 
 
 def fields_of(path: Path) -> dict[str, str]:
@@ -147,9 +174,9 @@ def _numbers(at: Any, owners: list[Any]) -> Iterator[str]:
             index = named[k] if len(named) == len(at) else str(k)
             yield from (f'[{index}]{rest}' for rest in _numbers(at[k], [*owners, at[k]]))
     else:
-        for name in _fields(at):
+        for name in fields_in(at):
             if name != 'header':
-                part = _part(at, name)
+                part = part_of(at, name)
                 yield from (f'.{name}{rest}' for rest in _numbers(part, [*owners, part]))
 
 
@@ -163,38 +190,6 @@ def _split(path: Path, source: str, topics: list[str]) -> tuple[str, list[str]]:
     return topic, [m[1] or m[2] for m in _PART.finditer(source[len(topic):]) if m[1] or m[2]]
 
 
-def _stamp(message: Any, received: int) -> int:
-    """Return the time of a message in ns: of its header, or a stamp of its own, where set."""
-    header = _part(message, 'header', None)
-    for owner in (header, message):
-        for name in _STAMPS:
-            stamp = _part(owner, name, None)
-            seconds = _first(stamp, 'sec', 'secs', 'seconds')
-            nanoseconds = _first(stamp, 'nanosec', 'nsec', 'nsecs', 'nanos')
-            if seconds or nanoseconds:
-                return int(seconds or 0) * 10**9 + int(nanoseconds or 0)
-    return received
-
-
-def _first(owner: Any, *names: str) -> Any:
-    return next((value for name in names if (value := _part(owner, name, None)) is not None), None)
-
-
-def _fields(at: Any) -> list[str]:
-    """Return the names of the fields of a message or a part of it."""
-    if isinstance(at, dict):
-        return list(at)
-    if hasattr(at, 'DESCRIPTOR'):
-        return [one.name for one in at.DESCRIPTOR.fields]
-    return [name for name in getattr(at, '__dataclass_fields__', {}) if name != '__msgtype__']
-
-
-def _part(at: Any, name: str, otherwise: Any = _LACKING) -> Any:
-    if isinstance(at, dict):
-        return at.get(name, otherwise)
-    return getattr(at, name, otherwise) if name in _fields(at) else otherwise
-
-
 def _value(path: Path, source: str, message: Any, parts: list[str]) -> float:
     """Return the number of a message that a source names."""
     at, seen = message, [message]
@@ -202,10 +197,10 @@ def _value(path: Path, source: str, message: Any, parts: list[str]) -> float:
         if hasattr(at, '__len__') and not isinstance(at, (str, dict)):
             at = _element(path, source, at, part, seen)
         else:
-            inner = _part(at, part)
-            if inner is _LACKING:
+            inner = part_of(at, part)
+            if inner is LACKING:
                 raise ValueError(f'{path}: {source}: there is no {part!r}; '
-                                 f'{or_what(part, _fields(at))}')
+                                 f'{or_what(part, fields_in(at))}')
             at = inner
         seen.append(at)
     try:
@@ -219,7 +214,7 @@ def _listed(owners: list[Any]) -> list[str]:
     """Return the names that the nearest owner lists for the elements of its rows."""
     for owner in reversed(owners):
         for key in _NAMES:
-            names = _part(owner, key, None)
+            names = part_of(owner, key, None)
             if names is not None and not isinstance(names, str) and len(names):
                 return [str(name) for name in names]
     return []
@@ -234,7 +229,7 @@ def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> 
         if index is None and which in names:
             index = names.index(which)
     if index is None:
-        raise ValueError(f'{path}: {source}: there is no {which!r}; '
+        raise _NotListed(f'{path}: {source}: there is no {which!r}; '
                          f'{or_what(which, named, "names are")}')
     if index >= len(row):
         return np.nan  # a message may leave its row empty

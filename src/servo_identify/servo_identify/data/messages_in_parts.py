@@ -25,9 +25,7 @@ class LongMessages:
 
     def __init__(self, found: Taken[OnDisk], held: Collection[str]) -> None:
         self._found, self._held = found, held
-        stamps = {topic: column.part() for topic, column in found.stamps.items()}
-        zero = stamps[found.leading].min()
-        self._times = {topic: (those - zero) * 1e-9 for topic, those in stamps.items()}
+        self._times, self._told = found.times(OnDisk.part)
         if any((np.diff(those) < 0.0).any() for those in self._times.values()):
             raise NotInOrder
         self._usual = {topic: period_between(those) for topic, those in self._times.items()}
@@ -37,7 +35,7 @@ class LongMessages:
         leading = self._times[self._found.leading]
         for first in range(0, len(leading), rows):
             at = leading[first:first + rows]
-            yield self._found.table(at, partial(self._value_of, first, at))
+            yield self._found.table(at, partial(self._value_of, first, at), self._told)
 
     def _value_of(self, first: int, at: np.ndarray, source: str, topic: str) -> np.ndarray:
         column = self._found.values[source]

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import log, pi
+from types import SimpleNamespace
 
 from servo_twin.physics.servo import Servo
+from servo_twin.physics.state import CONTROLLER_SIZE
 
 from .signals import ANGLES, Signals
 
 MISTAKE = log(100.0)  # nats: one column in a hundred
 DEGREE, TURN, RPM = pi / 180.0, 2.0 * pi, pi / 30.0
 REFERENCES = ('reference_position', 'reference_velocity')
+_LITTLE = 1e-6  # rad and rad/s: no command is at its limit for it
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,19 @@ def mistakes(channels: Collection[str], servo: Servo) -> Iterator[Mistake]:
         yield _turned(['torque'], 'the torque sensor reads against the torque of the motor')
         yield _unit(['torque'], 1e-3, 'mN m')
         yield _unit(['torque'], 1e-2, 'N cm')
+
+
+def unread(servo: Servo) -> set[str]:
+    """Return the references that change nothing in the command of the controller of a servo."""
+    p = SimpleNamespace(**{name: servo.values[f'controller.{name}']
+                           for name in servo.controller.parameters})
+
+    def command(position: float, speed: float) -> float:
+        return servo.controller.law(p, [0.0] * CONTROLLER_SIZE, position, speed, 0.0, 0.0, 0.0,
+                                    servo.values['mechanism.ratio'], 1e-3)
+
+    return {name for name, at in zip(REFERENCES, ((_LITTLE, 0.0), (0.0, _LITTLE)), strict=True)
+            if command(*at) == command(0.0, 0.0)}
 
 
 def _unit(names: list[str], factor: float, unit: str) -> Mistake:

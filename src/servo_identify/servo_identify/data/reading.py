@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 from .long_bags import all_of, Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
-from .table_import import import_table
+from .table_import import import_table, LISTING
 from .tables import SUFFIXES
 
 
@@ -61,7 +61,7 @@ def _matching(named: str) -> list[Path]:
     path = Path(named).expanduser()
     if path.exists() or not has_magic(named):
         return [path]
-    found = sorted(Path(one) for one in glob(str(path)))
+    found = sorted(Path(one) for one in glob(str(path)) if Path(one).name != LISTING)
     if not found:
         raise FileNotFoundError(f'{named}: no file or folder has a name of this pattern')
     return found

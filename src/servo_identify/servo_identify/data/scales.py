@@ -19,7 +19,7 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation, WIDTHS
 from .finding import Finding
 from .likelihood import Closed, closed
-from .mistakes import Mistake, mistakes, TURN
+from .mistakes import Mistake, mistakes, TURN, unread
 from .rough_balances import balances
 from .signals import Signals, signals
 
@@ -85,13 +85,16 @@ def untold(recordings: Sequence[Recording], servo: Servo,
     Return which mistakes these recordings cannot tell from none, where they all share one.
 
     No equation closes worse once such a mistake is undone: the channels are alike, or hardly move.
+    A reference that the controller does not read raises no question.
     """
     seen = [at for at in _seen(recordings, servo, known)[2] if at is not None]
     if not seen:
         return []
-    evidence = Evidence(servo)
+    evidence, unused = Evidence(servo), unread(servo)
     alike = []
     for one in mistakes(set.intersection(*(set(at.plain) for at in seen)), servo):
+        if one.touches <= unused:
+            continue
         if all(_gain(evidence.of(at, key), evidence.of(one.undone(at), key)) > -ALIKE
                for key, at in enumerate(seen)):
             alike.append(one.what)

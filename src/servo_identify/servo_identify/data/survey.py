@@ -16,6 +16,7 @@ from .mistakes import TURN
 from .signals import ANGLES
 
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
+_BESIDE = 4  # samples before and behind a jump that say how the angle goes on
 _COUNTED = 5000  # samples of which the different ones are counted
 
 
@@ -25,9 +26,10 @@ class Survey:
     A recording at a glance.
 
     ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
-    that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` those that
-    wrap around at each turn. ``still`` of ``parts`` show no motion. ``command`` and ``current``
-    are their least and largest value. ``at_limit`` is the share of commands at the servo's limit.
+    that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` the round, in
+    rad, of those that jump back by it. ``still`` of ``parts`` show no motion. ``command`` and
+    ``current`` are their least and largest value. ``at_limit`` is the share of commands at the
+    servo's limit.
     """
 
     name: str
@@ -39,7 +41,7 @@ class Survey:
     measured: frozenset[str]
     lost: dict[str, float]
     whole_numbers: tuple[str, ...]
-    wrapped: tuple[str, ...]
+    wrapped: dict[str, float]
     command: tuple[float, float]
     current: tuple[float, float]
     at_limit: float
@@ -58,7 +60,7 @@ class Survey:
 def survey(one: Long, servo: Servo) -> Survey:
     """Look at all samples of a recording, part by part."""
     known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
-    wrapped, ranges = set[str](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
+    wrapped, ranges = dict[str, float](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
     still = at_limit = parts = 0
     limit = limit_of(servo)
     for part in parts_of(one):
@@ -70,8 +72,8 @@ def survey(one: Long, servo: Servo) -> Survey:
             whole[name] = whole[name] and bool(np.all(values == np.round(values)))
             if whole[name] and len(np.unique(values[:_COUNTED])) > FEWEST_COUNTS:
                 counts.add(name)
-            if not servo.straight(name) and wraps(values):
-                wrapped.add(name)
+            if not servo.straight(name) and (turn := round_of(values)):
+                wrapped[name] = turn
         for name, (least, most) in ranges.items():
             x = part[name][np.isfinite(part[name])]
             ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))
@@ -81,17 +83,36 @@ def survey(one: Long, servo: Servo) -> Survey:
         frozenset(name for name in COLUMNS if known[name]),
         {name: 1.0 - known[name] / max(1, len(one)) for name in ANGLES},
         tuple(name for name in ANGLES if whole[name] and name in counts),
-        tuple(name for name in ANGLES if name in wrapped),
+        wrapped,
         ranges['voltage'], ranges['current'],
         at_limit / max(1, known['voltage']))
 
 
-def wraps(angle: np.ndarray) -> bool:
-    """Tell whether an angle, rad without NaN, stays in one turn and jumps from end to end."""
-    if len(angle) < 2 or not 0.9 * TURN < np.ptp(angle) < 1.02 * TURN:
-        return False
-    far = np.abs(np.diff(angle)) > TURN / 4.0  # a jump that was resampled has two such steps
-    return bool(0.0 < np.mean(far) < 0.2)
+def round_of(angle: np.ndarray) -> float:
+    """
+    Return the round, rad, by which an angle without NaN jumps back from end to end; 0 for none.
+
+    Where that is not one turn, the jumps must be as large as all else that the angle moves, and
+    the angle must go on behind each as it came.
+    """
+    if len(angle) <= 2 * _BESIDE + 2:
+        return 0.0
+    span = float(np.ptp(angle))
+    if 0.9 * TURN < span < 1.02 * TURN:
+        far = np.abs(np.diff(angle)) > TURN / 4.0  # a jump that was resampled has two such steps
+        return TURN if 0.0 < np.mean(far) < 0.2 else 0.0
+    jumps = angle[2:] - angle[:-2]  # two steps each, for the same reason
+    far = np.abs(jumps) > 0.9 * span
+    beside = np.convolve(far, np.ones(3), 'same') > 0.0
+    if not 0.0 < np.mean(far) < 0.05 or np.max(np.abs(jumps[~beside])) > 0.2 * span:
+        return 0.0
+    at = np.flatnonzero(far[_BESIDE:-_BESIDE]) + _BESIDE
+    slope = (angle[at] - angle[at - _BESIDE] + angle[at + 2 + _BESIDE] - angle[at + 2]) / (
+        2 * _BESIDE)
+    goes_on = slope * jumps[at] < 0.0
+    if not len(at) or np.mean(goes_on) < 0.7:
+        return 0.0
+    return float(np.median(np.abs(jumps[at] - 2.0 * slope)))
 
 
 def limit_of(servo: Servo) -> float:

@@ -24,6 +24,9 @@ from .messages import read_messages
 from .plausibility import check_angles
 from .tables import read_table, Table
 
+LISTING = 'recordings.yaml'
+"""The file beside recordings that names their families."""
+
 
 def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
                  family: str | None = None, replicate: int | None = None, note: str | None = None,
@@ -105,11 +108,15 @@ class Seen:
         self.finite: dict[str, int] = {}
         self.infinite: dict[str, int] = {}
         self.absent: dict[str, tuple[int, int]] = {}  # how many rows, and the first of them
+        self.begin: dict[str, int] = {}  # the first row with a number
 
     def add(self, columns: Mapping[str, np.ndarray]) -> None:
         """Look at the next rows."""
         for name, column in columns.items():
             self.finite[name] = self.finite.get(name, 0) + int(np.isfinite(column).sum())
+            known = np.flatnonzero(np.isfinite(column))
+            if len(known):
+                self.begin.setdefault(name, self.rows + int(known[0]))
             infinite = np.flatnonzero(np.isinf(column))
             if len(infinite):
                 self.infinite.setdefault(name, self.rows + int(infinite[0]))
@@ -140,13 +147,16 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
             raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}')
         if name in seen.absent and name != 't':
             count, first = seen.absent[name]
-            warnings.append(f'{name} is missing in {count} row{"s" * (count != 1)}, the first is '
-                            f'row {first + 1}; they stay NaN')
+            warnings.append(
+                f'{name} begins in row {count + 1}; the rows before stay NaN'
+                if count == seen.begin[name] else
+                f'{name} is missing in {count} row{"s" * (count != 1)}, the first is row '
+                f'{first + 1}; they stay NaN')
 
 
 def beside(path: Path) -> dict[str, Any]:
     """Return what a recordings.yaml in the table's folder says of it."""
-    listing = path.parent / 'recordings.yaml'
+    listing = path.parent / LISTING
     if not listing.is_file():
         return {}
     try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-import json
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -13,10 +12,14 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
+from .arrow_columns import numbers_of
+from .clock_times import seconds_of
+from .csv_layout import TEXTS
 from .csv_table import read_csv
+from .json_file import flat, LINES, read_json
 from .mat_file import load_mat
 
-SUFFIXES = ('.csv', '.txt', '.tsv', '.parquet', '.npz', '.mat', '.json')
+SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json', *LINES)
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Table:
 
 def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     """
-    Read a CSV, Parquet, NPZ, MAT or JSON file.
+    Read a file of text (CSV), Parquet, Feather, NumPy, MAT or JSON.
 
     ``rows`` names the list of records in a JSON file, where it is not the whole; ``names`` the
     columns of a text file that has no line of names. The columns of an array of two dimensions
@@ -62,15 +65,17 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
-                         'rosbag2 folders and .mcap')
+                         'rosbag2 folders and .mcap. Save it as CSV, or read it with pandas and '
+                         'give the frame to servo_identify.read')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    reader = {'.parquet': _parquet, '.mat': _mat, '.npz': _npz}.get(suffix)
+    reader = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.mat': _mat,
+              '.npz': _numpy, '.npy': _numpy}.get(suffix)
     try:
         if reader is not None:
             table = reader(path)
         else:
-            table = _json(path, rows) if suffix == '.json' else _csv(path, names)
+            table = _json(path, rows) if suffix in ('.json', *LINES) else _csv(path, names)
     except (ValueError, OSError):
         raise
     except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
@@ -86,13 +91,22 @@ def _csv(path: Path, names: Sequence[str]) -> Table:
     return replace(from_arrow(path, found), warnings=warnings)
 
 
-def _npz(path: Path) -> Table:
+def _numpy(path: Path) -> Table:
+    arrays, refused = dict[str, Any](), dict[str, str]()
     try:
-        with np.load(path, allow_pickle=False) as found:
-            arrays = {name: found[name] for name in found.files}
+        found = np.load(path, allow_pickle=False)
+        if isinstance(found, np.ndarray):
+            arrays = {name: found[name] for name in found.dtype.names or ()} or {path.stem: found}
+        else:
+            with found:
+                for name in found.files:
+                    try:
+                        arrays[name] = found[name]
+                    except ValueError as problem:  # objects, whose reading would run code
+                        refused[name] = f'{path}: {name!r} is no plain array: {problem}'
     except (ValueError, OSError, EOFError, BadZipFile) as error:
         raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
-    return _longest(path, *_parted(arrays))
+    return replace(_longest(path, *_parted(arrays)), refused=refused)
 
 
 def _parted(arrays: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -127,54 +141,36 @@ def _parquet(path: Path) -> Table:
         raise ValueError(f'{path} is no Parquet file: {error}') from None
 
 
+def _feather(path: Path) -> Table:
+    from pyarrow import ArrowException, feather
+
+    try:
+        return from_arrow(path, feather.read_table(path))
+    except ArrowException as error:
+        raise ValueError(f'{path} is no Feather file: {error}') from None
+
+
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
-    from pyarrow import types
-
     columns, texts = dict[str, np.ndarray](), {}
     for name, column in zip(found.column_names, found.columns, strict=True):
-        kind = column.type
-        if types.is_null(kind):
-            columns[name] = np.full(len(column), np.nan)
-        elif types.is_timestamp(kind):
-            columns[name] = _seconds(column)
-        elif types.is_integer(kind):
-            columns[name] = _whole(column)
-        elif types.is_floating(kind) or types.is_boolean(kind):
-            columns[name] = column.cast('float64').to_numpy()
-        else:
+        numbers = numbers_of(column)
+        if numbers is None:
             texts[name] = column.to_pylist()
+        elif name or np.isfinite(numbers).any():  # else each line ends with what parts the columns
+            columns[name] = numbers
     return _with_texts(Table(path, columns), texts)
 
 
 def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
-    """Add columns that may be text: numbers where they are, else the reason why not."""
+    """Add columns that may be text: numbers or times of a clock, else the reason why not."""
     for name, values in texts.items():
         try:
-            table.columns[name] = _numbers(table.path, name, values)
+            clock = seconds_of(values)
+            table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
         except ValueError as problem:
             table.refused[name] = str(problem)
     return table
-
-
-def _seconds(column: Any) -> np.ndarray:
-    """Return stamps as s since the first of them."""
-    from pyarrow import timestamp
-
-    counts = column.cast(timestamp('ns', column.type.tz)).cast('int64').to_pylist()
-    first = next((one for one in counts if one is not None), 0)
-    return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
-
-
-def _whole(column: Any) -> np.ndarray:
-    """Return whole numbers; those that float64 cannot hold, stamps in ns, since the first."""
-    from pyarrow import ArrowInvalid, compute
-
-    try:
-        return np.asarray(column.cast('float64').to_numpy())
-    except ArrowInvalid:
-        first = next(one for one in column if one.is_valid)
-        return np.asarray(compute.subtract(column, first).cast('float64', safe=False).to_numpy())
 
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
@@ -190,16 +186,16 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
 
 def _mat(path: Path) -> Table:
     found = load_mat(path)
+    if not any(np.ndim(value) for value in found.values()):
+        raise ValueError(f'{path} holds no array of numbers. Objects of MATLAB (timeseries, '
+                         'table) have to be saved as arrays or structures: t = log.Time; u = '
+                         'log.Data')
     return _longest(path, *_parted({name: value for name, value in found.items()
                                     if isinstance(name, str) and not name.startswith('__')}))
 
 
 def _json(path: Path, rows: str) -> Table:
-    try:
-        content = json.loads(path.read_text('utf8'))
-    except ValueError as error:
-        raise ValueError(f'{path} is no JSON file: {error}') from None
-    facts = {}
+    content, facts = read_json(path), {}
     if isinstance(content, dict):
         facts = {name: value for name, value in content.items()
                  if isinstance(value, (str, int, float, bool))}
@@ -214,9 +210,9 @@ def _json(path: Path, rows: str) -> Table:
         return replace(_longest(path, held.columns, facts), refused=held.refused)
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
         raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
-    names = list(content[0]) if content else []
-    return _with_texts(Table(path, {}, facts),
-                       {name: [row.get(name) for row in content] for name in names})
+    records = [dict(flat(row)) for row in content]
+    return _with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
+                                                for name in (records[0] if records else ())})
 
 
 def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:

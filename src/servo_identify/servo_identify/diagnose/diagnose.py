@@ -12,6 +12,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ..data.check import check as check_data
+from ..data.check import replicates
 from ..data.finding import Finding as Said
 from ..data.finding import refusal
 from .answer.evidence import Evidence, Finding
@@ -53,7 +54,6 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages = Stages(tick)
     stages.begin('check')
     parts, findings, warnings = _checked(recordings, accepting, reporting, servo, despite)
-    warnings += [one.sentence for one in findings if one.level != 'green']
     stages.begin('residuals')
     samples = residual_samples(_selecting(parts, bool(accepting)), servo)
     if not len(samples.base):
@@ -112,7 +112,10 @@ def _checked(recordings: Sequence[Recording], accepting: Sequence[Recording],
         findings = check_data(judged, servo)
         red = [one for one in findings if one.level == 'red']
         if not red or despite:
-            return parts, findings, [*left_out, *warnings]
+            split_says = replicates(judged) if parts.warnings else []
+            said = [one.sentence for one in findings
+                    if one.level != 'green' and one not in split_says]
+            return parts, findings, [*left_out, *dict.fromkeys([*warnings, *said])]
         apart = {one.recording for one in red}
         if '' in apart or len(apart) >= EVEN * len(judged):
             raise CannotDiagnose(refusal(red))

@@ -11,7 +11,7 @@ from servo_twin.physics.straight_units import straightened
 
 from ..data.column_units import factor_of, NAMES, UNIT
 from .machine import ABOUT, example, flag, Machine, SECTIONS
-from .proposals import ANGLE, Proposal
+from .proposals import ANGLE, looks_like, Proposal
 from .sources import Offered
 
 Ask = Callable[[str, str], str]
@@ -65,11 +65,9 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[column] = next((one for one in several if one.source == answer),
                                   Proposal(column, answer, ''))
         else:
-            joints = [re.search(r'\[([^\[\]]+)\]$', one.source) for one in several]
-            missing.append(f'--joint NAME (of {[one[1] for one in joints if one]})'
-                           if all(one and not one[1].isdigit() for one in joints)
-                           else f'--column {column}=SOURCE (of '
-                                f'{[one.source for one in several]})')
+            joints = _joints([one.source for one in several])
+            missing.append(f'--joint NAME (of {joints})' if joints else
+                           f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
@@ -81,16 +79,20 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         else:
             missing.append(f'--column {shlex.quote(f"motor_position={loose[0].source}")} '
                            '(or load_position)')
-    for column in ('t', 'encoder'):
-        names = ENCODERS if column == 'encoder' else (column,)
-        if not any(name in chosen for name in names) and not missing:
-            if ask:
-                name = names[-1]
-                chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)),
-                                        '')
-            else:
-                missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
-                               + ''.join(f'; {one}' for one in of.refused.values()) + ')')
+    for names in (('t',), ENCODERS):
+        if any(name in chosen or not ask and proposals.get(name) for name in names) or (
+                not ask and loose and names is ENCODERS):
+            continue
+        if ask:
+            name = names[-1]
+            chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)), '')
+        else:
+            meant = [said for name, said in of.refused.items()
+                     if looks_like(name) in (*names, ANGLE)] or [*of.refused.values()][:1]
+            missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
+                           + ''.join(f'; {one}' for one in meant)
+                           + ('; a number of the row counts in its period: t=SOURCE:2 ms'
+                              if names == ('t',) and not of.messages else '') + ')')
     for column, one in chosen.items():
         refused = _refused(column, one)
         if one.unit and not refused:
@@ -107,6 +109,14 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
                 f'({refused})' if refused else '(or --si for all)'))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
+
+
+def _joints(sources: Sequence[str]) -> list[str]:
+    """Return the names by which sources differ where nothing else tells them apart, else []."""
+    parted = [re.fullmatch(r'(.*?)\[([^\[\]]+)\](.*)', one) for one in sources]
+    around = {(one[1], one[3]) for one in parted if one}
+    named = [one[2] for one in parted if one and not one[2].isdigit()]
+    return named if len(around) == 1 and len(named) == len(sources) else []
 
 
 def _usual(column: str, linear: bool) -> str:

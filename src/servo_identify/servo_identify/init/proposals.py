@@ -8,7 +8,8 @@ import re
 
 import numpy as np
 
-from ..data.column_units import likely, NAMES, split, TIMES, UNIT
+from ..data.column_units import factor_of, likely, NAMES, split, TIMES, UNIT
+from ..data.physical_units import parsed
 from .sources import Offered
 
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
@@ -34,7 +35,7 @@ class Proposal:
     """
     A source for a column; ``unit`` is '' where nothing says which it is.
 
-    ``wraps``: a turn in this unit, where the source wraps around at each; 0 where it does not.
+    ``wraps``: the round in this unit by which the source wraps around; 0 where it does not.
     """
 
     column: str
@@ -45,7 +46,8 @@ class Proposal:
 
 def looks_like(source: str, kind: str = '') -> str:
     """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
-    name = split(source)[0]
+    # of a message an index names the joint, but behind .values the interface
+    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
     if name in NAMES:
         return name
     words = _words(name)
@@ -66,6 +68,8 @@ def looks_like(source: str, kind: str = '') -> str:
     if words & _CURRENT:
         return 'current' if not words & {'command', 'cmd'} else 'current_reference'
     if words & _TORQUE:
+        if words & {'command', 'cmd'}:
+            return ''  # what was told is no measured torque, and no drive is told N m
         return 'external_torque' if words & {'external', 'ext'} else 'torque'
     if words & _POSITION:
         field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
@@ -91,7 +95,8 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
     for source in _of_joint(of.sources, joint):
         column = looks_like(source, of.kinds.get(source, ''))
         if column:
-            unit = of.units.get(source) or (UNIT[column] if source in NAMES else '')
+            unit = (of.units.get(source) or _unit_behind(source, column)
+                    or (UNIT[column] if source in NAMES else ''))
             if column == 't' and not unit:
                 unit = unit_of_time(of.numbers.get(source))
             found.setdefault(column, []).append(Proposal(column, source, unit))
@@ -101,6 +106,17 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
     if of.messages:
         found['t'] = _time_of_messages(of, found)
     return found
+
+
+def _unit_behind(source: str, column: str) -> str:
+    """Return the last word of a name where it is a unit of the column: current_mA, I/mA, I, mA."""
+    word = re.split(r'[_/,]\s*', source)[-1]
+    try:
+        parsed(word)
+        factor_of(source, column, word, None)
+    except ValueError:
+        return ''
+    return word if word != source else ''
 
 
 def _of_joint(sources: tuple[str, ...], joint: str) -> list[str]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-import json
 from pathlib import Path
 
 import numpy as np
 
 from ..data.column_units import split
+from ..data.csv_layout import TEXTS
 from ..data.csv_table import count_of_bare_columns
+from ..data.json_file import read_json
 from ..data.message_files import holds_messages
 from ..data.messages import fields_of
 from ..data.tables import read_table
@@ -56,7 +57,7 @@ def offered(path: Path) -> Offered:
     rows, names = '', ()
     if path.suffix.lower() == '.json' and path.is_file():
         rows = _rows(path)
-    if path.suffix.lower() in ('.csv', '.txt', '.tsv') and path.is_file():
+    if path.suffix.lower() in TEXTS and path.is_file():
         names = tuple(f'column_{k + 1}' for k in range(count_of_bare_columns(path)))
     table = read_table(path, rows, names)
     return Offered(path, tuple(table.columns), {name: unit for name in table.columns
@@ -82,7 +83,7 @@ def _unit_of(source: str, kind: str) -> str:
 def _rows(path: Path) -> str:
     """Return the name of the list of records in a JSON file, '' where there is none."""
     try:
-        content = json.loads(path.read_text('utf8'))
+        content = read_json(path)
     except ValueError:
         return ''  # what reads it says why
     lists = {name: value for name, value in content.items()

@@ -1,9 +1,11 @@
-"""Encoders that wrap around at each turn, told by a recording."""
+"""Encoders that wrap around, at each turn or where their counter ends, told by a recording."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+
+import numpy as np
 
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
@@ -13,10 +15,20 @@ from ..data.mistakes import TURN
 from ..data.survey import survey
 from .proposals import Proposal
 
+NEAR = 0.003  # of a round, within which the one that is meant is taken for it
+
 
 def with_turns(columns: Mapping[str, Proposal], recording: Recording,
                servo: Servo) -> dict[str, Proposal]:
-    """Return the columns, with the turn of those that jump back by it in this recording."""
-    turned = {name: TURN / factor_of(name, name, columns[name].unit, servo)
-              for name in survey(recording, servo).wrapped}
+    """Return the columns, with the round of those that jump back by it in this recording."""
+    turned = {name: _meant(turn / factor_of(name, name, columns[name].unit, servo), turn == TURN)
+              for name, turn in survey(recording, servo).wrapped.items()}
     return {name: replace(one, wraps=turned.get(name, 0.0)) for name, one in columns.items()}
+
+
+def _meant(seen: float, turn: bool) -> float:
+    """Return the round that is meant: a turn, a power of two or a number of two digits; else 0."""
+    if turn:
+        return seen
+    near = min(2.0 ** round(np.log2(seen)), float(f'{seen:.1e}'), key=lambda one: abs(one - seen))
+    return near if abs(near / seen - 1.0) < NEAR else 0.0
