@@ -83,6 +83,7 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
                           lambda: (X, X)),
     'current_sensor_offset': ('current', 'reading', lambda: (X, X + 0.25), lambda: (X, X)),
     'current_sensor_gain': ('current', 'reading', lambda: (X, 1.25 * X), lambda: (X, X)),
+    'constant_torque': ('speed', 'torque', lambda: (X, 0.5 + 0.0 * X), lambda: (X, 0.0 * X)),
     'gravity': ('load angle', 'torque', lambda: (TURN, np.cos(TURN - 0.6)),
                 lambda: (TURN, 0.0 * TURN)),
     'spring_load': ('load angle', 'torque', lambda: (X, -0.9 * X), lambda: (X, 0.0 * X)),

@@ -24,6 +24,7 @@ SHOWN_BY = {
     'torque_saturation': 'large currents in both directions: it has no loop',
     'current_sensor_offset': 'standstill without current',
     'current_sensor_gain': 'a second ammeter',
+    'constant_torque': 'standstill without current: it pushes where friction rests',
     'gravity': 'the load held half a turn on: it pulls the other way',
     'spring_load': 'the load held ever further from its rest: it pulls ever harder',
     'current_lag': 'a chirp: its gain falls with frequency',

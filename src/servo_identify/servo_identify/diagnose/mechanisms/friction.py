@@ -93,7 +93,11 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
 
 
 def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
-    """Friction whose level, and growth, differ by direction, about the same mean or another."""
+    """
+    Friction whose level, and growth, differ by direction, about the same mean or another.
+
+    About the same mean no direction has less than none: it would drive.
+    """
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
     form = _over_speed(site, lambda x: np.column_stack(
         (np.ones(len(x)), x, *[np.zeros(len(x))] * level)))
@@ -104,8 +108,13 @@ def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
             shape[:, 2] = one.motion.direction
         return -shape
 
-    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque),
-                              [0] * (2 + level), form=form)
+    most = np.inf
+    if not level:
+        most = float(builder.rubbing(site, lambda one: _speed(one, site), np.zeros(1))[0])
+    return builder.hypothesis(
+        mechanism, builder.place(f'{site}_torque', torque), [0] * (2 + level), form=form,
+        room=(np.array([-most, *[-np.inf] * (1 + level)]),
+              np.array([most, *[np.inf] * (1 + level)])))
 
 
 def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:

@@ -40,10 +40,19 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',
         lambda one: one.driving_current, 'N m/A')
-    yield from filter(None, (*(_gravity(builder, orders) for orders in HANGING),
+    yield from filter(None, (_constant(builder),
+                             *(_gravity(builder, orders) for orders in HANGING),
                              *(_spring(builder, bends) for bends in (False, True)),
                              _saturation(builder)))
     yield from _payload(builder, residual)
+
+
+def _constant(builder: Builder) -> Hypothesis | None:
+    """A weight on a slope: a torque that is always there."""
+    mechanism = Mechanism('constant_torque', 'torque', 'load', ('angle',), 'even')
+    form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'],
+                lambda x: np.ones((len(x), 1)))
+    return builder.hypothesis(mechanism, builder.of_form('load_torque', form), [0], form=form)
 
 
 def _gravity(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None:
