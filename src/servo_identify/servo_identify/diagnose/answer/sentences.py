@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from math import floor, hypot, isfinite, log10
 from typing import Any
 
+from ..decisions import SOLVED, WORTH
 from .report import Alternative, MissingEffect
 
 PLACES = {
@@ -19,6 +20,11 @@ SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('tra
          'command': ('drive',), 'drive': ('drive',), 'current': ('drive',),
          'controller': ('controller',)}
 """In which balances an effect at a site shows of itself."""
+
+
+VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque constant',
+          'controller_mismatch': 'setting of the controller'}
+"""Effects that are another value of the servo file, with the value."""
 
 
 def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict[str, Any],
@@ -58,15 +64,17 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     unsure = first.rung == 'place' and others
     if unsure:  # the place is known, the recordings do not tell what acts there
         several[0] += ', or perhaps ' + _listed(others, 'or')
-        text = f'The {place} is missing ' + '; and '.join(several) + '.'
-    else:
-        text = f'The {place} is missing {_listed(several)}.'
+    lacks, differs = ([text for one, text in zip(which, several, strict=True)
+                       if _is_value(one) == value] for value in (False, True))
+    said = [f'is missing {_listed(lacks)}'] * bool(lacks) + [
+        f'has {_listed(differs)} than the servo file'] * bool(differs)
+    text = f'The {place} {_listed(said)}.'
     gone = round(100.0 * gap['shrink'])
-    it = 'it' if len(which) == 1 else 'them'
+    it = ('Adding ' if lacks else 'Taking over ') + ('it' if len(which) == 1 else 'them')
     if gone > 0:
-        text += f' Adding {it} removes {gone} % of the error on unseen recordings.'
+        text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
-        text += (f' Adding {it} does not reduce the error of the simulation on unseen recordings: '
+        text += (f' {it} does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
     sure = round(100.0 * min(one.confidence['mechanism'] for one in which))
     text += f' Confidence: {sure} %.'
@@ -75,15 +83,28 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     elif others:
         text += f' These recordings do not exclude {_listed(others, "or")}.'
     if status != 'explained':
-        text += f' {round(100.0 * (1.0 - gap["solved"]))} % of the error remains.'
-        if gap.get('refitted_solved', 0.0) - gap['solved'] > 0.1:
-            text += (f' Moving other values within their tolerances as well would remove '
-                     f'{round(100.0 * gap["refitted_solved"])} % (--refit).')
+        refitted = gap.get('refitted_solved', 0.0)
+        left = f'{round(100.0 * (1.0 - gap["solved"]))} %'
+        if refitted >= SOLVED > gap['solved']:
+            text += (f' The other {left} is within the tolerances of the servo file: where its '
+                     f'values move too, {round(100.0 * refitted)} % is removed (--refit).')
+        else:
+            text += f' {left} of the error remains.'
+            if refitted - gap['solved'] > 0.1:
+                text += (f' Moving other values within their tolerances as well would remove '
+                         f'{round(100.0 * refitted)} % (--refit).')
     return text
+
+
+def _is_value(one: MissingEffect) -> bool:
+    """Tell whether a value of the servo file is another, and nothing is missing."""
+    return one.effect.startswith('parameter:') or one.effect in VALUES
 
 
 def spoken(effect: str) -> str:
     """Return the name of an effect in words."""
+    if effect in VALUES:
+        return f'another {VALUES[effect]}'
     if effect.startswith('parameter:'):
         instance, _, value = effect.removeprefix('parameter:').rpartition('.')
         value = f'another value of {value.replace("_", " ")}'
@@ -92,7 +113,7 @@ def spoken(effect: str) -> str:
 
 
 def _named(one: MissingEffect | Alternative) -> str:
-    if one.effect.startswith('parameter:'):
+    if one.effect.startswith('parameter:') or one.effect in VALUES:
         return spoken(one.effect)
     return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
 
@@ -101,8 +122,19 @@ def _listed(words: Sequence[str], last: str = 'and') -> str:
     return words[0] if len(words) == 1 else f'{", ".join(words[:-1])} {last} {words[-1]}'
 
 
-def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None) -> str:
-    """Return the size of an effect with its unit: its first value, or the span of its curve."""
+def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
+            turn: str = '') -> str:
+    """
+    Return the size of an effect with its unit: its first value, or the span of its curve.
+
+    Waves are told by their amplitudes; ``turn`` is the shaft whose turn they are counted in.
+    """
+    waves = _waves(parameters) if turn else []
+    if waves:
+        order, a, std, unit = waves[0]
+        told = f'amplitude {_measured(a, std)} {unit}, {order:g} per turn of the {turn}'
+        more = [f'{a:.2g} {unit} at {order:g}' for order, a, _, unit in waves[1:]]
+        return f'{told}, and {_listed(more)}' if more else told
     first = [(name, p) for name, p in parameters.items()
              if '[' not in name and _last(name) != 'order']
     if {'cosine', 'sine'} <= set(parameters):
@@ -124,6 +156,24 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None)
             orders) else ''
         return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}{turn}'
     return ''
+
+
+def _waves(parameters: dict[str, dict[str, Any]]) -> list[tuple[float, float, float, str]]:
+    """Return (order, amplitude, standard deviation, unit) of waves worth naming, largest first."""
+    found, base = [], {}
+    for path, one in parameters.items():
+        name, _, index = path.partition('[')
+        if _last(name) == 'order':
+            base[name.rpartition('.')[0]] = one['value']
+        elif _last(name) == 'cosine' and index:
+            sine = parameters.get(f'{name.removesuffix("cosine")}sine[{index}')
+            if sine:
+                std = max(both['std'] or 0.0 for both in (one, sine))
+                found.append((name.rpartition('.')[0], 1 + int(index.rstrip(']')),
+                              hypot(one['value'], sine['value']), std, one['unit']))
+    largest = max((a for *_, a, _, _ in found), default=0.0)
+    return sorted(((base[of] * k, a, std, unit) for of, k, a, std, unit in found
+                   if of in base and a > WORTH * largest), key=lambda wave: -wave[1])
 
 
 def _last(path: str) -> str:

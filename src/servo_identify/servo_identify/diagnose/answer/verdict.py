@@ -180,8 +180,17 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
         added.law, drawn, alternatives,
-        str(one.wave) if one.wave else size_of(parameters, drawn),
+        str(one.wave) if one.wave else size_of(parameters, drawn, _turn(added)),
         asdict(one.wave) if one.wave else None)
+
+
+def _turn(added: Added) -> str:
+    """Return the shaft in whose turns the waves of an effect are counted; '' without waves."""
+    effects = [(p.effect.name, p.site) for p in added.placed if 'order' in p.effect.parameters]
+    if not effects or len(effects) < len(added.placed):
+        return ''
+    return 'motor' if all(name == 'kinematic_error' or site == 'motor'
+                          for name, site in effects) else 'load'
 
 
 def _drawn(evidence: Evidence, one: Finding, curve: Curve) -> dict[str, Any]:

@@ -130,6 +130,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0))
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
+    if one.mechanism.name == 'stribeck_friction' and curve.mean() < 0.0:  # it grows ever less
+        return [replace(whole, mechanism=replace(one.mechanism, name='viscous_friction'))]
     if one.mechanism.port == 'clearance':
         common = _common(curve)
         if one.mechanism.name == 'backlash' or curve.size(curve.y - common) > FORM * curve.size():
