@@ -66,11 +66,12 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         several[0] += ', or perhaps ' + _listed(others, 'or')
     lacks, differs = ([text for one, text in zip(which, several, strict=True)
                        if _is_value(one) == value] for value in (False, True))
-    said = [f'is missing {_listed(lacks)}'] * bool(lacks) + [
-        f'has {_listed(differs)} than the servo file'] * bool(differs)
+    said = [f'is missing {_listed(lacks)}'] if lacks else []
+    said += [f'has {_listed(differs)} than the servo file'] if differs else []
     text = f'The {place} {_listed(said)}.'
     gone = round(100.0 * gap['shrink'])
-    it = ('Adding ' if lacks else 'Taking over ') + ('it' if len(which) == 1 else 'them')
+    it = 'it' if len(which) == 1 else 'them'
+    it = f'Adding {it}' if lacks else f'Taking {it} over'
     if gone > 0:
         text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
