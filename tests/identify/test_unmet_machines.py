@@ -7,11 +7,15 @@ import pytest
 from synthetic_recordings import sampled
 from test_selection import named_by_equations, recorded, SERVO, with_effect
 
+from servo_identify.data.table_import import import_table
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.residuals.noise import count_of, of_encoders
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import split
 from servo_twin.description import servo_file
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import COLUMNS, Recording
 
@@ -132,3 +136,112 @@ def told(seed):
 @pytest.mark.slow
 def test_a_current_read_as_a_target_came_is_no_friction():
     assert named_by_equations([told(seed) for seed in (1, 2)], KNEE) == set()
+
+
+def elbow(rows):
+    """Return a direct drive whose host writes a row every ``rows`` s, by a gain of its own."""
+    servo = servo_file.loads("""
+servo: host
+step: 5.0e-4
+drive: {type: voltage, resistance: 4.0, inductance: 0.0, back_emf: 1.3, torque_constant: 1.3}
+mechanism: {type: rigid, rotor_inertia: 0.013, load_inertia: 9.7e-3, ratio: 1.0}
+controller: {type: position_loop, kp: 1.0, kv: 30.0, ki: 0.0, kd: 0.0, limit: 12.0}
+sensors: {motor_encoder: {noise: 4.4e-4}}
+effects:
+  grease: {effect: viscous_friction, at: load, slope: 0.06}
+""")
+    fine, several = np.arange(40_000) * 5e-4, []
+    for seed in (1, 2):
+        chance = np.random.default_rng(seed)
+        at = np.unique((np.arange(0.0, 19.9, rows) + chance.uniform(0, 0.4 * rows, round(
+            19.9 / rows)))[:, None] // 5e-4).astype(int)
+        columns = {name: np.full(len(fine), np.nan) for name in COLUMNS}
+        wanted = np.sin(2.0 * np.pi * 0.4 * fine + seed) + 0.4 * np.sin(9.0 * fine)
+        columns['reference_position'] = wanted[at][np.searchsorted(at, np.arange(len(fine)),
+                                                                   side='right').clip(1) - 1]
+        y = simulate(servo, inputs_of(columns), 5e-4, initial_state(servo, wanted[0]), 'closed')
+        several.append((fine[at], wanted[at], y[at, 0] + chance.normal(0.0, 4.4e-4, len(at))))
+    return servo, several
+
+
+@pytest.mark.slow
+def test_a_controller_is_not_blamed_for_rows_that_are_not_even(tmp_path):
+    servo, several = elbow(0.005)
+    read = []
+    for number, (time, wanted, angle) in enumerate(several):
+        volts = np.clip(30.0 * (wanted - angle), -12.0, 12.0)
+        path = tmp_path / f'log_{number}.csv'
+        np.savetxt(path, np.column_stack((time, volts, angle, wanted)), '%.6f', ',', comments='',
+                   header='t,voltage,motor_position,reference_position')
+        read.append(import_table(path))
+    assert all(one.resampled for one in read)
+    found = explained(residual_samples(read, servo))
+    assert 'controller' not in found.samples.present
+    assert {one.mechanism.site for one in found.chosen} <= {'command'}
+
+
+@pytest.mark.slow
+def test_an_elasticity_that_one_family_does_not_bend_is_fitted_to_the_others():
+    rig = with_effect('nonlinear_stiffness', 'mesh', soft=4e4, reach=2e-4)
+    small = recorded(rig, 3)
+    command = 0.05 * small.columns['voltage']
+    still = replace(sampled(rig, command, seed=3, period=small.period), family='small')
+    several = [recorded(rig, 1), recorded(rig, 2), still]
+    assert named_by_equations(several) == {('nonlinear_stiffness', 'mesh')}
+
+
+def test_what_columns_do_not_reach_is_no_sample():
+    samples = residual_samples([recorded(SERVO, 1)], SERVO)
+    one = samples.errors[0]
+    there = one.full(np.ones(len(one.motion.rows)))
+    for equation in samples.present:
+        known = np.isfinite(one.test(equation).project(there))
+        assert known[samples.kept(0, equation)].all()
+
+
+@pytest.mark.slow
+def test_a_clearance_over_the_angle_has_its_whole_width():
+    rig = with_effect('position_dependent_backlash', 'mesh', order=1.0, cosine=(6e-4,),
+                      sine=(0.0,)).with_effects(
+        Placed('gap', find('backlash'), 'mesh'), values={'effects.gap.width': 1e-3})
+    several = [recorded(rig, seed) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], SERVO, several[1:2], several[2:]).report
+    curve = report.which[0].curve
+    assert report.which[0].effect == 'position_dependent_backlash'
+    assert max(curve['y']) == pytest.approx(1.6e-3, rel=0.2)
+
+
+def test_a_count_is_found_under_the_decimals_of_a_table():
+    chance, count = np.random.default_rng(0), 2.0 * np.pi / 2**19
+    angle = 0.1 * np.sin(np.arange(4000) / 300.0) + chance.normal(0.0, 0.3 * count, 4000)
+    counts = np.degrees(count * np.round(angle / count))
+    assert count_of(np.radians(np.round(counts, 5))) == pytest.approx(count, rel=1e-3)
+    assert count_of(np.radians(np.round(np.degrees(angle), 5))) == pytest.approx(
+        np.radians(1e-5), rel=1e-3)
+
+
+def test_an_encoder_that_rests_on_a_count_is_no_quieter():
+    several = of_encoders([{'motor_position': s, 'load_position': np.nan, 'current': s}
+                           for s in (4e-4, 5e-4, 1e-4)])
+    assert [one['motor_position'] for one in several] == [4e-4, 5e-4, 4e-4]
+    assert [one['current'] for one in several] == [4e-4, 5e-4, 1e-4]
+
+
+@pytest.mark.slow
+def test_a_weight_on_a_slope_is_a_torque_that_is_always_there():
+    rig = with_effect('constant_torque', 'load', torque=-60.0)
+    several = [recorded(rig, seed) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], SERVO, several[1:2], several[2:]).report
+    names = {report.which[0].effect, *report.which[0].ambiguous_with}
+    assert 'constant_torque' in names
+    assert names <= {'constant_torque', 'asymmetric_friction', 'spring_load', 'gravity'}
+
+
+@pytest.mark.slow
+def test_friction_that_one_direction_has_alone_is_one_effect():
+    rig = with_effect('asymmetric_friction', 'load', difference=8.0).with_effects(
+        Placed('more', find('coulomb_friction'), 'load'), values={'effects.more.level': 8.0})
+    several = [recorded(rig, seed) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], SERVO, several[1:2], several[2:]).report
+    assert [one.effect for one in report.which] == ['asymmetric_friction']
+    assert report.which[0].parameters['difference']['value'] == pytest.approx(8.0, rel=0.1)

@@ -12,6 +12,9 @@ from ..decisions import EVEN
 from ..selection.explain import Explained
 from ..splitting import Split
 
+HELD = 0.5
+"""Rows by which a command that acts with its row and is held is read late, on average."""
+
 DRIVEN = {'drive', 'motor', 'torque'}  # equations in which the instant of a command shows
 
 
@@ -27,8 +30,8 @@ def command_late(found: Explained) -> float:
     if found.search.off_in(found.explanation.smallest) & DRIVEN:
         return 0.0
     values = found.nuisances()
-    late = values.get('late:current', 0.0) - values.get('late:drive', 0.0)
-    return late if 'late:drive' in values and late > EVEN else 0.0
+    late = HELD - values.get('late:drive', HELD)
+    return late if late > EVEN else 0.0
 
 
 def told_late(found: Explained) -> str:

@@ -15,7 +15,7 @@ from ..handover.added import Added
 from ..handover.curves import Curve
 from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
-from ..selection.fits import Fitted
+from ..selection.choice import Fitted
 from ..selection.stability import shares
 from .evidence import Evidence, Finding
 from .report import Alternative, GapReport, Located, MissingEffect, RUNGS

@@ -17,7 +17,6 @@ from servo_twin.recording.recording import Recording
 
 from ...data.white_noise import FOURTH, QUARTILE
 
-
 DECIMALS = 4  # of the last digit by which second differences of a rounded reading may be off
 
 

@@ -15,8 +15,8 @@ from ...fit.free_values import SURE
 from ..decisions import ALTERNATIVE, FORM
 from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
+from .choice import Choice, Fitted
 from .explain import Explained
-from .fits import Choice, Fitted
 from .regression import solve
 
 REDRAWN = 60  # fits behind the bands of curves and amplitudes

@@ -16,7 +16,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance, nuisance_of, value_of
 from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
-from .fits import Fitted
+from .choice import Fitted
 from .regression import Regression
 from .search import Explanation, Search
 

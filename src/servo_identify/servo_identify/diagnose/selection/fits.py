@@ -10,7 +10,6 @@ are independent without any mechanism, in all sets alike.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +20,7 @@ from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.values import far_off
 from .bounded_least_squares import every_least
+from .choice import Choice, Fitted
 from .regression import FOLDS, Products, Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
@@ -28,57 +28,6 @@ APART = 10.0  # times the weight of one family over another of its equation that
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
 SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A set of hypotheses with the sign of each: (number, which of its bounds)."""
-
-    members: tuple[tuple[int, int], ...]
-
-    @property
-    def numbers(self) -> tuple[int, ...]:
-        """Numbers of the hypotheses."""
-        return tuple(number for number, _ in self.members)
-
-    def plus(self, number: int, side: int) -> Choice:
-        """Return the set with one more."""
-        return Choice((*self.members, (number, side)))
-
-    def minus(self, number: int) -> Choice:
-        """Return the set without one."""
-        return Choice(tuple(m for m in self.members if m[0] != number))
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """
-    A set fitted to the residuals.
-
-    ``columns`` of the regression with their ``values`` (that of the residual, first, is 1);
-    ``held_out`` (equations, blocks) squared errors of blocks that the fit did not see;
-    ``score`` the sum over groups of n/2 log of the held-out mean square above the floor, where n
-    counts observations;
-    ``weight`` (equations, families) of the groups; ``doubt`` by equation how many samples
-    count as one observation; ``numbers`` amplitudes at work, shapes searched and tolerances used
-    up; ``cost`` of these, as Schwarz has it; ``far`` that of values far from the file's, in it.
-    """
-
-    choice: Choice
-    columns: np.ndarray
-    values: np.ndarray
-    held_out: np.ndarray
-    score: float
-    weight: np.ndarray
-    doubt: np.ndarray
-    numbers: float
-    cost: float
-    far: float
-
-    @property
-    def total(self) -> float:
-        """What a set leaves and what it costs, nats: the less the better."""
-        return self.score + self.cost
 
 
 class Fits:
@@ -176,7 +125,7 @@ class Fits:
 
     def _settled(self, choice: Choice, products: Products, weight: np.ndarray, doubt: np.ndarray,
                  bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> tuple[Any, ...]:
-        """Return a fit weighed anew by what it leaves: values and what they came from."""
+        """Return a fit weighed by what it leaves: values and what they came from."""
         unknowns = np.arange(len(room) + 1)
         for turn in range(REWEIGHTED):
             sums = products.sums(weight)

@@ -16,7 +16,7 @@ from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import UNKNOWN
 from .candidate_gains import Leavings
-from .fits import Choice, Fitted
+from .choice import Choice, Fitted
 from .significance import Significance
 
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated

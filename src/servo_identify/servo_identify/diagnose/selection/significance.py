@@ -10,7 +10,8 @@ from servo_twin.balances.equation_terms import EQUATIONS
 
 from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, OPEN, WORTH
 from .bounded_least_squares import most_gained
-from .fits import Choice, Fits, Fitted
+from .choice import Choice, Fitted
+from .fits import Fits
 
 DRAWS = 400  # sign flips behind the null distribution
 KEPT = 64  # sets whose resampled errors are kept
@@ -76,11 +77,12 @@ class Significance(Fits):
         """
         Tell whether a gain is more than the best of all hypotheses would have by chance.
 
-        Where an equation is certainly off, something is there: its first name needs less. The
+        Where an equation is certainly off, something is there: its first name needs less. Else the
         smaller set must be less likely than an explanation that is not listed.
         """
-        level = ALTERNATIVE if before is self.nothing and self.off else FALSE_ALARM
-        return (before.total - after.total > -np.log(ALTERNATIVE) and self._worth(before, after)
+        certain = before is self.nothing and bool(self.off)
+        level, least = (ALTERNATIVE, 0.0) if certain else (FALSE_ALARM, -np.log(ALTERNATIVE))
+        return (before.total - after.total > least and self._worth(before, after)
                 and self.beyond(after)
                 and self.gain(before, after) > self.chance(before, after, level))
 
