@@ -132,9 +132,9 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
     """
     waves = _waves(parameters) if turn else []
     if waves:
-        order, a, std, unit = waves[0]
-        told = f'amplitude {_measured(a, std)} {unit}, {order:g} per turn of the {turn}'
-        more = [f'{a:.2g} {unit} at {order:g}' for order, a, _, unit in waves[1:]]
+        order, size, std, unit = waves[0]
+        told = f'amplitude {_measured(size, std)} {unit}, {order:g} per turn of the {turn}'
+        more = [f'{size:.2g} {unit} at {order:g}' for order, size, _, unit in waves[1:]]
         return f'{told}, and {_listed(more)}' if more else told
     first = [(name, p) for name, p in parameters.items()
              if '[' not in name and _last(name) != 'order']
@@ -161,7 +161,8 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
 
 def _waves(parameters: dict[str, dict[str, Any]]) -> list[tuple[float, float, float, str]]:
     """Return (order, amplitude, standard deviation, unit) of waves worth naming, largest first."""
-    found, base = [], {}
+    base: dict[str, float] = {}
+    found: list[tuple[str, int, float, float, str]] = []
     for path, one in parameters.items():
         name, _, index = path.partition('[')
         if _last(name) == 'order':

@@ -77,7 +77,7 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
             continue
         i = regression.equations.index(EQUATIONS.index(name))
         drawn = chance.integers(0, regression.blocks, (200, regression.blocks))
-        ratios = np.sqrt(errors[i][drawn].sum(axis=1)
+        ratios = np.sqrt(np.maximum(0.0, errors[i][drawn].sum(axis=1))
                          / np.maximum(1, counts[i][drawn].sum(axis=1)))
         low, high = np.percentile(ratios, (5, 95))
         gap = name in acting or squares[name] > OPEN**2
