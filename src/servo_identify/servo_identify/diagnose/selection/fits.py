@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,10 +24,27 @@ from .choice import Choice, Fitted
 from .regression import FOLDS, Products, Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
-APART = 10.0  # times the weight of one family over another of its equation that may mislead a fit
+MISLEADS = 10.0  # times the weight of one family over another that may mislead a fit
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
 SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
+
+
+class _Settled(NamedTuple):
+    """
+    Values with the residual first, and what they came from.
+
+    ``weighed`` are the weights that they were fitted with, ``gram`` and ``prior`` the sums of that
+    fit; ``weight`` and ``doubt`` what is left asks for, above ``floor``.
+    """
+
+    values: np.ndarray
+    weighed: np.ndarray
+    gram: np.ndarray
+    prior: np.ndarray
+    floor: np.ndarray
+    weight: np.ndarray
+    doubt: np.ndarray
 
 
 class Fits:
@@ -98,13 +115,13 @@ class Fits:
         products = regression.of(columns)
         several = [self._settled(choice, products, weight, doubt, (low, high), room)
                    for weight, doubt in self._starts(choice)]
-        values, last, total, prior, floor, weight, doubt = several[0] if len(several) == 1 else (
-            min(several, key=lambda one: self.score(
-                products.errors(one[0]), one[4], self.observations)))
+        best = several[0] if len(several) == 1 else min(several, key=lambda one: self.score(
+            products.errors(one.values), one.floor, self.observations))
+        values, total, floor = best.values, best.gram, best.floor
         near = values[1:] if choice.members else np.zeros(len(values) - 1)
         there = np.ones((FOLDS, len(values)))
-        there[:, 1:] = every_least(total - products.folds(last), prior, low, high, near,
-                                   bool(choice.members))
+        there[:, 1:] = every_least(total - products.folds(best.weighed), best.prior, low, high,
+                                   near, bool(choice.members))
         held_out = products.errors(there[regression.fold])
         used = (values[1:] / room) ** 2
         cost = 0.5 * SURE**2 * float(used.sum())
@@ -119,13 +136,13 @@ class Fits:
             count += more
             cost += 0.5 * np.log(max(2, regression.blocks)) * more
             far += far_off(regression.samples, one, values[1:][mine])
-        each = self.observations if choice.members else 1.0 / doubt
-        return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each), weight,
-                      doubt, count, float(cost + far), far)
+        each = self.observations if choice.members else 1.0 / best.doubt
+        return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each),
+                      best.weight, best.doubt, count, float(cost + far), far)
 
     def _settled(self, choice: Choice, products: Products, weight: np.ndarray, doubt: np.ndarray,
-                 bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> tuple[Any, ...]:
-        """Return a fit weighed by what it leaves: values and what they came from."""
+                 bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> _Settled:
+        """Return the values of a set, weighed by what they leave."""
         unknowns = np.arange(len(room) + 1)
         for turn in range(REWEIGHTED):
             sums = products.sums(weight)
@@ -138,7 +155,7 @@ class Fits:
             if turn + 1 < REWEIGHTED:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
-        return values, last, total, prior, floor, weight, doubt
+        return _Settled(values, last, total, prior, floor, weight, doubt)
 
     def _starts(self, choice: Choice) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """
@@ -155,7 +172,7 @@ class Fits:
         yield near.weight, near.doubt
         there = self.sizes > 0
         low = np.where(there, near.weight, np.inf).min(axis=1, keepdims=True)
-        if np.any(there & (near.weight > APART * low)):
+        if np.any(there & (near.weight > MISLEADS * low)):
             yield np.where(there, low, near.weight), near.doubt
 
     @staticmethod
