@@ -52,3 +52,20 @@ def test_a_value_has_the_digits_that_its_standard_deviation_leaves(value, std, t
 def test_what_is_rounding_beside_the_rest_of_a_curve_is_zero():
     curve = {'x': [4.4e-16, 1.0, 7.92], 'y': [8e-17, 0.3, 0.635], 'unit': 'rad/s', 'y_unit': 'N m'}
     assert size_of({}, curve) == '0 to 0.635 N m from 0 to 7.92 rad/s'
+
+
+def test_a_value_that_is_not_told_is_shown_as_its_curve():
+    curve = {'x': [0.0, 4.0, 8.0], 'y': [0.0, -0.01, -0.13], 'unit': 'A', 'y_unit': 'N m'}
+    loss = {'loss': {'value': 15.1, 'std': 1000.0, 'unit': 'N m/A'}}
+    assert size_of(loss, curve) == '0 to -0.13 N m from 0 to 8 A'
+    loss['loss']['std'] = 3.0
+    assert size_of(loss, curve) == 'loss 15.1 +- 3 N m/A'
+
+
+def test_waves_are_told_by_amplitude_order_and_shaft():
+    waves = {'order': {'value': 22.0, 'std': None, 'unit': '1/rad'}} | {
+        f'{name}[{k}]': {'value': value, 'std': 0.0002, 'unit': 'N m'}
+        for k, pair in enumerate(((0.03, 0.04), (0.006, 0.008))) for name, value in zip(
+            ('cosine', 'sine'), pair, strict=True)}
+    assert size_of(waves, None, 'motor') == (
+        'amplitude 0.05 +- 0.0002 N m, 22 per turn of the motor, and 0.01 N m at 44')

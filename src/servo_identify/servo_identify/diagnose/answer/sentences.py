@@ -21,6 +21,8 @@ SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('tra
          'controller': ('controller',)}
 """In which balances an effect at a site shows of itself."""
 
+SURE = 1.645
+"""Standard deviations of a 90 % interval."""
 
 VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque constant',
           'controller_mismatch': 'setting of the controller'}
@@ -138,6 +140,8 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         return f'{told}, and {_listed(more)}' if more else told
     first = [(name, p) for name, p in parameters.items()
              if '[' not in name and _last(name) != 'order']
+    if curve and first and SURE * (first[0][1]['std'] or 0.0) > abs(first[0][1]['value']):
+        first = []  # recordings that do not tell a value may tell the curve that it stands for
     if {'cosine', 'sine'} <= set(parameters):
         a, b = parameters['cosine'], parameters['sine']
         std = max(one['std'] or 0.0 for one in (a, b))

@@ -24,7 +24,6 @@ from .sentences import sentence, size_of
 from .shown_units import channel_unit, curve_units
 from .telling import confirmations, tell
 
-SURE = 1.645  # standard deviations of a 90 % interval
 
 
 def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str],
