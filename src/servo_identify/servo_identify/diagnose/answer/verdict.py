@@ -25,7 +25,6 @@ from .shown_units import channel_unit, curve_units
 from .telling import confirmations, tell
 
 
-
 def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str],
               timing: dict[str, float]) -> GapReport:
     """Put the evidence into a report."""
