@@ -15,6 +15,7 @@ class ConstantTorque(Torque):
     """
 
     source = 'any textbook of mechanics'
+    candidate = False
 
     torque = Parameter(1.0, 'N m', (-1e6, 1e6), 'Positive pushes forward.', off=0.0)
 
