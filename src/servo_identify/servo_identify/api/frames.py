@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -53,8 +52,8 @@ def _named(held: Any) -> Iterator[tuple[str, Any]]:
 
 def in_memory(data: Any) -> TypeGuard[Mapping[str, Any]]:
     """Whether something is columns in memory, not the name of a file or several names."""
-    return isinstance(data, Mapping) or any(map(partial(hasattr, data), (
-        'columns', 'data_vars'))) or isinstance(data, np.ndarray) and bool(data.dtype.names)
+    return (isinstance(data, Mapping) or hasattr(data, 'columns') or hasattr(data, 'data_vars')
+            or isinstance(data, np.ndarray) and bool(data.dtype.names))
 
 
 def table_of(recording: Recording) -> dict[str, np.ndarray]:

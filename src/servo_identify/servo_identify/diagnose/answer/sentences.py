@@ -67,7 +67,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if unsure:  # the place is known, the recordings do not tell what acts there
         several[0] += ', or perhaps ' + _listed(others, 'or')
     lacks, differs = ([text for one, text in zip(which, several, strict=True)
-                       if _is_value(one) == value] for value in (False, True))
+                       if _is_value(one.effect) == value] for value in (False, True))
     said = [f'is missing {_listed(lacks)}'] if lacks else []
     said += [f'has {_listed(differs)} than the servo file'] if differs else []
     text = f'The {place} {_listed(said)}.'
@@ -99,9 +99,9 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     return text
 
 
-def _is_value(one: MissingEffect) -> bool:
-    """Tell whether a value of the servo file is another, and nothing is missing."""
-    return one.effect.startswith('parameter:') or one.effect in VALUES
+def _is_value(effect: str) -> bool:
+    """Tell whether an effect is another value of the servo file, and nothing is missing."""
+    return effect.startswith('parameter:') or effect in VALUES
 
 
 def spoken(effect: str) -> str:
@@ -116,7 +116,7 @@ def spoken(effect: str) -> str:
 
 
 def _named(one: MissingEffect | Alternative) -> str:
-    if one.effect.startswith('parameter:') or one.effect in VALUES:
+    if _is_value(one.effect):
         return spoken(one.effect)
     return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
 

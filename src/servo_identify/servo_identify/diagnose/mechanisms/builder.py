@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from servo_twin.physics.motion_evaluation import EVALUATED
-
 from ..decisions import OPEN
 from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
@@ -80,8 +78,7 @@ class Builder:
         """
         most, ratio = np.zeros(len(edges)), self.samples.servo.numbers['mechanism.ratio']
         for one in self.samples.errors:
-            out = np.abs(one.evaluated_nominal)
-            motor, load = (out[:, EVALUATED.index(f'{shaft}_resistance')]
+            motor, load = (np.abs(one.of_file[f'{shaft}_resistance'])
                            for shaft in ('motor', 'load'))
             own = motor if site == 'motor' else load
             if 'torque' in self.samples.present:

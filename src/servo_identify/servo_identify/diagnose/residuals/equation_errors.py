@@ -214,14 +214,12 @@ class EquationErrors(AlongMotion):
     @cached_property
     def carried_load(self) -> np.ndarray:
         """The same without friction of the load that the file has: what gears carry, N m."""
-        out = dict(zip(EVALUATED, self.evaluated_nominal.T, strict=True))
-        return self.predicted_load + out['load_resistance']
+        return self.predicted_load + self.of_file['load_resistance']
 
     @cached_property
     def _known_load(self) -> np.ndarray:
         """The same by the servo file alone, without what an explanation adds."""
-        motion, values = self.motion, self.servo.numbers
-        out = dict(zip(EVALUATED, self.evaluated_nominal.T, strict=True))
+        motion, values, out = self.motion, self.servo.numbers, self.of_file
         own = values['mechanism.load_inertia'] * motion['load_acceleration']
         return own + motion['external'] - out['load_push'] - out['load_resistance']
 
@@ -255,8 +253,7 @@ class EquationErrors(AlongMotion):
 
     def _asked(self, load: np.ndarray, more: np.ndarray) -> np.ndarray:
         """Current, A, for a torque of the load and ``more`` on the motor, N m, inner samples."""
-        motion, values = self.motion, self.servo.numbers
-        out = dict(zip(EVALUATED, self.evaluated_nominal.T, strict=True))
+        motion, values, out = self.motion, self.servo.numbers, self.of_file
         lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
         rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
         felt = self.transmitted() if 'torque' in self.measured.channels else load
@@ -293,6 +290,7 @@ class EquationErrors(AlongMotion):
         return np.where(np.isfinite(asked), asked, command)
 
     @cached_property
-    def evaluated_nominal(self) -> np.ndarray:
-        """What the models of the servo file say along the motion: (inner samples, EVALUATED)."""
-        return self.evaluated(self.servo.theta, self.motion)
+    def of_file(self) -> dict[str, np.ndarray]:
+        """What the models of the servo file say along the motion, by the names of EVALUATED."""
+        out = self.evaluated(self.servo.theta, self.motion)
+        return dict(zip(EVALUATED, out.T, strict=True))

@@ -19,6 +19,7 @@ from servo_twin.physics.simulate import (
 from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.recording import Recording
 
+from ...data.signals import ANGLES
 from .noise import count_of, noises_of, of_encoders
 from .test_function import TestFunction
 
@@ -87,27 +88,27 @@ def measure(recordings: Sequence[Recording], servo: Servo,
     ``drive_current(recording)`` returns what the drive makes of the command, A, or None.
     """
     noises = of_encoders([noises_of(r, drive_current(r)) for r in recordings])
+    counts = [{name: count_of(r[name]) for name in ANGLES} for r in recordings]
     shafts: dict[tuple[float, str], int] = {}
     gears: dict[float, int] = {}
-    for recording, noise in zip(recordings, noises, strict=True):
+    for recording, noise, count in zip(recordings, noises, counts, strict=True):
         kind = recording.period, recording.family
-        shafts[kind] = max(_shaft_spacing(recording, noise, servo), shafts.get(kind, 0))
+        shafts[kind] = max(_shaft_spacing(recording, noise, count, servo), shafts.get(kind, 0))
         needed = _gear_spacing(recording, noise, servo)
         gears[recording.period] = min(needed, gears.get(recording.period, needed))
     together = sum(r.duration for r in recordings)
     block = float(np.clip(together / FEWEST_BLOCKS, 0.2, max(BLOCK, together / MOST_BLOCKS)))
     prepared = []
-    for recording, noise in zip(recordings, noises, strict=True):
+    for recording, noise, count in zip(recordings, noises, counts, strict=True):
         period = recording.period
         spacing = shafts[period, recording.family]
         gear = min(spacing, gears[period])
-        counts = {n: count_of(recording[n]) for n in ('motor_position', 'load_position')}
         # a controller works by its own rows: on resampled ones it would be blamed for the grid
         looped = bool(servo.controller.parameters) and not recording.resampled and (
             recording.has('reference_position') or recording.has('reference_velocity'))
         prepared.append(Measured(
             recording, TestFunction(spacing, period, 2 * spacing),
-            TestFunction(gear, period, 2 * gear), TestFunction(2, period, 4), noise, counts,
+            TestFunction(gear, period, 2 * gear), TestFunction(2, period, 4), noise, count,
             looped, block, _twist(recording, servo)))
     return prepared
 
@@ -124,7 +125,8 @@ def _torque_at_work(recording: Recording, servo: Servo) -> float:
     return float(np.sqrt(np.nanmean(torque**2))) if np.isfinite(torque).any() else 0.0
 
 
-def _shaft_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
+def _shaft_spacing(recording: Recording, noise: dict[str, float], count: dict[str, float],
+                   servo: Servo) -> int:
     """Shortest spacing whose noise of the inertial torque is small against the torque at work."""
     values = servo.numbers
     ratio, scale = values['mechanism.ratio'], _torque_at_work(recording, servo)
@@ -138,11 +140,11 @@ def _shaft_spacing(recording: Recording, noise: dict[str, float], servo: Servo) 
         if recording.has('motor_position'):
             inertia = rotor + (0.0 if recording.has('load_position') else load)
             shaken.append(inertia / ratio * max(
-                gain * noise['motor_position'], creeping * count_of(recording['motor_position'])))
+                gain * noise['motor_position'], creeping * count['motor_position']))
         if recording.has('load_position'):
             inertia = load + (0.0 if recording.has('motor_position') else rotor)
             shaken.append(inertia * max(
-                gain * noise['load_position'], creeping * count_of(recording['load_position'])))
+                gain * noise['load_position'], creeping * count['load_position']))
         if not shaken or np.hypot.reduce(shaken) < SMOOTH_ENOUGH * scale:
             break
     return min(spacing, longest)

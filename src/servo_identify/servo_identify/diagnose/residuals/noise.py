@@ -15,6 +15,7 @@ import numpy as np
 
 from servo_twin.recording.recording import Recording
 
+from ...data.signals import ANGLES
 from ...data.white_noise import FOURTH, QUARTILE
 
 DECIMALS = 4  # of the last digit by which second differences of a rounded reading may be off
@@ -70,7 +71,7 @@ def of_encoders(noises: Sequence[dict[str, float]]) -> list[dict[str, float]]:
 
     A shaft that rests on one count shows none; it has no less than in most recordings.
     """
-    usual = {name: np.nanmedian(several) for name in ('motor_position', 'load_position')
+    usual = {name: np.nanmedian(several) for name in ANGLES
              for several in [[one[name] for one in noises]] if not np.isnan(several).all()}
     return [one | {name: max(one[name], least) for name, least in usual.items()
                    if not np.isnan(one[name])} for one in noises]
@@ -84,7 +85,7 @@ def noises_of(recording: Recording, drive_current: np.ndarray | None = None) -> 
     current and that of its difference to this is the sensor's.
     """
     noise = {name: noise_of(recording[name]) if recording.has(name) else np.nan
-             for name in ('motor_position', 'load_position', 'torque', 'current', 'voltage')}
+             for name in (*ANGLES, 'torque', 'current', 'voltage')}
     if drive_current is not None and recording.has('current'):
         noise['current'] = min(noise['current'], noise_of(recording['current'] - drive_current))
     return noise
