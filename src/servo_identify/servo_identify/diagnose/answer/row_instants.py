@@ -15,6 +15,7 @@ from ..splitting import Split
 HELD = 0.5
 """Rows by which a command that acts with its row and is held is read late, on average."""
 
+DELAYS = {'command_delay', 'sensor_delay'}  # a late encoder is as a command that acts late
 DRIVEN = {'drive', 'motor', 'torque'}  # equations in which the instant of a command shows
 
 
@@ -22,10 +23,11 @@ def command_late(found: Explained) -> float:
     """
     Return by how many sample periods the command acts after its row; 0.0 up to half a period.
 
-    A delay that is named counts from the row, so that there it is 0.0. So it is where an equation
-    that tells it is certainly off still: what acts there instead may look like it.
+    A delay that is named, of the command or of a reading that it may stand for, counts from the
+    row, so that there it is 0.0. So it is where an equation that tells it is certainly off still:
+    what acts there instead may look like it.
     """
-    if any(one.mechanism.name == 'command_delay' for one in found.chosen):
+    if any(one.mechanism.name in DELAYS for one in found.chosen):
         return 0.0
     if found.search.off_in(found.explanation.smallest) & DRIVEN:
         return 0.0
