@@ -145,7 +145,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     if known is None:
         return Added(part)
     other = None if known.law else lawful(_with_port(part), servo, stiffness)
-    as_law = None if other is None else replace(
+    as_law = None if other is None or not other.holds else replace(  # a law that has none of it
         _placed(part, [replace(other, law=True)], site, taken), holds=other.holds)
     return replace(_placed(part, [known], site, taken), as_law=as_law)
 

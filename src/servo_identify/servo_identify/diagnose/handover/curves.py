@@ -130,8 +130,6 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0))
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
-    if one.mechanism.name == 'stribeck_friction' and curve.mean() < 0.0:  # it grows ever less
-        return [replace(whole, mechanism=replace(one.mechanism, name='viscous_friction'))]
     if one.mechanism.port == 'clearance':
         common = _common(curve)
         if one.mechanism.name == 'backlash' or curve.size(curve.y - common) > FORM * curve.size():
@@ -139,6 +137,11 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = {'backlash': np.full(len(curve.x), common)}
     elif one.mechanism.name == SPEED_FRICTION:
         named = _over_speed(curve, _own(found, one.mechanism.site))
+    elif one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level
+        named = _over_speed(curve, _own(found, one.mechanism.site))
+        if curve.size(curve.y - sum(named.values())) > FORM * curve.size():
+            largest = max(named, key=lambda name: curve.size(named[name]))
+            return [replace(whole, mechanism=replace(one.mechanism, name=largest))]
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
         level, way = amplitudes[2], float(np.sign(curve.mean()))
         if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more

@@ -19,7 +19,7 @@ from .memory import stop_operator
 from .orders import hats, periodic
 
 LOADS = (0.1, 0.3, 0.6)  # shares of the largest load at which the growth may bend
-SPEEDS = (0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
+SPEEDS = (0.03, 0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
 POWERS = (1.5, 2.0, 3.0)  # of the speed, with which drag may grow
 FADES = 6  # speeds within which friction may fall
 TIMES = (0.015, 0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which it may settle
@@ -68,7 +68,11 @@ def _viscous(builder: Builder, site: str) -> Hypothesis | None:
 
 
 def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
-    """Friction that falls with speed: a mixture of bells, which holds exponentials too."""
+    """
+    Friction that falls with speed: a mixture of bells, which holds exponentials too.
+
+    A servo file that has some may have too much of it.
+    """
     name = f'{site}_speed'
     top, low = builder.scales.top(name), builder.scales.slowest(name)
     if not 0.0 < low < 0.4 * top:
@@ -76,7 +80,9 @@ def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
     knots = np.geomspace(max(low, 1e-3 * top), 0.4 * top, FADES)
     mechanism = Mechanism('stribeck_friction', 'friction', site, ('speed',), 'odd')
     form = _over_speed(site, lambda x: np.exp(-(x[:, None] / knots) ** 2))
-    return builder.resistance(mechanism, form, [1] * FADES, knots, either=True)
+    falling = any(placed.effect.name in ('stribeck_friction', 'friction_over_speed')
+                  for placed in builder.samples.servo.effects)
+    return builder.resistance(mechanism, form, [1] * FADES, knots, either=falling)
 
 
 def _drag(builder: Builder, site: str) -> Hypothesis | None:
