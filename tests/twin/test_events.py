@@ -14,7 +14,7 @@ from servo_twin.bag import read_changes
 from servo_twin.balances.residual_filters import half_of, WINDOW
 from servo_twin.cli import main
 from servo_twin.description.servo_file import load
-from servo_twin.lockstep.live_comparison import differences, Seen
+from servo_twin.lockstep.live_comparison import Differences, differences, Seen
 from servo_twin.lockstep.lockstep import Settings
 from servo_twin.lockstep.whole_recording import answer
 from servo_twin.recording.events import BEGAN, Change, written
@@ -67,6 +67,30 @@ def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen
     assert len(Seen(recording, live)) == cut + half
     assert not any(differences(live, answer(Seen(recording, live), servo)).values())
     assert len(Seen(recording, until(len(whole)))) == len(whole)
+
+
+@pytest.mark.parametrize('heard', [0, 7])
+def test_balances_that_the_recorder_ended_too_early_for_are_not_compared(heard):
+    """The recorder heard answers to samples, but not all samples that the answers had seen."""
+    servo = load(SERVO)
+    recording = bench_recording(coulomb=30.0)
+    whole = answer(recording, servo)
+    first, end = recording.sequence, recording.sequence + len(recording) // 2
+    live = whole.part(first, end)
+    for column in live.residual.values():  # the last of them were still on their way
+        column[len(live) - heard:] = np.nan
+    short = recording.part(first, end)
+    seen = Seen(short, live)
+
+    def found(live):
+        compared = Differences(live, seen.balanced)
+        compared.add(answer(seen, servo))
+        return compared.found
+
+    assert seen.balanced == end - half_of(WINDOW, recording.period)
+    assert not any(found(live).values())
+    live.residual['drive'][seen.balanced - first - 1] += 1e-9
+    assert found(live)['residual drive'] == 1
 
 
 def test_a_twin_that_began_again_is_compared_though_its_first_answers_were_not_heard():

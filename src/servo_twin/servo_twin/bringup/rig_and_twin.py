@@ -128,10 +128,11 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
         raise ProcessError(f'the driver cannot be configured: {_why(session)}\n'
                            f'{processes.tail("driver")}')
     for topic, readers in (('encoder', 3), ('torque', 2), ('current', 2)):
-        wait_until(lambda topic=topic, readers=readers: session.linked(topic, readers),
+        wait_until(lambda topic=topic, readers=readers: session.heard('driver', topic, readers),
                    f'recorder, twin and player listen to {topic}', START, processes)
-    wait_until(lambda: session.linked('twin/prediction', 1), 'the recorder listens to the twin',
-               START, processes)
+    for topic in ('twin/prediction', 'twin/residual'):
+        wait_until(lambda topic=topic: session.heard('twin', topic, 1),
+                   f'the recorder listens to {topic}', START, processes)
     if bench.page is not None:
         _show(bench, bench.page, faults, processes)
     wait_until(lambda: session.linked('command', 2), 'the player is there', START, processes)

@@ -99,7 +99,8 @@ def _answered(arguments: argparse.Namespace) -> int:
         if arguments.compare:
             live = opened.enter_context(open_predictions(*where))
             early = began_before(recording, changes)
-            recording, compared = Seen(recording, live, changes), Differences(live)
+            recording = Seen(recording, live, changes)
+            compared = Differences(live, recording.balanced)
         looked = perf_counter()
         warm_up(servo)
         ready = perf_counter()

@@ -19,22 +19,25 @@ class Seen:
 
     It begins where the twin did, as ``changes`` say, though the recorder may have heard it later;
     so it is wherever a twin began again. Other samples without an answer were left out, because
-    the twin was behind: they are NaN. Residuals come half a ``window``, s, late: a last one that
-    is no NaN saw so much more.
+    the twin was behind: they are NaN. Residuals come half a ``window``, s, late: the last one that
+    is no NaN saw so much more. Where the recorder did not hear that much of the rig, as it ended,
+    ``balanced`` is the first sample whose balances no replay can know; else None.
     """
 
     def __init__(self, recording: LongRecording, live: Long[Predictions],
                  changes: Sequence[Change] = (), window: float = WINDOW) -> None:
         self._recording, self._live = recording, live
         end = live.sequence + len(live)
-        last = live.part(end - 1, end)
-        late = any(np.isfinite(last.residual[name]).any() for name in BALANCES)
-        ahead = half_of(window, live.period) if late else 0
+        half = half_of(window, live.period)
+        last = live.part(end - half, end)
+        known = np.flatnonzero(np.any([np.isfinite(last.residual[name]) for name in BALANCES], 0))
+        seen = last.sequence + int(known[-1]) + 1 + half if len(known) else end
         begun = [one.sequence for one in changes if one.kind == BEGAN
                  and recording.sequence <= one.sequence <= live.sequence]
         whole = recording.sequence + len(recording)
         self.sequence = min(max(recording.sequence, max(begun, default=live.sequence)), whole)
-        self._end = max(self.sequence, min(end + ahead, whole))
+        self._end = max(self.sequence, min(max(end, seen), whole))
+        self.balanced = whole - half if seen > whole else None
         self._unheard = [(one.sequence, _first_heard(live, one.sequence)) for one in changes
                          if one.kind == BEGAN]
         head = recording.part(self.sequence, self.sequence)
@@ -89,11 +92,12 @@ class Differences:
     Counts the samples of each channel and balance that differ in any bit, where both answer.
 
     Only samples that the live twin answered count, and residuals that it published: the last half
-    window of one that was killed never was. NaN equals NaN.
+    window of one that was killed never was. Balances count to sample ``balanced``, if given: see
+    :class:`Seen`. NaN equals NaN.
     """
 
-    def __init__(self, live: Long[Predictions]) -> None:
-        self._live = live
+    def __init__(self, live: Long[Predictions], balanced: int | None = None) -> None:
+        self._live, self._balanced = live, balanced
         self._found: dict[str, int] = {}
 
     def add(self, again: Predictions) -> None:
@@ -108,6 +112,8 @@ class Differences:
             for name, one in getattr(live, kind).items():
                 other = getattr(again, kind)[name]
                 same = (one == other) | (np.isnan(one) & np.isnan(other))
+                if self._balanced is not None and kind == 'residual' and name in BALANCES:
+                    same[max(0, self._balanced - live.sequence):] = True
                 key = f'{kind} {name}'
                 self._found[key] = self._found.get(key, 0) + int((heard & ~same).sum())
 

@@ -92,3 +92,11 @@ class Session(Node):
     def linked(self, topic: str, readers: int) -> bool:
         """Whether a topic of the namespace has a writer and at least so many readers."""
         return self.count_publishers(topic) > 0 and self.count_subscribers(topic) >= readers
+
+    def heard(self, node: str, topic: str, readers: int) -> bool:
+        """
+        Whether a node itself knows of at least so many readers of its topic.
+
+        It may know of them later than this node does, and what it says until then is lost to them.
+        """
+        return int(self.facts.get(node, {}).get(f'readers of {topic}', 0)) >= readers

@@ -312,6 +312,8 @@ class TwinNode(LifecycleNode):
             level, said, facts = OK, label, {}
         facts = {'lifecycle': label, 'servo': self._servo.name if self._servo else 'none',
                  'mode': self.settings.mode, **facts}
+        facts |= {f'readers of twin/{output.topic_name.rpartition("/")[2]}':
+                  str(output.get_subscription_count()) for output in self._outputs}
         self._diagnostics.publish(conversion.to_diagnostics(
             self.get_fully_qualified_name(), level, said, facts,
             self._now()))

@@ -68,11 +68,7 @@ def _viscous(builder: Builder, site: str) -> Hypothesis | None:
 
 
 def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
-    """
-    Friction that falls with speed: a mixture of bells, which holds exponentials too.
-
-    A servo file that has some may have too much of it.
-    """
+    """Friction that falls with speed, in bells. A servo file that has some may have too much."""
     name = f'{site}_speed'
     top, low = builder.scales.top(name), builder.scales.slowest(name)
     if not 0.0 < low < 0.4 * top:
