@@ -14,9 +14,12 @@ from servo_identify.diagnose.answer.row_instants import (
     told_late,
 )
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.mechanisms.hypothesis import Mechanism
 from servo_identify.diagnose.residuals.samples import residual_samples
-from servo_identify.diagnose.selection.confidence import preferred
+from servo_identify.diagnose.selection.confidence import preferred, Rival, surer
 from servo_identify.diagnose.selection.explain import explained
+from servo_identify.diagnose.selection.regression import Products
+from servo_identify.diagnose.selection.stability import share_of
 from servo_identify.diagnose.splitting import Split
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
@@ -49,6 +52,37 @@ def named_by_equations(recordings, servo=SERVO):
     """Return (name, site) of what the equations alone say is missing."""
     found = explained(residual_samples(recordings, servo))
     return {(one.mechanism.name, one.mechanism.site) for one in found.chosen}
+
+
+def test_what_may_act_at_either_shaft_is_one_cause_against_another():
+    def rival(name, site, confidence):
+        return Rival(0, 0, Mechanism(name, 'friction', site, ('direction',), 'none'), confidence)
+
+    motor, load = (rival('asymmetric_friction', site, share) for site, share in (
+        ('motor', 0.31), ('load', 0.3)))
+    assert surer('constant_torque', 0.35, [motor, load]) is motor
+    assert surer('constant_torque', 0.65, [motor, load]) is None
+    assert surer('asymmetric_friction', 0.2, [motor, load]) is motor  # at the surer place
+    assert surer('asymmetric_friction', 0.4, [rival('constant_torque', 'load', 0.5), load]) is None
+
+
+def test_no_sum_of_squares_is_negative():
+    """A column that is the residual leaves nothing, and rounding no less than that."""
+    table = np.random.default_rng(0).normal(size=(40, 50, 2))
+    table = np.dstack((table @ (0.3, 0.7), table))  # the residual is a sum of its columns
+    blocks = np.arange(len(table))
+    products = Products([(np.arange(3), np.swapaxes(table, 1, 2) @ table)], blocks, blocks, 3)
+    errors = products.errors(np.array([1.0, -0.3, -0.7]))
+    assert errors.max() < 1e-10 and np.all(errors >= 0.0)
+
+
+def test_a_half_counts_that_names_the_mechanism_or_what_is_not_told_from_it():
+    one, other, third = (Mechanism(name, 'friction', 'load', ('direction',), 'odd')
+                         for name in ('coulomb_friction', 'constant_torque', 'spring_load'))
+    answers = [{one.key}, {other.key, third.key}, {third.key}, set()]
+    assert share_of(answers, one) == 0.25
+    assert share_of(answers, one, other) == 0.5
+    assert share_of([], one) == 1.0
 
 
 def without(recording, *names):

@@ -34,7 +34,7 @@ from .residuals.added_input import added_input
 from .residuals.samples import residual_samples
 from .selection.confidence import preferred, redrawn, Rival
 from .selection.explain import Explained, explained
-from .selection.stability import halves, shares
+from .selection.stability import halves, share_of
 from .splitting import Split, split
 from .stages import Stages
 
@@ -189,8 +189,7 @@ def _stands(found: Explained, several: list[set[tuple[str, ...]]], one: Finding)
     """
     if one.part.mechanism.site != 'controller':
         return True
-    return 'controller' in found.search.off and shares(found, several).get(
-        one.part.mechanism.key, 0.0) >= EVEN
+    return 'controller' in found.search.off and share_of(several, one.part.mechanism) >= EVEN
 
 
 def _compared(servo: Servo, parts: Split, found: Explained, findings: list[Finding],

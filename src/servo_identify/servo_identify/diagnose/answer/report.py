@@ -41,7 +41,8 @@ class MissingEffect:
     the formula of the catalogue lies within the band of the curve; ``curve`` x, y and band with
     their units, or None; shrinks are shares of the gap of the file as given that come back when
     this effect alone is taken out again, on the accept and on the report recordings. ``added`` is
-    the wave behind the controller (shape, period s, amplitude and offset V), where one was found.
+    the wave behind the controller (shape, period s, amplitude and offset V), where one was found;
+    ``named_in`` the share of the halves of the recordings that name the effect.
     """
 
     effect: str
@@ -59,6 +60,7 @@ class MissingEffect:
     alternatives: tuple[Alternative, ...]
     change: str
     added: dict[str, Any] | None = None
+    named_in: float = 1.0
 
 
 @dataclass(frozen=True)

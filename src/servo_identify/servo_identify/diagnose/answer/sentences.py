@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from math import floor, hypot, isfinite, log10
 from typing import Any
 
-from ..decisions import SOLVED, WORTH
+from ..decisions import EVEN, SOLVED, WORTH
 from .report import Alternative, MissingEffect
 
 PLACES = {
@@ -79,8 +79,12 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     else:
         text += (f' {it} does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
-    sure = round(100.0 * min(one.confidence['mechanism'] for one in which))
-    text += f' Confidence: {sure} %.'
+    least = min(which, key=lambda one: one.confidence['mechanism'])
+    text += f' Confidence: {round(100.0 * least.confidence["mechanism"])} %.'
+    if least.named_in < EVEN:  # what else could stand there is said below
+        whose = '' if len(which) == 1 else f' {spoken(least.effect)}'
+        text += (f' Searched by halves, {round(100.0 * least.named_in)} % of them name'
+                 f'{whose or " it"}: more recordings would make it surer.')
     if unsure:
         text += ' These recordings do not tell which.'
     elif others:

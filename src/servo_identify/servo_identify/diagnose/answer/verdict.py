@@ -16,7 +16,7 @@ from ..handover.curves import Curve
 from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.choice import Fitted
-from ..selection.stability import shares
+from ..selection.stability import share_of
 from .evidence import Evidence, Finding
 from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
 from .row_instants import told_late
@@ -29,9 +29,8 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
               timing: dict[str, float]) -> GapReport:
     """Put the evidence into a report."""
     located, squares = _where(evidence)
-    named = {one.mechanism.key: share for one in (f.part for f in evidence.findings)
-             for share in [shares(evidence.found, evidence.halves).get(one.mechanism.key)]
-             if share is not None}
+    named = {one.part.mechanism.key: _stable(evidence, one) for one in evidence.findings
+             if one.part.mechanism.name != UNKNOWN}
     which = tuple(_effect(evidence, one) for one in evidence.named)
     gap = _gap(evidence)
     balance = _place(evidence, located)
@@ -75,7 +74,7 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
             continue
         i = regression.equations.index(EQUATIONS.index(name))
         drawn = chance.integers(0, regression.blocks, (200, regression.blocks))
-        ratios = np.sqrt(np.maximum(0.0, errors[i][drawn].sum(axis=1))
+        ratios = np.sqrt(errors[i][drawn].sum(axis=1)
                          / np.maximum(1, counts[i][drawn].sum(axis=1)))
         low, high = np.percentile(ratios, (5, 95))
         gap = name in acting or squares[name] > OPEN**2
@@ -139,7 +138,7 @@ def _closed_all(evidence: Evidence) -> bool:
 
 def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
     mechanism, curve, added = one.part.mechanism, one.part.curve, one.added
-    stable = shares(evidence.found, evidence.halves).get(mechanism.key, 1.0)
+    stable = _stable(evidence, one)
     sure = min(one.confidence, max(stable, 0.5 * one.confidence))
     place = min(1.0, sure + sum(r.confidence for r in one.rivals
                                 if r.mechanism.site == mechanism.site))
@@ -179,7 +178,19 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
         added.law, drawn, alternatives,
         str(one.wave) if one.wave else size_of(parameters, drawn, _turn(added)),
-        asdict(one.wave) if one.wave else None)
+        asdict(one.wave) if one.wave else None, round(stable, 3))
+
+
+def _stable(evidence: Evidence, one: Finding) -> float:
+    """
+    Return in how many of the halves a finding came out.
+
+    By its own name, by that of the hypothesis that it is a part of, or by that of a rival: what
+    these recordings do not tell apart, its confidence says already.
+    """
+    whole = evidence.found.hypotheses[one.part.number].mechanism
+    return share_of(evidence.halves, one.part.mechanism, whole,
+                    *(rival.mechanism for rival in one.rivals))
 
 
 def _turn(added: Added) -> str:

@@ -7,6 +7,7 @@ excitation.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -69,13 +70,29 @@ def preferred(found: Explained) -> tuple[Explained, dict[int, tuple[float, list[
     known: dict[int, tuple[float, list[Rival]]] = {}
     for number in found.explanation.smallest.choice.numbers:
         confidence, rivals = known[number] = rivals_of(found, number)
-        if rivals and rivals[0].confidence > confidence:
+        rival = surer(found.hypotheses[number].mechanism.name, confidence, rivals)
+        if rival:
             rest = found.explanation.smallest.choice.minus(number)
-            other = found.search.fitted(rest.plus(rivals[0].number, rivals[0].side))
+            other = found.search.fitted(rest.plus(rival.number, rival.side))
             found = replace(found, explanation=replace(found.explanation, smallest=other))
             known = {}  # beside another member the others are as sure anew
     return found, {number: known.get(number) or rivals_of(found, number)
                    for number in found.explanation.smallest.choice.numbers}
+
+
+def surer(name: str, confidence: float, rivals: list[Rival]) -> Rival | None:
+    """
+    Return the rival that is surer than a member of this name, if one is.
+
+    The name counts first, wherever it acts: what may act at either shaft is one cause. Then the
+    place.
+    """
+    names = defaultdict(float, {name: confidence})
+    for one in rivals:
+        names[one.mechanism.name] += one.confidence
+    surest = max(names, key=lambda known: names[known])
+    best = next((one for one in rivals if one.mechanism.name == surest), None)
+    return best if best and (surest != name or best.confidence > confidence) else None
 
 
 def _by_values(found: Explained) -> Explained:
@@ -161,7 +178,10 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     regression, chosen = found.search.regression, found.explanation.smallest
     pair = [found.hypotheses[n] for n in (number, other)]
     one, two = (hypothesis.mechanism for hypothesis in pair)
-    value = any(hypothesis.path for hypothesis in pair)
+    paths = {hypothesis.path for hypothesis in pair}
+    if len(paths - {''}) > 1:
+        return False
+    value = paths != {''}
     varies, also = set(one.variables), set(two.variables)
     alike = varies <= also or also <= varies if value else varies == also
     if one.site != two.site or not alike or not (

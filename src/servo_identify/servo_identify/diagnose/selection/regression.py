@@ -73,8 +73,9 @@ class Products:
     def errors(self, values: np.ndarray) -> np.ndarray:
         """Return squared errors by equation and block; ``values`` ([blocks,] columns), first 1."""
         form = 'bij,i,j->b' if values.ndim == 1 else 'bij,bi,bj->b'
-        return np.array([np.einsum(form, part, values[..., good], values[..., good])
-                         for good, part in self.parts])
+        several = [np.einsum(form, part, values[..., good], values[..., good])
+                   for good, part in self.parts]
+        return np.maximum(np.array(several), 0.0)  # less is rounding, where a fit leaves nothing
 
 
 @dataclass

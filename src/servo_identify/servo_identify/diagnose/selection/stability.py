@@ -7,11 +7,9 @@ What comes and goes with the split is no finding (stability selection: Meinshaus
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
-from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.hypothesis import Mechanism
 from .explain import Explained
 from .search import Search
 
@@ -45,7 +43,7 @@ def halves(found: Explained) -> list[set[tuple[str, ...]]]:
     return answers
 
 
-def shares(found: Explained, answers: list[set[tuple[str, ...]]]) -> dict[tuple[str, ...], float]:
-    """Return how often each mechanism came out of the halves, named ones only."""
-    counted = Counter(key for answer in answers for key in answer if key[0] != UNKNOWN)
-    return {key: count / max(1, len(answers)) for key, count in counted.items()}
+def share_of(answers: list[set[tuple[str, ...]]], *names: Mechanism) -> float:
+    """Return the share of the halves in which one of some mechanisms came out; 1 without any."""
+    keys = {name.key for name in names}
+    return sum(bool(keys & answer) for answer in answers) / len(answers) if answers else 1.0
