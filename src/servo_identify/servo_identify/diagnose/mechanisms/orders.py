@@ -13,7 +13,8 @@ from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 
 LARGEST_ORDER = 200
-MOST = 3  # orders that one hypothesis takes in
+MOST = 6  # orders of any kind that one hypothesis takes in; another takes in half of them
+SERIES = (3, 8)  # multiples of one order that it takes in: of what is round, and of what has edges
 FEWEST = 50  # samples that say anything
 
 
@@ -38,7 +39,7 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
     """
     Yield hypotheses of waves over an angle.
 
-    These are the strongest order, it with its multiples, and the three strongest.
+    These are the strongest order, it (or a part of it) with its multiples, and the strongest ones.
     ``times`` names what the waves are multiplied by in the search, ``factor(errors, number)``
     returns it; ``signal`` is what they are in the equations, ``y_unit`` their unit. ``mean``: what
     varies has a mean too. Orders below ``lowest`` are not tried.
@@ -47,10 +48,10 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
     if not found:
         return
     first = found[0]
-    harmonics = tuple(first * k for k in (1, 2, 3))
-    parts = tuple(first / k for k in (2, 3) if first % k == 0 and first / k >= lowest)
-    for some in dict.fromkeys(((first,), harmonics, *((p, *(p * k for k in (2, 3)))
-                                                      for p in parts), found)):
+    bases = [first / k for k in (1, 2, 3) if first % k == 0 and first / k >= lowest]
+    series = (tuple(base * k for k in range(1, multiples + 1))
+              for base in bases for multiples in SERIES)
+    for some in dict.fromkeys(((first,), *series, found[:MOST // 2], found)):
         orders = (0.0, *some)[not mean:]
         columns = builder.place(signal, _waving(factor, angle, orders))
         knots = tuple(order for order in orders for _ in range(2))

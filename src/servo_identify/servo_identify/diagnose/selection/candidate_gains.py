@@ -50,16 +50,15 @@ class Leavings:
                            self.count))
 
     def fitted(self, columns: np.ndarray, low: np.ndarray, high: np.ndarray,
-               near: np.ndarray) -> float:
-        """Return what the best values of some columns leave; ``near`` is a guess of them."""
-        return float(_fitted(self.whole, self.prior, columns, low, high, near, self.flat,
-                             self.firsts, self.where, self.floor, self.count))
+               near: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return (what is left, the values) of the best fit; ``near`` is a guess of the values."""
+        values = _fitted(self.whole, self.prior, columns, low, high, near)
+        return self.left(columns, values), values[1:]
 
 
 @njit(cache=True, nogil=True)
 def _fitted(whole: np.ndarray, prior: np.ndarray, columns: np.ndarray, low: np.ndarray,
-            high: np.ndarray, near: np.ndarray, flat: np.ndarray, firsts: np.ndarray,
-            where: np.ndarray, floor: np.ndarray, count: np.ndarray) -> float:
+            high: np.ndarray, near: np.ndarray) -> np.ndarray:
     size = len(columns) - 1
     gram, slope, values = np.empty((size, size)), np.empty(size), np.ones(size + 1)
     for i in range(size):
@@ -68,7 +67,7 @@ def _fitted(whole: np.ndarray, prior: np.ndarray, columns: np.ndarray, low: np.n
             gram[i, j] = whole[columns[i + 1], columns[j + 1]]
         gram[i, i] += prior[columns[i + 1]]
     values[1:] = least(gram, slope, low, high, near, True)
-    return _left(columns, values, flat, firsts, where, floor, count)
+    return values
 
 
 @njit(cache=True, nogil=True)

@@ -130,9 +130,8 @@ class Fits:
             one = regression.hypotheses[number]
             mine = slice(at, at + one.columns.size)
             at = mine.stop
-            share = np.abs(values[1:][mine]) * np.sqrt(np.maximum(np.diag(total)[1:][mine], 0.0))
-            working = share > AT_WORK * share.max(initial=0.0)
-            more = self._amplitudes(one, working)
+            more = self._amplitudes(one, values[1:][mine], np.sqrt(np.maximum(
+                np.diag(total)[1:][mine], 0.0)))
             count += more
             cost += 0.5 * np.log(max(2, regression.blocks)) * more
             far += far_off(regression.samples, one, values[1:][mine])
@@ -176,8 +175,10 @@ class Fits:
             yield np.where(there, low, near.weight), near.doubt
 
     @staticmethod
-    def _amplitudes(one: Hypothesis, working: np.ndarray) -> int:
-        """Return how many numbers a hypothesis is worth, by which of its amplitudes work."""
+    def _amplitudes(one: Hypothesis, values: np.ndarray, size: np.ndarray) -> int:
+        """Return how many numbers a hypothesis is worth; ``size`` (n,) of a column of each."""
+        share = np.abs(values) * size
+        working = share > AT_WORK * share.max(initial=0.0)
         shared = one.signs == 1  # which of these work is a choice too, also where one does alone
         searched = 1 + len(one.detail) if one.tried > 1 else 0
         return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched

@@ -26,8 +26,13 @@ MOST = 5  # mechanisms in a set
 class Search(Significance):
     """Grows and thins sets of hypotheses."""
 
-    def candidates(self, near: Fitted) -> list[tuple[float, int, int]]:
-        """Return (gain less cost in nats, number, side) of each hypothesis beside a set."""
+    def candidates(self, near: Fitted) -> list[tuple[bool, float, int, int]]:
+        """
+        Return (whether it pays, gain less cost in nats, number, side) of hypotheses beside a set.
+
+        Those come first whose gain pays for one number at least: others are no answer, however
+        little they cost.
+        """
         regression = self.regression
         sums = self.sums(near.weight)
         weight = np.where(self.groups(near.held_out) > self.floor(), near.weight, 0.0)
@@ -40,6 +45,7 @@ class Search(Significance):
         count = ((weight > 0.0) * self.sizes).sum(axis=1) * self.observations
         leavings = Leavings.of(sums, prior, tables, regression.where, floor, count)
         before = leavings.left(near.columns, near.values)
+        size = np.sqrt(np.maximum(np.diag(sums.whole), 0.0))
         known = np.zeros(regression.size)
         known[near.columns] = near.values
         found = []
@@ -48,13 +54,14 @@ class Search(Significance):
         for number, one in enumerate(regression.hypotheses):
             if one.mechanism.key in taken or (one.path and one.path in paths):
                 continue
-            worth = self._amplitudes(one, np.ones(one.columns.size, dtype=bool))
             columns, kept = self.columns_of(near.choice.plus(number, 0))
             for side in range(len(self._bounds[number])):
                 low, high = self.bounds_of(near.choice.plus(number, side), kept)
-                gain = before - leavings.fitted(columns, low, high, known[columns[1:]])
-                found.append((gain - 0.5 * worth * np.log(max(2, regression.blocks)), number,
-                              side))
+                left, values = leavings.fitted(columns, low, high, known[columns[1:]])
+                mine = slice(len(columns) - 1 - one.columns.size, None)
+                worth = self._amplitudes(one, values[mine], size[columns[1:]][mine])
+                gain, price = before - left, 0.5 * np.log(max(2, regression.blocks))
+                found.append((gain > price, gain - worth * price, number, side))
         return sorted(found, reverse=True)
 
     def explain(self) -> Explanation:
@@ -104,7 +111,7 @@ class Search(Significance):
     def _short_list(self, near: Fitted) -> list[Choice]:
         listed: list[Choice] = []
         counted: dict[tuple[str, ...], int] = {}
-        for _, number, side in self.candidates(near):
+        for *_, number, side in self.candidates(near):
             key = self.regression.hypotheses[number].mechanism.key
             if counted.get(key, 0) < 2:
                 counted[key] = counted.get(key, 0) + 1
