@@ -34,10 +34,9 @@ def test_a_viscous_axis_lacks_coulomb_friction_and_then_asymmetry(shared_data):
     report = found.report
     print(report.verdict['sentence'])
     assert report.verdict['effects'] == ['coulomb_friction', 'asymmetric_friction']
-    first = report.which[0]
-    assert first.rung == 'curve'  # it builds up over the slowest speeds, which no law has
-    assert first.curve['y'][-1] == pytest.approx(20.4, rel=0.1)  # published, of all speeds
-    assert report.gap['shrink'] > 0.99
+    level = report.which[0].parameters['level']['value']
+    assert level == pytest.approx(20.4, rel=0.05)  # published
+    assert report.gap['shrink'] > 0.9
     assert report.verdict['status'] == 'explained'
 
 

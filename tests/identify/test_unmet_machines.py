@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_recordings import sampled
+from synthetic_recordings import PERIOD, sampled
 from test_selection import named_by_equations, recorded, SERVO, with_effect
 
 from servo_identify.data.table_import import import_table
@@ -16,6 +16,7 @@ from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import split
 from servo_twin.description import servo_file
+from servo_twin.description.shipped import servo_at
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
@@ -264,3 +265,49 @@ def test_friction_that_one_direction_has_alone_is_one_effect():
     report = diagnose(several[:1], SERVO, several[1:2], several[2:]).report
     assert [one.effect for one in report.which] == ['asymmetric_friction']
     assert report.which[0].parameters['difference']['value'] == pytest.approx(8.0, rel=0.1)
+
+
+def axis_of(servo, seed):
+    """Return a linear axis under several sines, without its current."""
+    time = np.arange(6000) * PERIOD
+    command = sum(0.9 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.4, 1.1, 2.3))
+    one = sampled(servo, command, seed=seed)
+    gone = {name: np.full(len(one), np.nan) for name in ('current', 'torque', 'load_position')}
+    return replace(one, columns={**one.columns, **gone}, name=f'sines_{seed}', family='sines')
+
+
+def test_friction_over_speed_is_split_once_though_several_hypotheses_hold_it():
+    axis = servo_file.load(servo_at('emps'))
+    rig = axis.with_effects(Placed('uneven', find('asymmetric_friction'), 'load'), values={
+        'effects.uneven.difference': -2.0, 'effects.uneven.slope': -30.0})
+    servo = axis.without_effects(lambda placed: placed.name == 'coulomb')
+    report = diagnose([axis_of(rig, seed) for seed in (1, 2, 3)], servo).report
+    print(report.verdict['sentence'])
+    names = [(one.effect, one.site) for one in report.which]
+    assert names[0] == ('coulomb_friction', 'load') and len(set(names)) == len(names)
+    assert report.which[0].parameters['level']['value'] == pytest.approx(
+        axis.numbers['effects.coulomb.level'], rel=0.1)
+
+
+def test_where_no_current_is_measured_resistance_and_torque_constant_are_both_to_be_measured():
+    servo = servo_file.load(servo_at('geared_dc'))
+    rig = replace(servo, values={**servo.values, 'drive.resistance': 1.3 * servo.values[
+        'drive.resistance']})
+
+    def recorded(seed):
+        time = np.arange(5000) * PERIOD
+        volts = sum(1.5 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f)
+                    for f in (0.5, 1.3, 3.1, 7.0))
+        one = sampled(rig, volts, seed=seed)
+        gone = {name: np.full(len(one), np.nan) for name in ('current', 'torque')}
+        return replace(one, columns={**one.columns, **gone}, name=f'multisine_{seed}',
+                       family='multisine')
+
+    report = diagnose([recorded(seed) for seed in (1, 2, 3, 4)], servo).report
+    print(report.verdict['sentence'])
+    first, = report.which
+    assert {first.effect, *(one.effect for one in first.alternatives)} >= {
+        'torque_constant_error', 'parameter:resistance'}
+    assert first.confidence['mechanism'] < 0.9
+    meter, = (line for line in report.confirm if 'resistance' in line)
+    assert 'ohmmeter' in meter and '2.2 ohm' in meter

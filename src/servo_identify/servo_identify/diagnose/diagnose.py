@@ -24,9 +24,9 @@ from .decisions import EVEN
 from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over
-from .handover.curves import parts_of
 from .handover.cut import Cut
 from .handover.handover import Handover
+from .handover.parts import friction_at_once, parts_of
 from .handover.shortened import judging
 from .handover.simulated_gap import Diverged, Simulated, simulated
 from .handover.trial import content
@@ -162,7 +162,10 @@ def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
             sure = confidence + sum(one.confidence for one in same)  # it is a part of a pattern
             several.append(Finding(part, sure, tuple(one for one in rivals if one not in same),
                                    Added(part)))
-    return several
+    known_of = {one.part.number: one for one in several}
+    return [next((one for one in several if one.part is part), None)
+            or replace(known_of[part.number], part=part, added=Added(part))
+            for part in friction_at_once(found, [one.part for one in several])]
 
 
 def _evidence(found: Explained, named: Sequence[Finding], one: Finding) -> float:

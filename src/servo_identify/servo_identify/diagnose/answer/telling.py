@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from servo_twin.physics.servo import Servo
 
 from .report import MissingEffect
+from .sentences import VALUES
 
 SHOWN_BY = {
     'coulomb_friction': 'slow triangles both ways: a step with the sign of speed',
@@ -47,6 +48,16 @@ SHOWN_BY = {
 }
 """The excitation that shows an effect (GAP_METHOD.md, signatures)."""
 
+BY_ITSELF = {
+    'drive.resistance': 'an ohmmeter at the winding, the motor at rest',
+    'drive.gain': 'a voltmeter (or an ammeter) at the output of the drive under a known command',
+    'drive.back_emf': 'a voltmeter at the open winding, the motor turned at a known speed',
+    'drive.torque_constant': 'a known current at rest, and a weight on a lever',
+    'mechanism.stiffness': 'the motor locked, a known load on the output, its angle read',
+    'mechanism.ratio': 'the turns of the motor counted over ten turns of the output',
+}
+"""What measures a value of the servo file by itself, by its path."""
+
 
 def tell(one: str, other: str) -> str:
     """Return what would tell two effects apart, in a sentence."""
@@ -60,7 +71,7 @@ def tell(one: str, other: str) -> str:
 
 
 def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]:
-    """Yield how to confirm an effect by hand, where a spring balance or a look will do."""
+    """Yield how to confirm an effect by hand, where a meter, a weight or a look will do."""
     for one in which:
         torque, angle = (servo.reads(unit, one.site) for unit in ('N m', 'rad'))
         values = {name: p['value'] for name, p in one.parameters.items()}
@@ -78,3 +89,20 @@ def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]
         elif one.effect == 'backlash' and 'width' in values:
             yield (f'Hold the motor, move the load to and fro by hand: it moves freely by '
                    f'{values["width"]:.3g} {angle}.')
+    yield from _by_itself(which, servo)
+
+
+def _by_itself(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]:
+    """Yield how to measure the values that may be off: those named, and what rivals them."""
+    names = dict.fromkeys(name for one in which for name in (one.effect, *one.ambiguous_with))
+    told = {name: p['value'] for one in which for name, p in one.parameters.items()}
+    declared = dict(servo.declarations())
+    for name in names:
+        value = VALUES.get(name, '').replace(' ', '_') or name.removeprefix('parameter:')
+        path = next((path for path in BY_ITSELF if path.endswith(f'.{value}')), None)
+        if path is None or path not in servo.numbers:
+            continue
+        unit = servo.reads(declared[path].unit, path)
+        found = f', this diagnosis {told[value]:.3g} {unit}'.rstrip() if value in told else ''
+        yield (f'Measure the {value.replace("_", " ")} by itself: {BY_ITSELF[path]}. The servo '
+               f'file has {servo.numbers[path]:.3g} {unit}'.rstrip() + f'{found}.')

@@ -19,7 +19,7 @@ from .memory import stop_operator
 from .orders import hats, periodic
 
 LOADS = (0.1, 0.3, 0.6)  # shares of the largest load at which the growth may bend
-SPEEDS = (0.03, 0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
+SPEEDS = (0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
 POWERS = (1.5, 2.0, 3.0)  # of the speed, with which drag may grow
 FADES = 6  # speeds within which friction may fall
 TIMES = (0.015, 0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which it may settle

@@ -66,7 +66,7 @@ def preferred(found: Explained) -> tuple[Explained, dict[int, tuple[float, list[
 
     With it, :func:`rivals_of` for each member, by its number.
     """
-    found = _by_values(found)
+    found = by_values(found)
     known: dict[int, tuple[float, list[Rival]]] = {}
     for number in found.explanation.smallest.choice.numbers:
         confidence, rivals = known[number] = rivals_of(found, number)
@@ -95,7 +95,7 @@ def surer(name: str, confidence: float, rivals: list[Rival]) -> Rival | None:
     return best if best and (surest != name or best.confidence > confidence) else None
 
 
-def _by_values(found: Explained) -> Explained:
+def by_values(found: Explained) -> Explained:
     """
     Return the answer with each curve that says no more than a value of the file exchanged for it.
 

@@ -7,9 +7,12 @@ What comes and goes with the split is no finding (stability selection: Meinshaus
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..mechanisms.hypothesis import Mechanism
+from .confidence import by_values
 from .explain import Explained
 from .search import Search
 
@@ -38,8 +41,10 @@ def halves(found: Explained) -> list[set[tuple[str, ...]]]:
             if len(kept) < 8:
                 continue
             half = regression.narrowed(kept, tried)
-            best = Search(half).explain().smallest
-            answers.append({half.hypotheses[n].mechanism.key for n in best.choice.numbers})
+            search = Search(half)
+            best = by_values(replace(found, hypotheses=half.hypotheses, search=search,
+                                     explanation=search.explain()))
+            answers.append({one.mechanism.key for one in best.chosen})
     return answers
 
 

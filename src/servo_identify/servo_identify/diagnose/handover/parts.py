@@ -1,0 +1,204 @@
+"""The effects that a hypothesis is made of: a curve may be several, and several one."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from servo_twin.physics.servo import Placed
+
+from ..decisions import FORM, WORTH
+from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.patterns import SPEED_FRICTION
+from ..selection.explain import Explained
+from .curves import Curve, curve_of, Part
+
+RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
+BELLS = 8  # speeds within which friction may fall
+VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1),
+          'backlash': ('width', 0)}
+"""The value of a law, and the power of the speed that it stands before."""
+
+SPEED_LAWS = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'quadratic_drag')
+GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
+
+
+def parts_of(found: Explained, number: int, draws: np.ndarray,
+             without: Collection[str]) -> list[Part]:
+    """
+    Return the effects that a chosen hypothesis is made of, the largest first.
+
+    A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
+    as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
+    alike at all angles is Coulomb friction, the rest is what varies; a clearance that does not
+    vary is backlash. Friction that one direction has alone is one effect. A part that does less
+    than WORTH of the whole is not worth naming. Where the servo file has the law of a part at the
+    same place, its value is what is off.
+    """
+    one = found.hypotheses[number]
+    curve = curve_of(found, number, draws)
+    amplitudes = found.amplitudes(number)
+    whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0))
+    if curve is None or one.mechanism.port not in ('friction', 'clearance'):
+        return [whole]
+    if one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level
+        return _by_speed(found, whole)
+    if one.mechanism.port == 'clearance':
+        common = _common(curve)
+        if one.mechanism.name == 'backlash' or curve.size(curve.y - common) > FORM * curve.size():
+            return [whole]
+        named = {'backlash': np.full(len(curve.x), common)}
+    elif one.mechanism.name == SPEED_FRICTION:
+        named = _over_speed(curve, _own(found, one.mechanism.site))
+    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
+        level, way = amplitudes[2], float(np.sign(curve.mean()))
+        if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
+            return [replace(whole, way=way, curve=curve.share(way * curve.y + level))]
+        named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
+                 'asymmetric_friction': curve.y}
+    elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
+        named = _over_load(curve, _own(found, one.mechanism.site))
+    elif one.mechanism.name == 'position_dependent_friction':
+        common = _common(curve)
+        if abs(common) < WORTH * curve.size():
+            return [whole]
+        named = {'coulomb_friction': np.full(len(curve.x), common),
+                 one.mechanism.name: curve.y - common}
+    else:
+        return [whole]
+    parts = _worth_naming(found, whole, named)
+    if any(part.mechanism.name in without for part in parts):
+        return [replace(whole, mechanism=replace(one.mechanism, name=UNKNOWN))]
+    return parts or [whole]
+
+
+def friction_at_once(found: Explained, several: Sequence[Part]) -> list[Part]:
+    """
+    Return parts with the friction over speed of one shaft, of several hypotheses, split once.
+
+    It is one curve: how much of it is a level is not told by which of them holds it. What replaces
+    them has the number of that which the equations need most.
+    """
+    left, search, choice = list(several), found.search, found.explanation.smallest.choice
+    for site in dict.fromkeys(part.mechanism.site for part in several):
+        mine = [part for part in left if part.mechanism.site == site and _over_one_speed(part)]
+        if len({part.number for part in mine}) < 2:
+            continue
+        whole = max(mine, key=lambda part: search.fitted(choice.minus(part.number)).total)
+        curves = [part.curve for part in mine if part.curve is not None]
+        curve = curves[0]
+        for other in curves[1:]:
+            curve = curve.plus(other)
+        at = left.index(mine[0])
+        rest = [part for part in left if all(part is not one for one in mine)]
+        left = [*rest[:at], *_by_speed(found, replace(whole, curve=curve)), *rest[at:]]
+    return left
+
+
+def _over_one_speed(part: Part) -> bool:
+    return (part.mechanism.name in SPEED_LAWS and part.curve is not None and not part.way
+            and part.curve.variable == 'speed' and not part.path)
+
+
+def _by_speed(found: Explained, whole: Part) -> list[Part]:
+    """Return the laws that friction over speed is made of, or its curve where no sum is it."""
+    assert whole.curve is not None
+    curve = whole.curve
+    named = _over_speed(curve, _own(found, whole.mechanism.site))
+    if curve.size(curve.y - sum(named.values())) > FORM * curve.size():
+        largest = max(named, key=lambda name: curve.size(named[name]))
+        return [replace(whole, mechanism=replace(whole.mechanism, name=largest))]
+    return _worth_naming(found, whole, named)
+
+
+def _worth_naming(found: Explained, whole: Part, named: dict[str, np.ndarray]) -> list[Part]:
+    """Return the parts of a curve that are worth it, the largest first."""
+    curve = whole.curve
+    assert curve is not None
+    sizes = {name: curve.size(y) for name, y in named.items()}
+    total = max(sum(sizes.values()), 1e-300)
+    return [_of_file(found, replace(whole, mechanism=replace(
+        whole.mechanism, name=name, variables=(
+            ('direction',) if name == 'coulomb_friction' else whole.mechanism.variables)),
+        curve=curve.share(y), way=0.0)) for name, y in sorted(
+            named.items(), key=lambda pair: -sizes[pair[0]]) if sizes[name] > WORTH * total]
+
+
+def _value(found: Explained, name: str, site: str) -> Placed | None:
+    """Return the effect of the servo file that is this law at a shaft (or at either, as felt)."""
+    several = [placed for at in _felt(found, site) for placed in found.samples.servo.effects
+               if placed.effect.name == name and placed.site == at]
+    return several[0] if several else None
+
+
+def _own(found: Explained, site: str) -> set[str]:
+    """Return the names of the friction laws that the servo file has at a shaft (or at either)."""
+    return {placed.effect.name for placed in found.samples.servo.effects
+            if placed.effect.port == 'friction' and placed.site in _felt(found, site)}
+
+
+def _felt(found: Explained, site: str) -> tuple[str, ...]:
+    """Return the sites that are as one: both shafts where their balance is that of both."""
+    return ('load', 'motor') if 'torque' in found.samples.present and site != 'mesh' else (site,)
+
+
+def _of_file(found: Explained, part: Part) -> Part:
+    """Return a part as a change of a value, where the servo file has its law there."""
+    known = _value(found, part.mechanism.name, part.mechanism.site)
+    if part.mechanism.name not in VALUES or known is None or part.curve is None:
+        return part
+    name, power = VALUES[part.mechanism.name]
+    ratio = found.samples.servo.numbers['mechanism.ratio']
+    lever = ratio if known.site != part.mechanism.site and known.site == 'motor' else 1.0
+    x, y = part.curve.x, part.curve.y
+    change = float((x**power @ y) / (x**power @ x**power)) / lever**(1 + power)
+    return replace(part, path=f'effects.{known.name}.{name}', change=change, mechanism=replace(
+        part.mechanism, name=f'parameter:{known.name}.{name}', site=known.site))
+
+
+def _common(curve: Curve) -> float:
+    """Return what resists at nearly all angles: the level that most of the curve is beyond."""
+    low, high = np.quantile(curve.y, (RARE, 1.0 - RARE))
+    return float(max(0.0, low) + min(0.0, high))
+
+
+def _over_speed(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
+    """
+    Return what each friction law over speed takes of a curve.
+
+    ``less`` are those that the servo file has there, and may have too much of.
+    """
+    speed, top = curve.x, float(np.max(curve.x)) or 1.0
+    falls = np.geomspace(0.02, 0.5, BELLS) * top
+    return _amounts(curve, {
+        'coulomb_friction': np.ones((len(speed), 1)),
+        'viscous_friction': speed[:, None] / top,
+        'quadratic_drag': (speed[:, None] / top) ** 2,
+        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}, less)
+
+
+def _over_load(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
+    """Return what of a curve over the load is there without any, and what grows with it."""
+    share = np.abs(curve.x) / (float(np.max(np.abs(curve.x))) or 1.0)
+    return _amounts(curve, {
+        'coulomb_friction': np.ones((len(share), 1)),
+        'load_dependent_friction': share[:, None] ** GROWTH}, less)
+
+
+def _amounts(curve: Curve, tables: dict[str, np.ndarray], less: Collection[str]
+             ) -> dict[str, np.ndarray]:
+    """Return what each of some laws takes of a curve: what resists, or of ``less`` too much."""
+    signs = {name: (1.0, -1.0)[:1 + (name in less)] for name in tables}
+    table = np.hstack([sign * some for name, some in tables.items() for sign in signs[name]])
+    sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
+    amounts, _ = nnls(table * sure[:, None], curve.y * sure)
+    found, at = {}, 0
+    for name, some in tables.items():
+        found[name] = np.zeros(len(curve.y))
+        for sign in signs[name]:
+            found[name] += sign * some @ amounts[at:at + some.shape[1]]
+            at += some.shape[1]
+    return found
