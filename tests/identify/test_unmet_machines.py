@@ -281,12 +281,16 @@ def test_friction_over_speed_is_split_once_though_several_hypotheses_hold_it():
     rig = axis.with_effects(Placed('uneven', find('asymmetric_friction'), 'load'), values={
         'effects.uneven.difference': -2.0, 'effects.uneven.slope': -30.0})
     servo = axis.without_effects(lambda placed: placed.name == 'coulomb')
-    report = diagnose([axis_of(rig, seed) for seed in (1, 2, 3)], servo).report
+    several = [axis_of(rig, seed) for seed in (1, 2, 3)]
+    report = diagnose(several, servo).report
     print(report.verdict['sentence'])
     names = [(one.effect, one.site) for one in report.which]
     assert names[0] == ('coulomb_friction', 'load') and len(set(names)) == len(names)
     assert report.which[0].parameters['level']['value'] == pytest.approx(
         axis.numbers['effects.coulomb.level'], rel=0.1)
+    blind = diagnose(several, servo, without=['coulomb_friction']).report
+    assert 'coulomb_friction' not in blind.verdict['effects']
+    assert blind.verdict['status'] != 'no_gap'
 
 
 def test_where_no_current_is_measured_resistance_and_torque_constant_are_both_to_be_measured():

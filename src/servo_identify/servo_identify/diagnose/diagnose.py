@@ -165,7 +165,7 @@ def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
     known_of = {one.part.number: one for one in several}
     return [next((one for one in several if one.part is part), None)
             or replace(known_of[part.number], part=part, added=Added(part))
-            for part in friction_at_once(found, [one.part for one in several])]
+            for part in friction_at_once(found, [one.part for one in several], without)]
 
 
 def _evidence(found: Explained, named: Sequence[Finding], one: Finding) -> float:

@@ -45,7 +45,7 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
     if one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level
-        return _by_speed(found, whole)
+        return _by_speed(found, whole, without)
     if one.mechanism.port == 'clearance':
         common = _common(curve)
         if one.mechanism.name == 'backlash' or curve.size(curve.y - common) > FORM * curve.size():
@@ -69,13 +69,11 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
                  one.mechanism.name: curve.y - common}
     else:
         return [whole]
-    parts = _worth_naming(found, whole, named)
-    if any(part.mechanism.name in without for part in parts):
-        return [replace(whole, mechanism=replace(one.mechanism, name=UNKNOWN))]
-    return parts or [whole]
+    return _nameable(_worth_naming(found, whole, named), whole, without)
 
 
-def friction_at_once(found: Explained, several: Sequence[Part]) -> list[Part]:
+def friction_at_once(found: Explained, several: Sequence[Part],
+                     without: Collection[str]) -> list[Part]:
     """
     Return parts with the friction over speed of one shaft, of several hypotheses, split once.
 
@@ -92,9 +90,10 @@ def friction_at_once(found: Explained, several: Sequence[Part]) -> list[Part]:
         curve = curves[0]
         for other in curves[1:]:
             curve = curve.plus(other)
-        at = left.index(mine[0])
+        at = next(k for k, part in enumerate(left) if part is mine[0])
         rest = [part for part in left if all(part is not one for one in mine)]
-        left = [*rest[:at], *_by_speed(found, replace(whole, curve=curve)), *rest[at:]]
+        split = _by_speed(found, replace(whole, curve=curve), without)
+        left = [*rest[:at], *split, *rest[at:]]
     return left
 
 
@@ -103,15 +102,24 @@ def _over_one_speed(part: Part) -> bool:
             and part.curve.variable == 'speed' and not part.path)
 
 
-def _by_speed(found: Explained, whole: Part) -> list[Part]:
+def _by_speed(found: Explained, whole: Part, without: Collection[str]) -> list[Part]:
     """Return the laws that friction over speed is made of, or its curve where no sum is it."""
     assert whole.curve is not None
     curve = whole.curve
     named = _over_speed(curve, _own(found, whole.mechanism.site))
     if curve.size(curve.y - sum(named.values())) > FORM * curve.size():
         largest = max(named, key=lambda name: curve.size(named[name]))
-        return [replace(whole, mechanism=replace(whole.mechanism, name=largest))]
-    return _worth_naming(found, whole, named)
+        parts = [replace(whole, mechanism=replace(whole.mechanism, name=largest))]
+    else:
+        parts = _worth_naming(found, whole, named)
+    return _nameable(parts, whole, without)
+
+
+def _nameable(parts: list[Part], whole: Part, without: Collection[str]) -> list[Part]:
+    """Return parts, or the whole where there are none, nameless where one is left out."""
+    if any(part.mechanism.name in without for part in parts):
+        return [replace(whole, mechanism=replace(whole.mechanism, name=UNKNOWN))]
+    return parts or [whole]
 
 
 def _worth_naming(found: Explained, whole: Part, named: dict[str, np.ndarray]) -> list[Part]:
