@@ -91,4 +91,5 @@ def test_what_a_candidate_leaves_is_that_of_its_best_values():
     square = some @ gram[np.ix_([0, 6], [0, 6])] @ some
     wanted = 15.0 * np.log(square) + 25.0 * np.log(1e6)  # the second is below its floor
     assert np.isclose(leavings.left(columns, values), wanted)
-    assert np.isclose(leavings.fitted(columns, low[:2], high[:2], np.zeros(2)), wanted)
+    left, found = leavings.fitted(columns, low[:2], high[:2], np.zeros(2))
+    assert np.isclose(left, wanted) and np.allclose(found, values[1:])
