@@ -138,6 +138,8 @@ def test_it_brings_the_motor_to_zero_when_commands_stay_away(bench):
     before = bench.ears.more_samples(1)
     start = bench.ears.now() + 200 * PERIOD  # a busy machine hears it late
     bench.ears.command(VOLTAGE, [2.5], start, external=[40.0])
+    wait_for(lambda: 40.0 in bench.rig.external, 'the set-point is played')
+    wait_for(lambda: bench.rig.external[-1] == 0.0, 'the set-point is over')
     bench.ears.hears('command', 'no set-point younger than command_timeout = 0.1 s is left', 1)
     bench.ears.more_samples(40)
     numbers, volts = bench.ears.column(bench.ears.current, 'voltage', before)
