@@ -69,8 +69,8 @@ def test_a_bag_that_ends_before_the_twin_is_compared_as_far_as_the_twin_had_seen
     assert len(Seen(recording, until(len(whole)))) == len(whole)
 
 
-@pytest.mark.parametrize('heard', [0, 7])
-def test_balances_that_the_recorder_ended_too_early_for_are_not_compared(heard):
+@pytest.mark.parametrize('unheard', [0, 7])
+def test_balances_that_the_recorder_ended_too_early_for_are_not_compared(unheard):
     """The recorder heard answers to samples, but not all samples that the answers had seen."""
     servo = load(SERVO)
     recording = bench_recording(coulomb=30.0)
@@ -78,7 +78,7 @@ def test_balances_that_the_recorder_ended_too_early_for_are_not_compared(heard):
     first, end = recording.sequence, recording.sequence + len(recording) // 2
     live = whole.part(first, end)
     for column in live.residual.values():  # the last of them were still on their way
-        column[len(live) - heard:] = np.nan
+        column[len(live) - unheard:] = np.nan
     short = recording.part(first, end)
     seen = Seen(short, live)
 

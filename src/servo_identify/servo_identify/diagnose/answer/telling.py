@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from servo_twin.physics.servo import Servo
 
+from ..mechanisms.values import name_of
 from .report import MissingEffect
-from .sentences import VALUES
 
 SHOWN_BY = {
     'coulomb_friction': 'slow triangles both ways: a step with the sign of speed',
@@ -97,12 +97,10 @@ def _by_itself(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]:
     names = dict.fromkeys(name for one in which for name in (one.effect, *one.ambiguous_with))
     told = {name: p['value'] for one in which for name, p in one.parameters.items()}
     declared = dict(servo.declarations())
-    for name in names:
-        value = VALUES.get(name, '').replace(' ', '_') or name.removeprefix('parameter:')
-        path = next((path for path in BY_ITSELF if path.endswith(f'.{value}')), None)
-        if path is None or path not in servo.numbers:
-            continue
+    several = {name_of(path): path for path in BY_ITSELF if path in servo.numbers}
+    for path in (several[name] for name in names if name in several):
+        value = path.rpartition('.')[2]
         unit = servo.reads(declared[path].unit, path)
         found = f', this diagnosis {told[value]:.3g} {unit}'.rstrip() if value in told else ''
         yield (f'Measure the {value.replace("_", " ")} by itself: {BY_ITSELF[path]}. The servo '
-               f'file has {servo.numbers[path]:.3g} {unit}'.rstrip() + f'{found}.')
+               f'file has {servo.numbers[path]:.3g} {unit}'.rstrip() + found + '.')

@@ -20,7 +20,7 @@ from .readings import readings_of
 from .torque import torque_of
 from .transmission import transmission_of
 from .user_effects import user_effects_of
-from .values import values_of
+from .values import NAMES, values_of
 
 
 def hypotheses_of(builder: Builder, residual: np.ndarray,
@@ -58,8 +58,7 @@ def _is_value(one: Hypothesis, value: Hypothesis) -> bool:
     return bool((x @ y) ** 2 > (1.0 - FORM**2) * (x @ x) * (y @ y))
 
 
-ALIASES = {'parameter:torque_constant': 'torque_constant_error',
-           'parameter:stiffness': 'stiffness_error'}
+ALIASES = {f'parameter:{path.rpartition(".")[2]}': name for path, name in NAMES.items()}
 """Values whose error has a name of its own, under either name."""
 
 

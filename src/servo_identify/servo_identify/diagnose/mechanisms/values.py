@@ -161,16 +161,19 @@ def default_of(parameter: Parameter) -> float:
 
 
 def _of_value(path: str, sites: Mapping[str, Placed]) -> Mechanism:
-    leaf = path.rpartition('.')[2]
     if path.startswith('effects.'):
         placed = sites[path.split('.')[1]]
         return Mechanism(f'parameter:{path.removeprefix("effects.")}', placed.effect.port,
                          placed.site, tuple(sorted(placed.effect.variables())) or ('direction',),
                          'odd')
-    name = NAMES.get(path, f'parameter:{leaf}')
     site = 'motor' if path == 'drive.torque_constant' else (
         'drive' if path.startswith('drive.') else 'motor' if 'rotor' in path else
         'load' if 'load' in path else 'mesh')
     variables = ('acceleration',) if 'inertia' in path else VARIABLES.get(path, ('speed',))
     port = 'inertia' if 'inertia' in path else path.split('.')[0]
-    return Mechanism(name, port, site, variables, 'odd')
+    return Mechanism(name_of(path), port, site, variables, 'odd')
+
+
+def name_of(path: str) -> str:
+    """Return the name of the error of a value of drive or mechanism, by its path."""
+    return NAMES.get(path, f'parameter:{path.rpartition(".")[2]}')

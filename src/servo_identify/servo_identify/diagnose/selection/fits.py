@@ -71,6 +71,11 @@ class Fits:
         with np.errstate(invalid='ignore', divide='ignore'):
             return np.where(self.sizes > 0, (errors @ self._family) / self.sizes, 0.0)
 
+    @property
+    def price(self) -> float:
+        """What one number costs, nats."""
+        return 0.5 * float(np.log(max(2, self.regression.blocks)))
+
     @cached_property
     def observations(self) -> np.ndarray:
         """How much of an observation a sample of each equation is, (equations,)."""
@@ -130,10 +135,9 @@ class Fits:
             one = regression.hypotheses[number]
             mine = slice(at, at + one.columns.size)
             at = mine.stop
-            more = self._amplitudes(one, values[1:][mine], np.sqrt(np.maximum(
-                np.diag(total)[1:][mine], 0.0)))
+            more = self._amplitudes(one, values[1:][mine], np.diag(total)[1:][mine])
             count += more
-            cost += 0.5 * np.log(max(2, regression.blocks)) * more
+            cost += self.price * more
             far += far_off(regression.samples, one, values[1:][mine])
         each = self.observations if choice.members else 1.0 / best.doubt
         return Fitted(choice, columns, values, held_out, self.score(held_out, floor, each),
@@ -175,9 +179,9 @@ class Fits:
             yield np.where(there, low, near.weight), near.doubt
 
     @staticmethod
-    def _amplitudes(one: Hypothesis, values: np.ndarray, size: np.ndarray) -> int:
-        """Return how many numbers a hypothesis is worth; ``size`` (n,) of a column of each."""
-        share = np.abs(values) * size
+    def _amplitudes(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
+        """Return how many numbers a hypothesis is worth; ``squares`` (n,) of their columns."""
+        share = np.abs(values) * np.sqrt(np.maximum(squares, 0.0))
         working = share > AT_WORK * share.max(initial=0.0)
         shared = one.signs == 1  # which of these work is a choice too, also where one does alone
         searched = 1 + len(one.detail) if one.tried > 1 else 0

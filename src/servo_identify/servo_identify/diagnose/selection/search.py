@@ -45,7 +45,7 @@ class Search(Significance):
         count = ((weight > 0.0) * self.sizes).sum(axis=1) * self.observations
         leavings = Leavings.of(sums, prior, tables, regression.where, floor, count)
         before = leavings.left(near.columns, near.values)
-        size = np.sqrt(np.maximum(np.diag(sums.whole), 0.0))
+        squares = np.diag(sums.whole)
         known = np.zeros(regression.size)
         known[near.columns] = near.values
         found = []
@@ -59,9 +59,9 @@ class Search(Significance):
                 low, high = self.bounds_of(near.choice.plus(number, side), kept)
                 left, values = leavings.fitted(columns, low, high, known[columns[1:]])
                 mine = slice(len(columns) - 1 - one.columns.size, None)
-                worth = self._amplitudes(one, values[mine], size[columns[1:]][mine])
-                gain, price = before - left, 0.5 * np.log(max(2, regression.blocks))
-                found.append((gain > price, gain - worth * price, number, side))
+                worth = self._amplitudes(one, values[mine], squares[columns[1:]][mine])
+                gain = before - left
+                found.append((gain > self.price, gain - worth * self.price, number, side))
         return sorted(found, reverse=True)
 
     def explain(self) -> Explanation:
@@ -184,7 +184,7 @@ class Search(Significance):
         """
         left = np.log(np.maximum(self.groups(fit.held_out), 1e-12))
         return float(0.5 * (self._blocks_of * left).sum()
-                     + 0.5 * np.log(max(2, self.regression.blocks)) * fit.numbers + fit.far)
+                     + self.price * fit.numbers + fit.far)
 
     def _nameless(self, fit: Fitted) -> int:
         """How many members of a set have no name."""
