@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.data.physical_units import factor_to, UnitError, value_in
 from servo_identify.data.reading import read_recordings
-from servo_identify.init.asking import choose_columns
 from servo_identify.init.flag_names import TYPES, VALUES
 from servo_identify.init.machine import flags, SECTIONS
 from servo_identify.init.noise import noise_of
-from servo_identify.init.proposals import ANGLE, looks_like, proposed
-from servo_identify.init.sources import Offered, offered
+from servo_identify.init.sources import offered
 from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS, Recording
@@ -60,45 +57,10 @@ def init(data, folder, *more):
                  str(folder / 'new' / 'm.yaml'), *GIVEN, *more])
 
 
-@pytest.mark.parametrize(('text', 'wanted', 'value'), [
-    ('1.2 mH', 'H', 1.2e-3), ('32 g cm2', 'kg m2', 3.2e-6), ('32 gcm²', 'kg m2', 3.2e-6),
-    ('350 mohm', 'ohm', 0.35), ('350 mΩ', 'ohm', 0.35), ('45 mN m/A', 'N m/A', 0.045),
-    ('45 mNm/A', 'N m/A', 0.045), ('4.7 V/krpm', 'V s/rad', 4.7 * 30 / np.pi / 1e3),
-    ('212 rpm/V', 'V s/rad', 30 / np.pi / 212), ('1 V/rad/s', 'V s/rad', 1.0),
-    ('3 oz in2', 'kg m2', 3 * 1.82899783e-5), ('50', '', 50.0), ('20 %', '', 0.2)])
-def test_it_understands_units_as_people_write_them(text, wanted, value):
-    assert value_in(text, wanted) == pytest.approx(value, rel=1e-6)
-
-
-@pytest.mark.parametrize(('text', 'wanted', 'word'), [
-    ('2.1', 'ohm', 'no unit; say 2.1 ohm'), ('2.1 mH', 'ohm', "'mH' is no unit of ohm"),
-    ('1 furlong', 'm', 'no unit that is known'), ('much', 'ohm', 'no number')])
-def test_it_refuses_a_value_without_its_unit(text, wanted, word):
-    with pytest.raises(UnitError, match=word):
-        value_in(text, wanted)
-
-
 def test_its_flags_are_those_of_the_declarations():
     assert {section: tuple(types) for section, types in SECTIONS.items()} == TYPES
     assert {name: tuple(dict.fromkeys(kind for _, kind in owners))
             for name, owners in flags().items()} == VALUES
-
-
-def test_a_count_of_an_encoder_is_a_unit():
-    assert factor_to('1/4096 rev', 'rad') == pytest.approx(COUNT)
-    with pytest.raises(UnitError, match='1/4096 rev'):
-        factor_to('counts', 'rad')
-
-
-@pytest.mark.parametrize(('source', 'kind', 'column'), [
-    ('Zeit', '', 't'), ('motor_angle [deg]', '', 'motor_position'), ('Winkel', '', ANGLE),
-    ('thetaMotor', '', 'motor_position'), ('supply_voltage', '', ''), ('speed', '', ''),
-    ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
-    ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
-    ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
-    ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
-def test_it_tells_columns_by_their_names(source, kind, column):
-    assert looks_like(source, kind) == column
 
 
 @pytest.mark.parametrize('how', ['plain', 'bare', 'german', 'milliseconds and degrees', 'json'])
@@ -265,11 +227,6 @@ def test_a_ratio_without_unit_is_asked_for_one_and_a_linear_motor_for_none(run, 
     assert "--torque-constant: 'N m/A' is no unit of N/A" in capsys.readouterr().err
 
 
-def test_a_unit_of_another_quantity_is_quoted_as_it_was_given():
-    with pytest.raises(UnitError, match="'N m/A' is no unit of N/A"):
-        value_in('0.25 N m/A', 'N/A')
-
-
 def test_the_noise_of_a_current_is_more_than_its_resolution_and_less_than_what_the_command_does(
         run, tmp_path):
     chance = np.random.default_rng(2)
@@ -308,13 +265,6 @@ def test_it_says_which_mechanism_it_chose_why_and_what_else_there_is(run, tmp_pa
     assert init(data, tmp_path, *more, '--mechanism', 'rigid', '--force') == 0
     assert 'bends' not in capsys.readouterr().out
     assert 'bends' not in (tmp_path / 'new' / 's.yaml').read_text()
-
-
-@pytest.mark.parametrize(('source', 'column'), [
-    ('Sollstrom [mA]', 'current_reference'), ('Motorwinkel', 'motor_position'),
-    ('Lastwinkel', 'load_position'), ('Istwinkel', ANGLE), ('Motorstrom', 'current')])
-def test_it_takes_german_names_apart(source, column):
-    assert looks_like(source) == column
 
 
 def test_a_table_of_a_german_logger_needs_no_column_named_but_the_shaft(tmp_path, run, capsys):
@@ -357,27 +307,6 @@ def test_the_set_point_is_not_the_command_of_an_amplifier_with_another_gain(tmp_
                  '320 g cm2', '--load-inertia', '120 kg cm2', '--ratio', '50',
                  '--no-questions']) == 0
     assert 'there is no voltage' in capsys.readouterr().out
-
-
-def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out():
-    names = [f'/joint_states.{kind}[{joint}]' for kind in ('position', 'effort')
-             for joint in ('shoulder', 'elbow')]
-    of = Offered(Path('bag'), (*names, '/joint_states.stamp'), {}, kinds=dict.fromkeys(
-        names, 'sensor_msgs/msg/JointState'))
-    missing = choose_columns(of, proposed(of), {}, True, None)[1]
-    assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
-    chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
-    assert not missing and chosen['load_position'].source == '/joint_states.position[elbow]'
-
-
-def test_it_asks_for_the_topic_where_two_tell_the_angle_of_one_joint():
-    of = Offered(Path('bag'), (
-        dynamic := '/dynamic.interface_values[elbow].values[position]',
-        plain := '/joint_states.position[elbow]', '/joint_states.stamp', '/dynamic.stamp'), {},
-        kinds={dynamic: 'control_msgs/msg/DynamicJointState',
-               plain: 'sensor_msgs/msg/JointState'})
-    missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)[1]
-    assert missing == [f"--column load_position=SOURCE (of ['{dynamic}', '{plain}'])"]
 
 
 def test_a_count_of_the_vendor_is_a_unit_too(run, tmp_path):

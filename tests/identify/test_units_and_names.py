@@ -1,0 +1,82 @@
+"""Units and names as people write them, and which column of their data each is."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servo_identify.data.physical_units import factor_to, UnitError, value_in
+from servo_identify.init.asking import choose_columns
+from servo_identify.init.proposals import ANGLE, looks_like, proposed
+from servo_identify.init.sources import Offered
+
+COUNT = 2.0 * np.pi / 4096
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'value'), [
+    ('1.2 mH', 'H', 1.2e-3), ('32 g cm2', 'kg m2', 3.2e-6), ('32 gcm²', 'kg m2', 3.2e-6),
+    ('350 mohm', 'ohm', 0.35), ('350 mΩ', 'ohm', 0.35), ('45 mN m/A', 'N m/A', 0.045),
+    ('45 mNm/A', 'N m/A', 0.045), ('4.7 V/krpm', 'V s/rad', 4.7 * 30 / np.pi / 1e3),
+    ('212 rpm/V', 'V s/rad', 30 / np.pi / 212), ('1 V/rad/s', 'V s/rad', 1.0),
+    ('3 oz in2', 'kg m2', 3 * 1.82899783e-5), ('50', '', 50.0), ('20 %', '', 0.2)])
+def test_it_understands_units_as_people_write_them(text, wanted, value):
+    assert value_in(text, wanted) == pytest.approx(value, rel=1e-6)
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'word'), [
+    ('2.1', 'ohm', 'no unit; say 2.1 ohm'), ('2.1 mH', 'ohm', "'mH' is no unit of ohm"),
+    ('1 furlong', 'm', 'no unit that is known'), ('much', 'ohm', 'no number')])
+def test_it_refuses_a_value_without_its_unit(text, wanted, word):
+    with pytest.raises(UnitError, match=word):
+        value_in(text, wanted)
+
+
+def test_a_count_of_an_encoder_is_a_unit():
+    assert factor_to('1/4096 rev', 'rad') == pytest.approx(COUNT)
+    with pytest.raises(UnitError, match='1/4096 rev'):
+        factor_to('counts', 'rad')
+
+
+@pytest.mark.parametrize(('source', 'kind', 'column'), [
+    ('Zeit', '', 't'), ('motor_angle [deg]', '', 'motor_position'), ('Winkel', '', ANGLE),
+    ('thetaMotor', '', 'motor_position'), ('supply_voltage', '', ''), ('speed', '', ''),
+    ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
+    ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
+    ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
+    ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
+def test_it_tells_columns_by_their_names(source, kind, column):
+    assert looks_like(source, kind) == column
+
+
+def test_a_unit_of_another_quantity_is_quoted_as_it_was_given():
+    with pytest.raises(UnitError, match="'N m/A' is no unit of N/A"):
+        value_in('0.25 N m/A', 'N/A')
+
+
+@pytest.mark.parametrize(('source', 'column'), [
+    ('Sollstrom [mA]', 'current_reference'), ('Motorwinkel', 'motor_position'),
+    ('Lastwinkel', 'load_position'), ('Istwinkel', ANGLE), ('Motorstrom', 'current')])
+def test_it_takes_german_names_apart(source, column):
+    assert looks_like(source) == column
+
+
+def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out():
+    names = [f'/joint_states.{kind}[{joint}]' for kind in ('position', 'effort')
+             for joint in ('shoulder', 'elbow')]
+    of = Offered(Path('bag'), (*names, '/joint_states.stamp'), {}, kinds=dict.fromkeys(
+        names, 'sensor_msgs/msg/JointState'))
+    missing = choose_columns(of, proposed(of), {}, True, None)[1]
+    assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
+    chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
+    assert not missing and chosen['load_position'].source == '/joint_states.position[elbow]'
+
+
+def test_it_asks_for_the_topic_where_two_tell_the_angle_of_one_joint():
+    of = Offered(Path('bag'), (
+        dynamic := '/dynamic.interface_values[elbow].values[position]',
+        plain := '/joint_states.position[elbow]', '/joint_states.stamp', '/dynamic.stamp'), {},
+        kinds={dynamic: 'control_msgs/msg/DynamicJointState',
+               plain: 'sensor_msgs/msg/JointState'})
+    missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)[1]
+    assert missing == [f"--column load_position=SOURCE (of ['{dynamic}', '{plain}'])"]
+
