@@ -77,7 +77,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if gone > 0:
         text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
-        text += (f' {it} does not reduce the error of the simulation on unseen recordings: '
+        text += (f' {it} alone does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
     least = min(which, key=lambda one: one.confidence['mechanism'])
     text += f' Confidence: {round(100.0 * least.confidence["mechanism"])} %.'
@@ -92,12 +92,15 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if status != 'explained':
         refitted = gap.get('refitted_solved', 0.0)
         left = f'{round(100.0 * (1.0 - gap["solved"]))} %'
-        if refitted >= SOLVED > gap['solved']:
+        if gone <= 0 and refitted - gap['solved'] > WORTH:
+            text += (' With other values moved within their tolerances as well, '
+                     f'{round(100.0 * refitted)} % is removed (--refit).')
+        elif refitted >= SOLVED > gap['solved']:
             text += (f' The other {left} is within the tolerances of the servo file: where its '
                      f'values move too, {round(100.0 * refitted)} % is removed (--refit).')
         else:
             text += f' {left} of the error remains.'
-            if refitted - gap['solved'] > 0.1:
+            if refitted - gap['solved'] > WORTH:
                 text += (f' Moving other values within their tolerances as well would remove '
                          f'{round(100.0 * refitted)} % (--refit).')
     return text

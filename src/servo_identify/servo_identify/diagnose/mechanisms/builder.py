@@ -87,6 +87,10 @@ class Builder:
             np.maximum.at(most, near, own)
         return most
 
+    def turns(self, angle: str) -> bool:
+        """Whether a shaft turns; ``angle`` names its angle. What moves straight has no orders."""
+        return angle != 'load_angle' or not self.samples.servo.linear
+
     def known(self, port: str) -> bool:
         """Whether the servo has an effect at a port."""
         return any(placed.effect.port == port for placed in self.samples.servo.effects)

@@ -44,6 +44,8 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
     returns it; ``signal`` is what they are in the equations, ``y_unit`` their unit. ``mean``: what
     varies has a mean too. Orders below ``lowest`` are not tried.
     """
+    if not builder.turns(angle):
+        return
     found, tried = orders_of(builder, equation, angle, residual, times, least, lowest)
     if not found:
         return
@@ -81,7 +83,7 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     if times == 'direction':
         factor = samples.of_motion(equation, 'direction')
     elif times == 'current':  # what the motion asks for: not every rig measures it, or the torque
-        factor = samples.along(equation, lambda one, motion: one.driving_current)
+        factor = samples.along(equation, lambda one, motion: one.predicted_current)
         factor /= builder.scales.current or 1.0
     elif times == 'flank':
         factor = samples.along(equation, lambda one, motion: one.flank(motion))

@@ -40,6 +40,10 @@ SIGNATURES = {
 }
 """Which mechanism of the table a pattern is, by place, variable and symmetry."""
 
+PORTS = {'transmission_error': 'mesh_error', 'position_dependent_backlash': 'clearance',
+         'spring_load': 'torque'}
+"""Where a pattern with a name acts, unless it is friction or an elasticity."""
+
 PLACES = {'motor': ('motor_torque', 'motor'), 'load': ('load_torque', 'load'),
           'torque': ('load_torque', 'load'), 'transmission': ('torsion', 'mesh'),
           'drive': ('drive_current', 'drive')}
@@ -91,6 +95,9 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
     if (place, variable.name, symmetry) == ('transmission', 'acceleration', 'odd') and not all(
             'torque' in one.measured.channels for one in builder.samples.errors):
         known = 'stiffness_error'  # there the torque is what the acceleration asks for
+    if (place, site, variable.name, symmetry) == ('shaft', 'load', 'angle', 'even') and (
+            not builder.turns('load_angle')):
+        known = 'spring_load'  # what else pushes by the place alone, where nothing turns
     known = UNKNOWN if known in without else known
     mechanism = Mechanism(known, _port(known, place), site, (variable.name,), symmetry)
     columns = builder.place(signal, of)
@@ -109,8 +116,7 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
 def _port(name: str, place: str) -> str:
     if name == UNKNOWN:
         return place
-    return {'transmission_error': 'mesh_error', 'position_dependent_backlash': 'clearance'}.get(
-        name, 'friction' if place == 'shaft' else 'mesh')
+    return PORTS.get(name, 'friction' if place == 'shaft' else 'mesh')
 
 
 def _edges(several: list[np.ndarray]) -> np.ndarray | None:

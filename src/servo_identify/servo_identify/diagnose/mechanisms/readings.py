@@ -50,15 +50,19 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
         if channel == 'torque' or 'drive' in builder.samples.present:
             yield from filter(None, (_gain(builder, f'{sensor}_gain', channel, by)
                                      for by in ('constant', channel, 'time')))
+    round_ = ORDERS if builder.turns('load_angle') else ()
     if {'motor_position', 'load_position'} <= has:
         yield from filter(None, (
             *(off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
                   partial(_once_a_turn, order), (0, 0), (order, order), len(ORDERS))
-              for order in ORDERS),
+              for order in round_),
             *(off('sensor_delay', channel, ('speed',), 'odd', partial(_late, channel), (1,))
               for channel in ENCODERS)))
     elif has.intersection(ENCODERS):
         yield from _only_encoder_late(builder, next(iter(has.intersection(ENCODERS))))
+        if 'load_position' in has:
+            yield from filter(None, (_only_encoder_eccentric(builder, order)
+                                     for order in round_))
 
 
 def _once_a_turn(order: float, one: EquationErrors) -> np.ndarray:
@@ -67,6 +71,24 @@ def _once_a_turn(order: float, one: EquationErrors) -> np.ndarray:
 
 def _late(channel: str, one: EquationErrors) -> np.ndarray:
     return -_speed(one, ENCODERS.index(channel))[:, None]
+
+
+def _only_encoder_eccentric(builder: Builder, order: float) -> Hypothesis | None:
+    """
+    Return an eccentricity of the one encoder that there is, at the load.
+
+    Both shafts are where it says, so that they have its error. Torque tells it: what the shaft
+    does not do needs none.
+    """
+    mechanism = Mechanism('load_encoder_eccentricity', 'sensor', 'load_position', ('angle',),
+                          'even')
+    ratio = builder.samples.servo.numbers['mechanism.ratio']
+    wave = partial(_once_a_turn, order)
+    columns = builder.place('load_position', wave, -1.0)
+    motor = builder.place('motor_position', wave, -ratio)
+    return builder.hypothesis(
+        mechanism, replace(columns, table=columns.table + motor.table), (0, 0), (order, order),
+        tried=len(ORDERS))
 
 
 def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:

@@ -39,7 +39,7 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from periodic(
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',
-        lambda one: one.driving_current, 'N m/A')
+        lambda one: one.predicted_current, 'N m/A')
     yield from filter(None, (_constant(builder),
                              *(_gravity(builder, orders) for orders in HANGING),
                              *(_spring(builder, bends) for bends in (False, True)),
@@ -56,7 +56,13 @@ def _constant(builder: Builder) -> Hypothesis | None:
 
 
 def _gravity(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None:
-    """What hangs at the load, by itself or beside what balances it or links it to the shaft."""
+    """
+    What hangs at a load that turns, by itself or beside what balances it or links it to the shaft.
+
+    What moves straight weighs the same everywhere: :func:`_constant`.
+    """
+    if not builder.turns('load_angle'):
+        return None
     mechanism = Mechanism('gravity', 'torque', 'load', ('angle',), 'even')
     form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'],
                 lambda x: waves(x, orders))

@@ -77,7 +77,9 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         rotor = path == INERTIAS[0] and not servo.mechanism.compliant
         if one and path in DRIFTING and not rotor:
             yield from filter(None, (_drifting(builder, path, step, mechanism),))
-        if one and path in INERTIAS and not (rotor and servo.numbers['mechanism.ratio'] == 1.0):
+        shaft = 'load' if 'load' in path else 'motor'
+        if one and path in INERTIAS and builder.turns(f'{shaft}_angle') and not (
+                rotor and servo.numbers['mechanism.ratio'] == 1.0):
             yield from filter(None, (_linked(builder, path, mechanism, orders)
                                      for orders in LINKED))
 

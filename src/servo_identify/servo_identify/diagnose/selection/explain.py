@@ -19,6 +19,7 @@ from .bounded_least_squares import bounded
 from .choice import Fitted
 from .regression import Regression
 from .search import Explanation, Search
+from .small_effects import with_small_effects
 
 ROUNDS = 2  # of finding the operating point: flanks, loads and currents
 TURNED = 0.002  # share of samples on another flank that is worth another round
@@ -78,8 +79,12 @@ def explained(samples: ResidualSamples, without: Collection[str] = (),
         samples = ResidualSamples(samples.servo, errors)
         del answer  # the tables of two rounds at once are too much
         answer = _explained(samples, without)
+    builder = Builder(answer.samples)
+    search, explanation = with_small_effects(
+        answer.search, answer.explanation, lambda left: hypotheses_of(builder, left, without))
     tick(1.0)
-    return answer
+    return replace(answer, hypotheses=search.regression.hypotheses, search=search,
+                   explanation=explanation)
 
 
 def _explained(samples: ResidualSamples, without: Collection[str]) -> Explained:

@@ -48,10 +48,16 @@ class _Settled(NamedTuple):
 
 
 class Fits:
-    """Fits sets of hypotheses and scores what they leave."""
+    """
+    Fits sets of hypotheses and scores what they leave.
 
-    def __init__(self, regression: Regression) -> None:
+    ``floor`` (equations, families) is the mean square of each group below which nothing is
+    chased; without it, it is that of :meth:`floor` for what is left without any mechanism.
+    """
+
+    def __init__(self, regression: Regression, floor: np.ndarray | None = None) -> None:
         self.regression = regression
+        self._given = floor
         self._known: dict[Choice, Fitted] = {}
         self._sums: dict[bytes, Sums] = {}
         self._bounds = [one.bounds() for one in regression.hypotheses]
@@ -60,6 +66,11 @@ class Fits:
         self._family = one
         self.sizes = regression.counts @ one
         self._blocks_of = (regression.counts > 0) @ one
+
+    @property
+    def choices(self) -> list[Choice]:
+        """All sets that were fitted."""
+        return list(self._known)
 
     @property
     def tried(self) -> set[int]:
@@ -241,4 +252,6 @@ class Fits:
 
     @cached_property
     def _floor(self) -> np.ndarray:
+        if self._given is not None:
+            return self._given
         return self.floor(self.groups(self.nothing.held_out))

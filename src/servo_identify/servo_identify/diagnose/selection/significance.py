@@ -117,7 +117,7 @@ class Significance(Fits):
     def _worth(self, before: Fitted, after: Fitted) -> bool:
         """Tell whether new members close a part worth naming of what others leave of a gap."""
         first, last = self.excess(before), self.excess(after)
-        return bool(np.any((first - last > WORTH * first) & self._acts(before, after)))
+        return bool(np.any((first - last > WORTH * first) & self.acts(before, after)))
 
     def excess(self, fit: Fitted) -> np.ndarray:
         """Root mean square above the calibrated floor that a set leaves in each equation."""
@@ -125,7 +125,7 @@ class Significance(Fits):
         size = np.maximum(self.sizes.sum(axis=1), 1.0)
         return np.sqrt((left * self.sizes).sum(axis=1) / size)
 
-    def _acts(self, before: Fitted, after: Fitted) -> np.ndarray:
+    def acts(self, before: Fitted, after: Fitted) -> np.ndarray:
         """Tell in which equations new members have columns."""
         new = [self.regression.members[n] for n in after.choice.numbers
                if n not in before.choice.numbers]
@@ -134,7 +134,7 @@ class Significance(Fits):
 
     def gain(self, before: Fitted, after: Fitted) -> float:
         """Return what a set gains in the equations in which its new members act, nats."""
-        floor, acts = self.floor(), self._acts(before, after)
+        floor, acts = self.floor(), self.acts(before, after)
         ratio = np.log(np.maximum(self.groups(before.held_out), floor)
                        / np.maximum(self.groups(after.held_out), floor))
         return float(0.5 * (self.sizes * ratio)[acts].sum())
@@ -149,7 +149,7 @@ class Significance(Fits):
         members do not act, and something else is certainly missing, is left out: that is no noise.
         """
         regression = self.regression
-        told = self._acts(before, after) | (self.power(after) <= OPEN**2)
+        told = self.acts(before, after) | (self.power(after) <= OPEN**2)
         there = told[:, None] & (self.groups(before.held_out) > self.floor())
         weight = np.where(there, after.weight, 0.0)
         whole = self.sums(weight).whole

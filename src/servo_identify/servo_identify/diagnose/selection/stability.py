@@ -15,6 +15,7 @@ from ..mechanisms.hypothesis import Mechanism
 from .confidence import by_values
 from .explain import Explained
 from .search import Search
+from .small_effects import with_small_effects
 
 PAIRS = 2  # of complementary halves
 
@@ -42,8 +43,9 @@ def halves(found: Explained) -> list[set[tuple[str, ...]]]:
                 continue
             half = regression.narrowed(kept, tried)
             search = Search(half)
+            search, explanation = with_small_effects(search, search.explain())
             best = by_values(replace(found, hypotheses=half.hypotheses, search=search,
-                                     explanation=search.explain()))
+                                     explanation=explanation))
             answers.append({one.mechanism.key for one in best.chosen})
     return answers
 
