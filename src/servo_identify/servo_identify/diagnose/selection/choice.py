@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,3 +57,20 @@ class Fitted:
     def total(self) -> float:
         """What a set leaves and what it costs, nats: the less the better."""
         return self.score + self.cost
+
+
+class Settled(NamedTuple):
+    """
+    Values with the residual first, and what they came from.
+
+    ``weighed`` are the weights that they were fitted with, ``gram`` and ``prior`` the sums of that
+    fit; ``weight`` and ``doubt`` what is left asks for, above ``floor``.
+    """
+
+    values: np.ndarray
+    weighed: np.ndarray
+    gram: np.ndarray
+    prior: np.ndarray
+    floor: np.ndarray
+    weight: np.ndarray
+    doubt: np.ndarray

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.values import far_off
 from .bounded_least_squares import every_least
-from .choice import Choice, Fitted
+from .choice import Choice, Fitted, Settled
 from .regression import FOLDS, Products, Regression, solve, Sums
 
 REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
@@ -28,23 +27,6 @@ MISLEADS = 10.0  # times the weight of one family over another that may mislead 
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
 SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
-
-
-class _Settled(NamedTuple):
-    """
-    Values with the residual first, and what they came from.
-
-    ``weighed`` are the weights that they were fitted with, ``gram`` and ``prior`` the sums of that
-    fit; ``weight`` and ``doubt`` what is left asks for, above ``floor``.
-    """
-
-    values: np.ndarray
-    weighed: np.ndarray
-    gram: np.ndarray
-    prior: np.ndarray
-    floor: np.ndarray
-    weight: np.ndarray
-    doubt: np.ndarray
 
 
 class Fits:
@@ -155,7 +137,7 @@ class Fits:
                       best.weight, best.doubt, count, float(cost + far), far)
 
     def _settled(self, choice: Choice, products: Products, weight: np.ndarray, doubt: np.ndarray,
-                 bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> _Settled:
+                 bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> Settled:
         """Return the values of a set, weighed by what they leave."""
         unknowns = np.arange(len(room) + 1)
         for turn in range(REWEIGHTED):
@@ -169,7 +151,7 @@ class Fits:
             if turn + 1 < REWEIGHTED:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
-        return _Settled(values, last, total, prior, floor, weight, doubt)
+        return Settled(values, last, total, prior, floor, weight, doubt)
 
     def _starts(self, choice: Choice) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """

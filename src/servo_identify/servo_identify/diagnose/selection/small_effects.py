@@ -29,8 +29,8 @@ def with_small_effects(search: Search, explanation: Explanation, made: Callable[
     """
     Return an explanation with the small effects beside it, and the search that found them.
 
-    ``made(residual)`` makes hypotheses anew by what an explanation leaves: orders that the large
-    effects hid are chosen by that. Without it, none are.
+    ``made(residual)`` makes the hypotheses again by what an explanation leaves: orders that the
+    large effects hid are chosen by that. Without it, none are.
     """
     while True:
         chosen = explanation.smallest
@@ -38,9 +38,9 @@ def with_small_effects(search: Search, explanation: Explanation, made: Callable[
             return search, explanation
         again, names = (_remade(search, chosen, made) if made
                         else (search, {n: n for n in search.tried}))
-        anew = again.fitted(_renamed(chosen.choice, names))
-        finer = _finer(again, anew)
-        added = _added(finer, anew.choice) if finer else None
+        other = again.fitted(_renamed(chosen.choice, names))
+        finer = _finer(again, other)
+        added = _added(finer, other.choice) if finer else None
         if finer is None or added is None:
             return search, explanation
         for choice in search.choices:  # how the sets known so far fare by the new floor
@@ -72,8 +72,8 @@ def _remade(search: Search, found: Fitted, made: Callable[[np.ndarray], list[Hyp
             if number in search.tried or _is_pattern(one)]
     several = [regression.hypotheses[number] for number in kept]
     several += [one for one in made(left) if one.tried > 1]
-    anew = Search(Regression(regression.samples, regression.nuisance, several))
-    return anew, {number: place for place, number in enumerate(kept)}
+    other = Search(Regression(regression.samples, regression.nuisance, several))
+    return other, {number: place for place, number in enumerate(kept)}
 
 
 def _finer(search: Search, found: Fitted) -> Search | None:
