@@ -36,6 +36,7 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
+from ..given_parameters import refuse_unknown, UnknownParameter
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -65,6 +66,7 @@ class Driver(LifecycleNode):
     def __init__(self, **kwargs: object) -> None:
         super().__init__('driver', **kwargs)
         parameters.declare(self)
+        refuse_unknown(self)
         self.add_on_set_parameters_callback(self._judge_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         self.health = RigHealth()
@@ -293,7 +295,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Driver()
-    except (InvalidParameterValueException, InvalidParameterTypeException) as error:
+    except (InvalidParameterValueException, InvalidParameterTypeException,
+            UnknownParameter) as error:
         print(f'driver: {error}', file=sys.stderr)
         rclpy.try_shutdown()
         return 2

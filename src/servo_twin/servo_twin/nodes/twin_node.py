@@ -32,6 +32,7 @@ from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
+from .given_parameters import refuse_unknown, UnknownParameter
 from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
@@ -82,10 +83,11 @@ class TwinNode(LifecycleNode):
             self._declaring = True
             self._servo = servo
             self._servo = servo_parameters.declare(self, servo, overrides=True)
+            refuse_unknown(self)
             warm_up(self._servo)
             self.settings = twin_parameters.settings(self)
             Lockstep(self._servo, self._servo.step, self.settings)
-        except (ServoError, ParameterException) as problem:
+        except (ServoError, ParameterException, UnknownParameter) as problem:
             self._failure = f'cannot be configured: {problem}'
             self.get_logger().error(str(problem))
             self._forget()
