@@ -16,6 +16,7 @@ APART = 'rig and twin import nothing of each other'
 KNOWN = {
     ('servo_rig_driver/ending.py', 'nodes/ending.py'): APART,
     ('servo_rig_driver/given_parameters.py', 'nodes/given_parameters.py'): APART,
+    ('servo_rig_driver/managed_node.py', 'nodes/managed_node.py'): APART,
     ('servo_rig_driver/ros_start.py', 'nodes/ros_start.py'): APART,
     ('servo_identify/setup.py', 'servo_twin/setup.py'): 'each package is built by itself',
     ('feed_drive/feed_sampling.py', 'emulated/rig_sampling.py'):

@@ -20,7 +20,7 @@ import can
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -37,6 +37,7 @@ from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from ..given_parameters import refuse_unknown, UnknownParameter
+from ..managed_node import ManagedNode
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -60,7 +61,7 @@ def sample_qos(period: float, block_size: int, history: float) -> QoSProfile:
                       history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
 
 
-class Driver(LifecycleNode):
+class Driver(ManagedNode):
     """Parameters, topics and transitions; the work is done by RigLink and what it holds."""
 
     def __init__(self, **kwargs: object) -> None:

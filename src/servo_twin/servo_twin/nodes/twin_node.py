@@ -18,7 +18,7 @@ from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from servo_twin_msgs.msg import Event, Prediction, Residual
@@ -33,6 +33,7 @@ from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .given_parameters import refuse_unknown, UnknownParameter
+from .managed_node import ManagedNode
 from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
@@ -45,7 +46,7 @@ SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FA
 REPORT_EVERY = 1.0  # s
 
 
-class TwinNode(LifecycleNode):
+class TwinNode(ManagedNode):
     """Parameters, topics, transitions; the work is done by Joiner and Lockstep."""
 
     def __init__(self, **kwargs: object) -> None:
