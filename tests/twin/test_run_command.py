@@ -12,11 +12,13 @@ from time import monotonic, sleep
 from bench_recording import bench_recording, SERVO
 import numpy as np
 import pytest
+import rclpy
 
 from servo_twin.bag import read_predictions, read_recording, write_recording
 from servo_twin.bringup.processes import BEGINS, ENDS, ProcessError, Processes, wait_until
 from servo_twin.bringup.rig_and_twin import let_answer
 from servo_twin.cli import main
+from servo_twin_msgs.msg import Command
 
 pytestmark = pytest.mark.ros
 CONFIG = Path(SERVO).parent.parent
@@ -100,6 +102,27 @@ def test_it_says_which_part_did_not_start_and_ends_the_others(tmp_path, words, s
                           text=True, timeout=120)
     assert done.returncode == 1, done.stdout
     assert said in done.stderr
+    assert children_of(folder) == []
+
+
+def test_it_begins_nothing_in_a_namespace_where_another_run_is(tmp_path):
+    folder = tmp_path / 'bench'
+    rclpy.init()
+    there = [rclpy.create_node(name, namespace='both') for name in ('driver', 'player', 'view')]
+    there[1].create_publisher(Command, 'command', 10)
+    try:
+        done = subprocess.run(run_command(folder, '--namespace', 'both'), capture_output=True,
+                              text=True, timeout=60)
+    finally:
+        for node in there:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    assert done.returncode == 1, done.stdout
+    for said in ('/both is taken: ', 'driver runs; ', 'player runs; ',
+                 'command is published by /both/player. '):
+        assert said in done.stderr
+    assert 'another --namespace, or another ROS_DOMAIN_ID' in done.stderr
+    assert not (folder / 'logs' / 'player.log').exists()
     assert children_of(folder) == []
 
 

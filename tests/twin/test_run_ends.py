@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 import fcntl
+import itertools
 import os
 from pathlib import Path
 import pty
@@ -27,6 +28,7 @@ PROCESSES = ('can_hub', 'emulated_rig', 'driver', 'twin', 'recorder', 'player', 
 MODULES = {'can_hub': 'can_bus.can_hub', 'emulated_rig': 'rig_process', 'driver': 'driver_node',
            'twin': 'twin_node', 'recorder': 'recorder_node', 'player': 'player_node',
            'view': 'servo_twin.cli view'}
+_numbers = itertools.count()
 FAILED = 'the drive failed with error 8700h'  # its watchdog: no SYNC
 
 
@@ -34,14 +36,15 @@ class Run:
     """A run in a terminal of its own, its children, and one who looks at its bus."""
 
     def __init__(self, folder, view):
-        self.folder, self.ears = folder / 'bench', Listener('ended')
+        self.namespace = f'ended{next(_numbers)}'  # who was killed stays in the graph for a while
+        self.folder, self.ears = folder / 'bench', Listener(self.namespace, commands=False)
         driver = folder / 'driver.yaml'
         driver.write_text(CONFIG.read_text().replace('watchdog: 0.1 ', f'watchdog: {WATCHDOG} ')
                           .replace('heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 5.0 '))
         self.terminal, inside = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_twin.cli', 'run', '--duration', '60', '--namespace',
-             'ended', '--driver', str(driver), '--rig', 'rv_bench', '-o', str(self.folder),
+             self.namespace, '--driver', str(driver), '--rig', 'rv_bench', '-o', str(self.folder),
              *(['--view', '--control', '--port', '0'] if view else [])],
             stdin=inside, stdout=inside, stderr=inside, start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))

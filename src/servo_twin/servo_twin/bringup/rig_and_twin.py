@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.live import Live
 
 from ..nodes.session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
+from .own_namespace import AT_FIRST, AT_LAST, look_around, NODES, refuse_taken
 from .processes import BEGINS, ENDS, ProcessError, Processes, wait_until
 from .terminal_view import numbers, view
 
@@ -102,28 +103,34 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
     if bench.rig is not None:
         driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus)}
         processes.start('can_hub', _python('servo_rig_driver.can_bus.can_hub', str(bus)))
-    # side by side: each loads for a second, and none needs another before the driver is configured
-    processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
-        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
-    processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
-        'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
-    processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
-                                    bench.driver), first=True)
-    processes.start('player', [
-        *_python('servo_rig_driver.record.player_node', bench.family), '--duration',
-        str(bench.duration), '--wait', str(_PLAYER_WAITS), *_excitation(bench), '--ros-args',
-        '-r', f'__ns:=/{bench.namespace}'], may_end=True)
-    if bench.rig is not None:
         wait_until(bus.exists, 'the bus is there', START, processes)
         turned = [word for one in bench.turned for word in ('--set', one)]
         processes.start('emulated_rig', _python(
             'servo_rig_driver.emulated.rig_process', '--rig', str(bench.rig), '--interface',
             'unix_bus', '--channel', str(bus), '--driver', str(bench.driver), *period, *turned,
             *(('--faults', str(faults)) if faults else ())))
+    look_around(session, AT_FIRST, processes)  # while the rig loads, which is no node
+    # side by side: each loads for a second, and none needs another before the driver is configured
+    processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
+        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
+    processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
+        'servo_file': str(bench.servo), 'mode': bench.mode}))
+    processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
+                                    bench.driver), first=True)
+    if bench.rig is not None:
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
-    wait_until(lambda: session.facts.get('twin', {}).get('lifecycle') == 'active',
-               'the twin is active', START, processes)
+    wait_until(lambda: 'twin' in session.nodes(), 'the twin is there', START, processes)
+    if not session.change('twin', CONFIGURE, START):
+        raise ProcessError(f'the twin cannot be configured:\n{processes.tail("twin")}')
+    # until here nothing of this run publishes what another in its namespace would take
+    look_around(session, AT_LAST, processes, set(NODES) - {'player'})
+    processes.start('player', [
+        *_python('servo_rig_driver.record.player_node', bench.family), '--duration',
+        str(bench.duration), '--wait', str(_PLAYER_WAITS), *_excitation(bench), '--ros-args',
+        '-r', f'__ns:=/{bench.namespace}'], may_end=True)
+    if not session.change('twin', ACTIVATE, START):
+        raise ProcessError(f'the twin cannot be activated:\n{processes.tail("twin")}')
     if not session.change('driver', CONFIGURE, START):
         raise ProcessError(f'the driver cannot be configured: {_why(session)}\n'
                            f'{processes.tail("driver")}')
@@ -137,6 +144,7 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
         _show(bench, bench.page, faults, processes)
     wait_until(lambda: session.linked('command', 2), 'the player is there', START, processes)
     sleep(_SETTLE)
+    refuse_taken(session, NODES)  # another that began in the same second
     if not session.change('driver', ACTIVATE, START):
         raise ProcessError(f'the driver cannot be activated: {_why(session)}')
 
