@@ -144,6 +144,7 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
         _show(bench, bench.page, faults, processes)
     wait_until(lambda: session.linked('command', 2), 'the player is there', START, processes)
     sleep(_SETTLE)
+    say(processes.said('player').strip())
     refuse_taken(session, NODES)  # another that began in the same second
     if not session.change('driver', ACTIVATE, START):
         raise ProcessError(f'the driver cannot be activated: {_why(session)}')
