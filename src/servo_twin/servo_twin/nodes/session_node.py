@@ -30,7 +30,7 @@ class Session(Node):
 
     ``facts`` maps `driver`, `twin` and `recorder` of the namespace to what they last said on
     /diagnostics, ``sentences`` to the worst of their messages, ``levels`` to its severity
-    (0 is well). It joined the graph at ``began``, s of the monotonic clock.
+    (0 is well), ``counts`` to how often it was heard. It joined the graph at ``began``, s of the monotonic clock.
     """
 
     def __init__(self, namespace: str) -> None:
@@ -39,6 +39,7 @@ class Session(Node):
         self.began = monotonic()
         health = HeardHealth(namespace)
         self.facts, self.sentences, self.levels = health.facts, health.sentences, health.levels
+        self.counts = health.counts
         self._clients_of: dict[str, tuple[Client, Client]] = {}
         self.create_subscription(DiagnosticArray, '/diagnostics', health.hear, 100)
         self._executor = SingleThreadedExecutor()
