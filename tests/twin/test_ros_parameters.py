@@ -79,6 +79,18 @@ def test_a_name_that_no_parameter_has_is_refused_at_the_start(started, make, wro
         make()
 
 
+def test_a_recorder_refuses_what_it_reads_at_the_start_only(started, tmp_path):
+    started('-p', f'output:={tmp_path / "bag"}')
+    node = Recorder()
+    try:
+        result = node.set_parameters([Parameter('output', value=str(tmp_path / 'other'))])[0]
+        assert not result.successful
+        assert 'read-only' in result.reason
+    finally:
+        node.close()
+        node.destroy_node()
+
+
 @pytest.mark.parametrize('wrong, right', [
     ('mdoe', 'mode'), ('effects.coulomb.levle', 'effects.coulomb.level')])
 def test_a_twin_is_not_configured_with_a_name_that_its_servo_does_not_have(

@@ -139,6 +139,14 @@ def test_it_says_that_a_bus_is_not_there(tmp_path):
     assert 'can_nowhere' in done.stderr
 
 
+def test_it_says_what_a_real_drive_needs_where_the_driver_file_is_of_the_emulated_one(tmp_path):
+    done = subprocess.run(run_command(tmp_path / 'rig', '--no-emulator', '--driver', 'odrive'),
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert 'set bus.interface to socketcan and bus.channel to its device, such as can0' in (
+        ' '.join(done.stderr.split()))
+
+
 def test_it_refuses_a_servo_file_that_is_wrong_before_it_starts_anything(tmp_path, capsys):
     bad = tmp_path / 'bad.yaml'
     bad.write_text(SERVO.read_text().replace('ratio: {value: 161.0', 'ratio: {value: -1.0'))

@@ -30,7 +30,8 @@ class Session(Node):
 
     ``facts`` maps `driver`, `twin` and `recorder` of the namespace to what they last said on
     /diagnostics, ``sentences`` to the worst of their messages, ``levels`` to its severity
-    (0 is well), ``counts`` to how often it was heard. It joined the graph at ``began``, s of the monotonic clock.
+    (0 is well), ``counts`` to how often it was heard. It joined the graph at ``began``, s of the
+    monotonic clock.
     """
 
     def __init__(self, namespace: str) -> None:
