@@ -141,7 +141,8 @@ def test_its_shipped_file_has_all_its_parameters():
 
 @pytest.mark.ros
 def test_it_says_what_it_cannot_use():
-    for given, said in ((['mapping:=no_such'], 'a shipped name: [') , (['rate:=-1.0'], 'rate')):
+    for given, said in ((['mapping:=no_such'], 'a shipped name: ['), (['rate:=-1.0'], 'rate'),
+                        (['mapping:=joint_state'], "is the parameter 'joint'")):
         ended = subprocess.run(
             [sys.executable, '-m', 'servo_rig_driver.adapter.adapter_node', '--ros-args',
              *(word for one in given for word in ('-p', one))], capture_output=True, text=True,

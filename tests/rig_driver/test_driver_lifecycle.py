@@ -89,6 +89,40 @@ def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     ears.hears('bus', 'the bus is not open', 2)
 
 
+def test_it_lives_on_after_a_transition_that_does_not_fit_its_state(led):
+    rig, ears, hands = led
+    assert not hands.change(ACTIVATE)
+    assert hands.state() == 'unconfigured'
+    assert hands.change(CONFIGURE)
+    assert hands.change(ACTIVATE)
+    wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
+    for wrong in (CONFIGURE, ACTIVATE, Transition.TRANSITION_CALLBACK_SUCCESS, 255):
+        assert not hands.change(wrong)
+    assert hands.state() == 'active'
+    ears.more_samples(10)
+    assert rig.status == ENABLED
+    assert hands.change(DEACTIVATE)
+    assert hands.change(CLEANUP)
+
+
+def test_it_is_not_activated_while_two_publish_commands(led):
+    rig, ears, hands = led
+    assert hands.change(CONFIGURE)
+    other = Listener('led')
+    try:
+        ears.hears('command', "2 publishers on command, of ['/led/listener', '/led/listener']", 2)
+        assert not hands.change(ACTIVATE)
+        assert hands.state() == 'inactive'
+        assert rig.count == 0 or rig.status == DISABLED
+    finally:
+        other.close()
+    ears.hears('command', 'ok', 0)
+    assert hands.change(ACTIVATE)
+    wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
+    assert hands.change(DEACTIVATE)
+    assert hands.change(CLEANUP)
+
+
 def test_it_gives_a_broken_drive_up_until_it_is_activated_again(led):
     rig, ears, hands = led
     assert hands.change(CONFIGURE)

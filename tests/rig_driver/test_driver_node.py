@@ -176,6 +176,26 @@ def test_it_clamps_a_command_to_the_limits_and_says_so(bench):
     wait_for(lambda: (9, 2.0) in [t[:2] for t in bench.rig.taken[mark:]], 'the clamped target')
 
 
+def test_it_follows_nobody_while_two_publish_commands(bench):
+    bench.ears.command(VOLTAGE, [1.0] * 20000, bench.ears.now(), PERIOD * 1e-9)
+    wait_for(lambda: bench.rig.taken[-1][1] == 1.0, 'the command is played')
+    other = Listener(bench.namespace)
+    try:
+        said = bench.ears.hears('command', 'no set-point is taken and the motor is at zero', 2)
+        assert '2 publishers on command' in said.message
+        wait_for(lambda: bench.rig.taken[-1][1] == 0.0, 'the motor is at zero')
+        mark = len(bench.rig.taken)
+        for who in (bench.ears, other):
+            who.command(VOLTAGE, [5.0] * 100, bench.ears.now(), PERIOD * 1e-9)
+        bench.ears.more_samples(60)
+        assert not any(taken[1] for taken in bench.rig.taken[mark:])
+    finally:
+        other.close()
+    wait_for(lambda: '2 publishers' not in bench.ears.status('command').message, 'one is left')
+    bench.ears.command(VOLTAGE, [2.0] * 100, bench.ears.now(), PERIOD * 1e-9)
+    wait_for(lambda: 2.0 in [taken[1] for taken in bench.rig.taken[mark:]], 'it is played')
+
+
 def test_it_refuses_a_command_that_is_no_number_and_says_so(bench):
     bench.ears.command(VOLTAGE, [float('nan')], bench.ears.now())
     bench.ears.hears('command', 'reference[0] = nan; every value must be finite', 1)

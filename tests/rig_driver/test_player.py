@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from stepped_clock import SteppedClock
 
-from servo_rig_driver.record.player_node import eased, main, STOOD_STILL
+from servo_rig_driver.driver.setpoints import Mode
+from servo_rig_driver.record.player_node import eased, main, spoken, STOOD_STILL
 from servo_twin_msgs.msg import Command, Encoder
 
 
@@ -20,6 +21,13 @@ def test_a_reference_begins_and_ends_at_rest():
     assert wave[0] == wave[-1] == 0.0
     assert (wave[600:-600] == 1.0).all()
     assert (np.diff(wave[:500]) > 0.0).all()
+
+
+def test_it_says_quantity_size_and_unit_of_what_it_plays():
+    wave, none = np.array([0.0, -1.5, 1.0]), np.zeros(3)
+    assert spoken('sine', Mode.VOLTAGE, wave, none) == 'playing sine: voltage of up to 1.5 V'
+    assert spoken('hold', Mode.POSITION, none, 4.0 * wave) == (
+        'playing hold: position of up to 0 rad, external torque of up to 6 N m')
 
 
 @pytest.mark.parametrize('words, said', [

@@ -175,7 +175,7 @@ def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, 
                               start_new_session=True)
     pids = [int(word) for word in parent.stdout.readline().split()]
     watcher = CanWatcher(channel)
-    ears = Listener('all')
+    ears = Listener('all', commands=False)
     try:
         wait_for(lambda: watcher.states[-1:] == [ENABLED], 'the drive is enabled', 60.0)
         wait_for(lambda: (tmp_path / 'bag').exists() and ears.encoder and abs(

@@ -79,9 +79,13 @@ class DriverProcess:
 
 
 class Listener:
-    """Keeps every sample, joint state and diagnosis of one rig."""
+    """
+    Keeps every sample, joint state and diagnosis of one rig.
 
-    def __init__(self, namespace: str) -> None:
+    With ``commands`` False it publishes none, as a driver takes those of one publisher alone.
+    """
+
+    def __init__(self, namespace: str, commands: bool = True) -> None:
         self.encoder: list[Encoder] = []
         self.torque: list[Torque] = []
         self.current: list[Current] = []
@@ -97,7 +101,7 @@ class Listener:
                                  (JointState, 'joint_states', self.joint_states)):
             self.node.create_subscription(kind, name, kept.append, deep)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, deep)
-        self._command = self.node.create_publisher(Command, 'command', deep)
+        self._command = self.node.create_publisher(Command, 'command', deep) if commands else None
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._thread = Thread(target=self._executor.spin, daemon=True)

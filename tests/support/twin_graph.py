@@ -110,7 +110,11 @@ class Rig:
 
     def goes(self, transition: int) -> None:
         """Have the twin make a transition of its lifecycle."""
-        assert self.ask(ChangeState, 'twin/change_state', ChangeState.Request(
+        assert self.makes(transition)
+
+    def makes(self, transition: int) -> bool:
+        """Ask the twin for a transition of its lifecycle; return whether it was made."""
+        return self.ask(ChangeState, 'twin/change_state', ChangeState.Request(
             transition=Transition(id=transition))).success
 
     def set(self, name: str, value: float | str):

@@ -12,11 +12,13 @@ from time import monotonic, sleep
 from bench_recording import bench_recording, SERVO
 import numpy as np
 import pytest
+import rclpy
 
 from servo_twin.bag import read_predictions, read_recording, write_recording
 from servo_twin.bringup.processes import BEGINS, ENDS, ProcessError, Processes, wait_until
 from servo_twin.bringup.rig_and_twin import let_answer
 from servo_twin.cli import main
+from servo_twin_msgs.msg import Command
 
 pytestmark = pytest.mark.ros
 CONFIG = Path(SERVO).parent.parent
@@ -44,10 +46,11 @@ def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     folder = tmp_path / 'bench'
     # four peaks: a machine that stands still for a moment misses one
     done = subprocess.run(run_command(
-        folder, '--duration', 2, '--view', '--port', 0, '--command', 'velocity', '--setting',
-        'amplitude=0.5', '--setting', 'frequency=2'), capture_output=True, text=True, timeout=120)
+        folder, '--duration', 2, '--view', '--port', 0, '--setting', 'amplitude=0.4',
+        '--setting', 'frequency=2'), capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     assert 'view: http://127.0.0.1:' in done.stdout
+    assert 'playing sine: velocity of up to 0.4 rad/s' in done.stdout
     assert 'replay and live run are identical to the last bit' in done.stdout
     assert re.search(r', \d+ lost, ', done.stdout)  # a busy machine may lose some, and says so
     recording, live = read_recording(folder / 'sine'), read_predictions(folder / 'sine')
@@ -55,7 +58,7 @@ def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     assert recording.family == 'sine'
     assert recording.servo == 'rv_bench'
     assert len(live) == len(recording)
-    assert np.nanmax(abs(recording['reference_velocity'])) == pytest.approx(0.5, rel=0.02)
+    assert np.nanmax(abs(recording['reference_velocity'])) == pytest.approx(0.4, rel=0.02)
     assert (folder / 'page.html').stat().st_size > 20_000
     assert children_of(folder) == []
 
@@ -103,6 +106,27 @@ def test_it_says_which_part_did_not_start_and_ends_the_others(tmp_path, words, s
     assert children_of(folder) == []
 
 
+def test_it_begins_nothing_in_a_namespace_where_another_run_is(tmp_path):
+    folder = tmp_path / 'bench'
+    rclpy.init()
+    there = [rclpy.create_node(name, namespace='both') for name in ('driver', 'player', 'view')]
+    there[1].create_publisher(Command, 'command', 10)
+    try:
+        done = subprocess.run(run_command(folder, '--namespace', 'both'), capture_output=True,
+                              text=True, timeout=60)
+    finally:
+        for node in there:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    assert done.returncode == 1, done.stdout
+    for said in ('/both is taken: ', 'driver runs; ', 'player runs; ',
+                 'command is published by /both/player. '):
+        assert said in done.stderr
+    assert 'another --namespace, or another ROS_DOMAIN_ID' in done.stderr
+    assert not (folder / 'logs' / 'player.log').exists()
+    assert children_of(folder) == []
+
+
 def test_it_says_that_a_bus_is_not_there(tmp_path):
     shipped = (CONFIG / 'driver.yaml').read_text()
     driver = tmp_path / 'driver.yaml'
@@ -113,6 +137,14 @@ def test_it_says_that_a_bus_is_not_there(tmp_path):
     assert done.returncode == 1
     assert 'the driver cannot be configured' in done.stderr
     assert 'can_nowhere' in done.stderr
+
+
+def test_it_says_what_a_real_drive_needs_where_the_driver_file_is_of_the_emulated_one(tmp_path):
+    done = subprocess.run(run_command(tmp_path / 'rig', '--no-emulator', '--driver', 'odrive'),
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert 'set bus.interface to socketcan and bus.channel to its device, such as can0' in (
+        ' '.join(done.stderr.split()))
 
 
 def test_it_refuses_a_servo_file_that_is_wrong_before_it_starts_anything(tmp_path, capsys):

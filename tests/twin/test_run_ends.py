@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 import fcntl
+import itertools
 import os
 from pathlib import Path
 import pty
@@ -16,6 +17,8 @@ from can_watcher import CanWatcher, ENABLED
 from driver_bench import alive, CONFIG, Listener, wait_for
 import pytest
 
+from servo_twin.bringup.silences import Silences, SILENT
+
 pytestmark = pytest.mark.ros
 
 WATCHDOG = 1.0  # s; a busy machine stands still for longer than a drive's usual 0.1 s
@@ -27,6 +30,7 @@ PROCESSES = ('can_hub', 'emulated_rig', 'driver', 'twin', 'recorder', 'player', 
 MODULES = {'can_hub': 'can_bus.can_hub', 'emulated_rig': 'rig_process', 'driver': 'driver_node',
            'twin': 'twin_node', 'recorder': 'recorder_node', 'player': 'player_node',
            'view': 'servo_twin.cli view'}
+_numbers = itertools.count()
 FAILED = 'the drive failed with error 8700h'  # its watchdog: no SYNC
 
 
@@ -34,14 +38,16 @@ class Run:
     """A run in a terminal of its own, its children, and one who looks at its bus."""
 
     def __init__(self, folder, view):
-        self.folder, self.ears = folder / 'bench', Listener('ended')
+        self.namespace = f'ended{next(_numbers)}'  # who was killed stays in the graph for a while
+        self.folder, self.ears = folder / 'bench', Listener(self.namespace, commands=False)
         driver = folder / 'driver.yaml'
         driver.write_text(CONFIG.read_text().replace('watchdog: 0.1 ', f'watchdog: {WATCHDOG} ')
                           .replace('heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 5.0 '))
+        self.shown = ''
         self.terminal, inside = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'servo_twin.cli', 'run', '--duration', '60', '--namespace',
-             'ended', '--driver', str(driver), '--rig', 'rv_bench', '-o', str(self.folder),
+             self.namespace, '--driver', str(driver), '--rig', 'rv_bench', '-o', str(self.folder),
              *(['--view', '--control', '--port', '0'] if view else [])],
             stdin=inside, stdout=inside, stderr=inside, start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
@@ -52,8 +58,8 @@ class Run:
 
     def _read(self):
         try:
-            while os.read(self.terminal, 4096):
-                pass
+            while said := os.read(self.terminal, 4096):
+                self.shown += said.decode(errors='replace')
         except OSError:
             return
 
@@ -141,3 +147,28 @@ def test_ctrl_z_takes_the_drive_down_at_once_though_the_player_hangs(tmp_path):
         os.kill(run.pids['player'], signal.SIGCONT)
         # the run itself goes on to tell what it has recorded
         wait_for(lambda: run.left() == ['run'], 'the others have ended', GONE_WITHIN)
+
+
+@pytest.mark.parametrize('hung', ['driver', 'twin'])
+def test_it_ends_where_a_node_stands_still_and_says_which(tmp_path, hung):
+    with running(tmp_path, view=False) as run:
+        since = monotonic()
+        os.kill(run.pids[hung], signal.SIGSTOP)
+        if hung == 'driver':  # the drive has nobody left but itself
+            wait_for(lambda: FAILED in run.said('emulated_rig'), 'the drive fails by itself')
+        else:
+            run.watcher.saw_it_go_down(since, SILENT + 1.0 + DOWN_WITHIN, turns=False)
+        run.watcher.close()
+        assert run.process.wait(GONE_WITHIN) == 1
+        wait_for(lambda: not run.left(), f'all have ended, but {run.left()}', GONE_WITHIN)
+        assert f'{hung} stood still: not a word within 3 s' in ' '.join(run.shown.split())
+
+
+def test_a_silence_counts_only_while_somebody_listens():
+    silences = Silences(('driver', 'twin'))
+    heard = {'driver': 1, 'twin': 1}
+    assert silences.look(heard, 0.2) == []
+    for _ in range(5):
+        assert silences.look(heard, 60.0) == []  # stopped itself
+    heard['twin'] = 2
+    assert [silences.look(heard, 0.4) for _ in range(2)] == [[], ['driver']]

@@ -138,6 +138,14 @@ def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterw
     assert (rig.predictions[-1].sequence, rig.predictions[-1].restarts) == (500, 0)
 
 
+def test_it_lives_on_after_a_transition_that_does_not_fit_its_state(rig):
+    for wrong in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE,
+                  Transition.TRANSITION_CALLBACK_SUCCESS, 255):
+        assert not rig.makes(wrong)
+    rig.say(2, samples(10))
+    rig.wait(lambda: len(rig.predictions) == 1)
+
+
 def test_it_runs_beside_another_rig_in_another_namespace(graph):
     left, right = graph('left'), graph('right', 'drive.gain:=0.1')
     left.ready()

@@ -26,6 +26,7 @@ from std_srvs.srv import Trigger
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
+from servo_twin.nodes.given_parameters import refuse_unknown, UnknownParameter
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
@@ -51,11 +52,16 @@ _GATHERED = 0.1  # s of samples that estimator and detector are given at once
 
 
 class IdentifyNode(Node):
-    """Samples, residuals and reports; raises ServoError for a servo file that cannot be."""
+    """
+    Samples, residuals and reports.
+
+    Raises ServoError for a servo file that cannot be, UnknownParameter for a wrong name.
+    """
 
     def __init__(self, scratch: Path) -> None:
         super().__init__('identify')
         identify_parameters.declare(self)
+        refuse_unknown(self)
         text = servo_at(value(self, 'servo_file')).read_text()
         self.models = Models(text, value(self, 'margin'))
         self.ring = Ring(value(self, 'buffer'))
@@ -249,14 +255,14 @@ def _joined(pieces: list) -> list:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the identify node until it is told to stop; 2: a bad servo file."""
+    """Run the identify node until it is told to stop; 2: a bad servo file or parameter."""
     if asked_for_help('identify_node', __doc__, 'config/identify.yaml'):
         return 0
     ending = started(arguments)
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:
             node = IdentifyNode(Path(scratch))
-        except (ServoError, OSError) as problem:
+        except (ServoError, OSError, UnknownParameter) as problem:
             print(f'identify_node: {problem}', file=sys.stderr)
             rclpy.try_shutdown()
             return 2

@@ -32,6 +32,7 @@ from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import Level, RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
+from ..given_parameters import refuse_unknown, UnknownParameter
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import adapter_parameters
@@ -45,11 +46,16 @@ OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 
 
 class Adapter(Node):
-    """Topics, parameters and health; the work is done by SampleStream. Raises MappingError."""
+    """
+    Topics, parameters and health; the work is done by SampleStream.
+
+    Raises MappingError, and UnknownParameter for a parameter that it does not have.
+    """
 
     def __init__(self) -> None:
         super().__init__('adapter')
         self.settings = of = adapter_parameters.declare(self)
+        refuse_unknown(self)
         self.mapped = mapping_of(of.mapping, of.joint)
         self.health = RigHealth()
         period = round(SECOND / of.rate if of.rate else SECOND * self.mapped.period)
@@ -190,7 +196,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Adapter()
-    except (InvalidParameterValueException, InvalidParameterTypeException, MappingError) as error:
+    except (InvalidParameterValueException, InvalidParameterTypeException, MappingError,
+            UnknownParameter) as error:
         print(f'adapter: {error}', file=sys.stderr)
         rclpy.try_shutdown()
         return 2

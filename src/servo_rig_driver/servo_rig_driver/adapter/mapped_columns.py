@@ -82,9 +82,9 @@ class MappedColumns:
 
 def read_mapping(path: Path, joint: str = '') -> MappedColumns:
     """
-    Read a mapping file; ``[joint]`` in a source stands for the name of the joint, where given.
+    Read a mapping file; ``[joint]`` in a source stands for the name of the joint.
 
-    Raises MappingError naming what is wrong in it.
+    Raises MappingError naming what is wrong in it, such as a joint that has no name.
     """
     try:
         content = yaml.safe_load(path.read_text('utf8'))
@@ -123,8 +123,11 @@ def read_mapping(path: Path, joint: str = '') -> MappedColumns:
 
 
 def _field(path: Path, name: str, source: str, joint: str) -> Field:
+    if '[joint]' in source and not joint:
+        raise MappingError(f"{path}: {name}: {source} is of one joint; its name is the parameter "
+                           "'joint', such as -p joint:=hip")
     try:
-        return Field(source.replace('[joint]', f'[{joint}]') if joint else source)
+        return Field(source.replace('[joint]', f'[{joint}]'))
     except FieldError as error:
         raise MappingError(f'{path}: {name}: {error}') from None
 

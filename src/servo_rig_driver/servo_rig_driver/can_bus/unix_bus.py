@@ -61,7 +61,9 @@ def connect(path: str, wait: float) -> socket.socket:
             if time.monotonic() >= deadline:
                 raise can.CanInitializationError(
                     f'no CAN hub answers at {path} ({error.strerror or error}); start one with '
-                    f'"python -m servo_rig_driver.can_bus.can_hub {path}"') from error
+                    f'"python -m servo_rig_driver.can_bus.can_hub {path}". A real drive is on '
+                    'no hub: set bus.interface to socketcan and bus.channel to its device, such '
+                    'as can0') from error
         time.sleep(0.01)
 
 

@@ -20,7 +20,7 @@ import can
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -36,11 +36,14 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
+from ..given_parameters import refuse_unknown, UnknownParameter
+from ..managed_node import ManagedNode
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
+from .command_sources import CommandSources
 from .health_report import Diagnoser
 from .rig_health import RigHealth
 from .rig_link import ForeignDriver, LinkSettings, RigLink
@@ -59,12 +62,13 @@ def sample_qos(period: float, block_size: int, history: float) -> QoSProfile:
                       history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
 
 
-class Driver(LifecycleNode):
+class Driver(ManagedNode):
     """Parameters, topics and transitions; the work is done by RigLink and what it holds."""
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__('driver', **kwargs)
         parameters.declare(self)
+        refuse_unknown(self)
         self.add_on_set_parameters_callback(self._judge_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         self.health = RigHealth()
@@ -75,6 +79,7 @@ class Driver(LifecycleNode):
         self._modes: list[Mode] = []
         self._topics: list = []
         self._subscription = None
+        self._sources: CommandSources | None = None
         self._messages: conversion.SampleMessages | None = None
         self._joint_states: conversion.JointStates | None = None
         self._tried_at = 0
@@ -117,10 +122,17 @@ class Driver(LifecycleNode):
         self._subscription = self.create_subscription(
             Command, 'command', self._take_command, sample_qos(of['sync_period'], 1, 1.0),
             qos_overriding_options=OVERRIDABLE)
+        self._sources = CommandSources(self, self._subscription, self.health)
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let the link bring the rig up; it goes on trying until that is done."""
+        """
+        Let the link bring the rig up; it goes on trying until that is done.
+
+        Fails while several publish commands.
+        """
+        if self._several(self._link.now()):
+            return FAILURE
         result = super().on_activate(state)
         self._link.start()
         return result
@@ -182,7 +194,7 @@ class Driver(LifecycleNode):
         for topic in self._topics:
             self.destroy_lifecycle_publisher(topic)
         self.destroy_subscription(self._subscription)
-        self._topics = []
+        self._topics, self._sources = [], None
 
     # Samples and commands.
 
@@ -206,6 +218,8 @@ class Driver(LifecycleNode):
         if self._link.state != 'streaming':
             self.health.event('command.not_taken', 'command dropped: the rig does not run, the '
                               f'driver is {self._link.state}', now)
+            return
+        if self._several(now):
             return
         stepped = self._link.stepped() * 1e-9
         if abs(stepped) > self._player.timeout:  # stamps would mean other instants than they say
@@ -231,6 +245,13 @@ class Driver(LifecycleNode):
                               f'{self._player.timeout:g} s on arrival (the block began '
                               f'{age:.3f} s ago)', now)
 
+    def _several(self, now: int) -> bool:
+        """Have the motor at zero while several publish commands; return whether they do."""
+        several = self._sources is not None and self._sources.several(now)
+        if several:
+            self._player.clear()
+        return several
+
     # Parameters.
 
     def _judge_parameters(self, changes: list[Parameter]):
@@ -250,6 +271,7 @@ class Driver(LifecycleNode):
 
     def _look(self) -> None:
         now = self._link.now() if self._link else self._ros_now()
+        self._several(now)
         if self._values['autostart'] and not self._led and not self.finished.done():
             self._start_by_itself(now)
         self.diagnoser.look(now, self._values['diagnostics_period'])
@@ -293,7 +315,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Driver()
-    except (InvalidParameterValueException, InvalidParameterTypeException) as error:
+    except (InvalidParameterValueException, InvalidParameterTypeException,
+            UnknownParameter) as error:
         print(f'driver: {error}', file=sys.stderr)
         rclpy.try_shutdown()
         return 2

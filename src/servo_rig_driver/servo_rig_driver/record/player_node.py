@@ -28,7 +28,7 @@ from rclpy.utilities import remove_ros_args
 from servo_twin_msgs.msg import Command, Encoder
 
 from ..driver import message_conversion as conversion
-from ..driver.setpoints import Mode, SECOND
+from ..driver.setpoints import Mode, SECOND, UNITS
 from ..driver.steady_clock import SteadyClock
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
@@ -124,6 +124,14 @@ def eased(wave: np.ndarray, period: float) -> np.ndarray:
     return wave * np.clip(np.minimum(time, left) / min(0.5, 0.25 * time[-1]), 0.0, 1.0)
 
 
+def spoken(name: str, mode: Mode, reference: np.ndarray, torque: np.ndarray) -> str:
+    """Return what is going to be played: quantity, largest size and unit; ``torque`` in N m."""
+    said = (f'playing {name}: {mode.name.lower()} of up to {np.abs(reference).max():.4g} '
+            f'{UNITS[mode]}')
+    pull = np.abs(torque).max()
+    return said + (f', external torque of up to {pull:.4g} N m' if pull else '')
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Play one family; 1 when no rig was there, 2 when it cannot be played."""
     arguments = sys.argv[1:] if arguments is None else arguments
@@ -148,10 +156,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(f'player: {problem}', file=sys.stderr)
         return 2
     mode = Mode[(options.mode or chosen.mode).upper()]
+    reference, torque = eased(reference, options.period), eased(torque, options.period)
+    print(spoken(options.family, mode, reference, torque), flush=True)
     ending = Ending()
     start_ros(arguments)
-    node = Player(mode, options.period, eased(reference, options.period),
-                  eased(torque, options.period))
+    node = Player(mode, options.period, reference, torque)
     begin = monotonic()
     try:
         while not node.done:

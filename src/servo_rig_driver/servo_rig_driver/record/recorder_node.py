@@ -31,6 +31,7 @@ from std_msgs.msg import String
 from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
+from ..given_parameters import refuse_unknown
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -50,8 +51,8 @@ class Recorder(Node):
     """
     Records until ``done`` is set.
 
-    Raises ValueError for a topic without a type or a servo file that is not there, and
-    FileExistsError for an output that exists.
+    Raises ValueError for a topic without a type, a servo file that is not there or a parameter
+    that it does not have, and FileExistsError for an output that exists.
     """
 
     def __init__(self) -> None:
@@ -59,6 +60,7 @@ class Recorder(Node):
         self.done: Future = Future()
         self.failure = ''
         declare(self)
+        refuse_unknown(self)
         topics = topics_of(self)
         output = self._get('output') or datetime.now().strftime('recordings/%Y-%m-%d_%H-%M-%S')
         info = self._info()

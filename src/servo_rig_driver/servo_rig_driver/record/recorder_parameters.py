@@ -23,9 +23,10 @@ DEFAULT_TOPICS = {
 
 
 def declare(node: Node) -> None:
-    """Declare what a recorder can be told."""
+    """Declare what a recorder can be told: read at the start, so ROS refuses a later change."""
     def one(name: str, default: object, text: str, **limits: object) -> None:
-        node.declare_parameter(name, default, ParameterDescriptor(description=text, **limits))
+        node.declare_parameter(name, default, ParameterDescriptor(
+            description=text, read_only=True, **limits))
 
     one('topics', list(DEFAULT_TOPICS), 'Topics to record: names that the recorder knows, '
         "or 'name:package/msg/Type'; relative names are in the node's namespace")

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-import os
 from pathlib import Path
-import sys
 import tempfile
 from time import monotonic, sleep
 
@@ -13,7 +11,10 @@ from rich.console import Console
 from rich.live import Live
 
 from ..nodes.session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
+from .command_lines import node, python
+from .own_namespace import AT_FIRST, AT_LAST, look_around, NODES, refuse_taken
 from .processes import BEGINS, ENDS, ProcessError, Processes, wait_until
+from .silences import Silences, SILENT
 from .terminal_view import numbers, view
 
 START = 60.0  # s that a node gets to be there; the first start compiles
@@ -95,35 +96,42 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
     faults = bus.with_name('faults') if bench.rig and bench.page and bench.page.control else None
     say = Console().print
     say('starting: ' + ('' if bench.rig is None else 'bus, rig, ') + 'recorder, twin, driver')
-    driver = {'block_size': bench.block, 'autostart': False}
+    # its reports are listened for, see _watch
+    driver = {'block_size': bench.block, 'autostart': False, 'diagnostics_period': 1.0}
     period = [] if bench.rate is None else ['--period', str(1.0 / bench.rate)]
     if bench.rate is not None:
         driver['sync_period'] = 1.0 / bench.rate
     if bench.rig is not None:
         driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus)}
-        processes.start('can_hub', _python('servo_rig_driver.can_bus.can_hub', str(bus)))
-    # side by side: each loads for a second, and none needs another before the driver is configured
-    processes.start('recorder', _node(bench, 'servo_rig_driver.record.recorder_node', {
-        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
-    processes.start('twin', _node(bench, 'servo_twin.nodes.twin_node', {
-        'servo_file': str(bench.servo), 'mode': bench.mode, 'autostart': True}))
-    processes.start('driver', _node(bench, 'servo_rig_driver.driver.driver_node', driver,
-                                    bench.driver), first=True)
-    processes.start('player', [
-        *_python('servo_rig_driver.record.player_node', bench.family), '--duration',
-        str(bench.duration), '--wait', str(_PLAYER_WAITS), *_excitation(bench), '--ros-args',
-        '-r', f'__ns:=/{bench.namespace}'], may_end=True)
-    if bench.rig is not None:
+        processes.start('can_hub', python('servo_rig_driver.can_bus.can_hub', str(bus)))
         wait_until(bus.exists, 'the bus is there', START, processes)
         turned = [word for one in bench.turned for word in ('--set', one)]
-        processes.start('emulated_rig', _python(
+        processes.start('emulated_rig', python(
             'servo_rig_driver.emulated.rig_process', '--rig', str(bench.rig), '--interface',
             'unix_bus', '--channel', str(bus), '--driver', str(bench.driver), *period, *turned,
             *(('--faults', str(faults)) if faults else ())))
+    look_around(session, AT_FIRST, processes)  # while the rig loads, which is no node
+    # side by side: each loads for a second, and none needs another before the driver is configured
+    processes.start('recorder', node(bench.namespace, 'servo_rig_driver.record.recorder_node', {
+        'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
+    processes.start('twin', node(bench.namespace, 'servo_twin.nodes.twin_node', {
+        'servo_file': str(bench.servo), 'mode': bench.mode}))
+    processes.start('driver', node(bench.namespace, 'servo_rig_driver.driver.driver_node', driver,
+                                    bench.driver), first=True)
+    if bench.rig is not None:
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
-    wait_until(lambda: session.facts.get('twin', {}).get('lifecycle') == 'active',
-               'the twin is active', START, processes)
+    wait_until(lambda: 'twin' in session.nodes(), 'the twin is there', START, processes)
+    if not session.change('twin', CONFIGURE, START):
+        raise ProcessError(f'the twin cannot be configured:\n{processes.tail("twin")}')
+    # until here nothing of this run publishes what another in its namespace would take
+    look_around(session, AT_LAST, processes, set(NODES) - {'player'})
+    processes.start('player', [
+        *python('servo_rig_driver.record.player_node', bench.family), '--duration',
+        str(bench.duration), '--wait', str(_PLAYER_WAITS), *_excitation(bench), '--ros-args',
+        '-r', f'__ns:=/{bench.namespace}'], may_end=True)
+    if not session.change('twin', ACTIVATE, START):
+        raise ProcessError(f'the twin cannot be activated:\n{processes.tail("twin")}')
     if not session.change('driver', CONFIGURE, START):
         raise ProcessError(f'the driver cannot be configured: {_why(session)}\n'
                            f'{processes.tail("driver")}')
@@ -137,6 +145,8 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
         _show(bench, bench.page, faults, processes)
     wait_until(lambda: session.linked('command', 2), 'the player is there', START, processes)
     sleep(_SETTLE)
+    say(processes.said('player').strip())
+    refuse_taken(session, NODES)  # another that began in the same second
     if not session.change('driver', ACTIVATE, START):
         raise ProcessError(f'the driver cannot be activated: {_why(session)}')
 
@@ -144,7 +154,7 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
 def _show(bench: Bench, page: Page, faults: Path | None, processes: Processes) -> None:
     """Start the live view and say where it is."""
     processes.start('view', [
-        *_python('servo_twin.cli', 'view', '--namespace', bench.namespace, '--port',
+        *python('servo_twin.cli', 'view', '--namespace', bench.namespace, '--port',
                  str(page.port), '-o', str(bench.folder / 'answers')),
         *(('--control',) if page.control else ()),
         *(('--faults', str(faults)) if faults else ())])
@@ -153,10 +163,15 @@ def _show(bench: Bench, page: Page, faults: Path | None, processes: Processes) -
 
 
 def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -> None:
-    """Show what happens until the player is done."""
+    """
+    Show what happens until the player is done.
+
+    Raises ProcessError where a process ends or a node stands still; the player is ended then.
+    """
     title = f'{bench.family} on ' + ('a rig' if bench.rig is None else bench.rig.stem)
     console = Console(quiet=bench.quiet)
-    told = begin
+    told = looked = begin
+    silences = Silences(('driver', 'twin', 'recorder'))
 
     def shown():
         return view(title, monotonic() - begin, bench.duration, session.facts, session.sentences,
@@ -166,6 +181,12 @@ def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -
         while processes.running('player'):
             processes.check()
             sleep(0.2)
+            looked, before = monotonic(), looked
+            still = silences.look(session.counts, looked - before)
+            if still:
+                processes.ask('player')
+                raise ProcessError(f'{" and ".join(still)} stood still: not a word within '
+                                   f'{SILENT:g} s; the run is ended')
             if console.is_terminal:
                 live.update(shown())
             elif not bench.quiet and monotonic() - told > 5.0:
@@ -214,18 +235,3 @@ def _why(session: Session) -> str:
 def _excitation(bench: Bench) -> list[str]:
     words = [word for setting in bench.settings for word in ('--setting', setting)]
     return words + (['--mode', bench.command] if bench.command else [])
-
-
-def _python(module: str, *arguments: str) -> list[str]:
-    return [sys.executable, '-m', module, *arguments]
-
-
-def _node(bench: Bench, module: str, values: dict[str, object], file: Path | None = None
-          ) -> list[str]:
-    command = [*_python(module), '--ros-args', '-r', f'__ns:=/{bench.namespace}']
-    if file is not None:
-        command += ['--params-file', os.fspath(file)]
-    for name, value in values.items():
-        text = str(value).lower() if isinstance(value, bool) else value
-        command += ['-p', f'{name}:={text}']
-    return command

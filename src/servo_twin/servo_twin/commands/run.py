@@ -31,6 +31,9 @@ from .terminal import add_usual, new_bag, say, tell, whole_bag
 if TYPE_CHECKING:
     from ..bringup.rig_and_twin import Bench
 
+SINE = ('amplitude=0.5', 'frequency=0.25')
+"""Of the load speed, rad/s and Hz, where nothing else is said."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what the command takes."""
@@ -73,9 +76,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument('--family', '--experiment', default='sine',
                       help='excitation family (default %(default)s, of the load speed)')
     what.add_argument('--setting', action='append', default=[], metavar='NAME=VALUE',
-                      help='of the family, such as amplitude=0.5')
+                      help='of the family, such as amplitude=0.5, in the unit of what the '
+                           'reference is of: V, A, rad/s or rad')
     what.add_argument('--command', choices=('voltage', 'current', 'velocity', 'position'),
-                      help='what the reference is of (default: what the family is meant for)')
+                      help='what the reference is of (default: what the family is meant for; a '
+                           'sine is of the load speed)')
     what.add_argument('--duration', type=float, default=20.0, metavar='S',
                       help='of the excitation (default %(default)s)')
 
@@ -135,8 +140,8 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
 
     settings = list(arguments.setting)
     command = arguments.command
-    if arguments.family == 'sine' and not settings and command is None:
-        command, settings = 'velocity', ['amplitude=0.5', 'frequency=0.25']
+    if arguments.family == 'sine' and command is None:
+        command, settings = 'velocity', [*SINE, *settings]
     if arguments.control and not arguments.view:
         raise ServoError('--control is of the page, which --view shows')
     if folder.exists() and not arguments.force:

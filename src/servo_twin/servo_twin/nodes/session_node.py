@@ -30,14 +30,17 @@ class Session(Node):
 
     ``facts`` maps `driver`, `twin` and `recorder` of the namespace to what they last said on
     /diagnostics, ``sentences`` to the worst of their messages, ``levels`` to its severity
-    (0 is well).
+    (0 is well), ``counts`` to how often it was heard. It joined the graph at ``began``, s of the
+    monotonic clock.
     """
 
     def __init__(self, namespace: str) -> None:
         start_ros()
         super().__init__('session', namespace=namespace)
+        self.began = monotonic()
         health = HeardHealth(namespace)
         self.facts, self.sentences, self.levels = health.facts, health.sentences, health.levels
+        self.counts = health.counts
         self._clients_of: dict[str, tuple[Client, Client]] = {}
         self.create_subscription(DiagnosticArray, '/diagnostics', health.hear, 100)
         self._executor = SingleThreadedExecutor()
@@ -88,6 +91,16 @@ class Session(Node):
         answered, future = Event(), client.call_async(request)
         future.add_done_callback(lambda _: answered.set())
         return future.result() if answered.wait(patience) else None
+
+    def nodes(self) -> list[str]:
+        """Return the names of all nodes of the namespace that are known by now."""
+        return [name for name, where in self.get_node_names_and_namespaces()
+                if where == self.get_namespace()]
+
+    def publishers(self, topic: str) -> list[str]:
+        """Return who publishes a topic of the namespace, by full names."""
+        return [f'{one.node_namespace.rstrip("/")}/{one.node_name}'
+                for one in self.get_publishers_info_by_topic(self.resolve_topic_name(topic))]
 
     def linked(self, topic: str, readers: int) -> bool:
         """Whether a topic of the namespace has a writer and at least so many readers."""

@@ -18,7 +18,7 @@ from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from servo_twin_msgs.msg import Event, Prediction, Residual
@@ -32,6 +32,8 @@ from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
+from .given_parameters import refuse_unknown, UnknownParameter
+from .managed_node import ManagedNode
 from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
@@ -44,7 +46,7 @@ SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FA
 REPORT_EVERY = 1.0  # s
 
 
-class TwinNode(LifecycleNode):
+class TwinNode(ManagedNode):
     """Parameters, topics, transitions; the work is done by Joiner and Lockstep."""
 
     def __init__(self, **kwargs: object) -> None:
@@ -82,10 +84,11 @@ class TwinNode(LifecycleNode):
             self._declaring = True
             self._servo = servo
             self._servo = servo_parameters.declare(self, servo, overrides=True)
+            refuse_unknown(self)
             warm_up(self._servo)
             self.settings = twin_parameters.settings(self)
             Lockstep(self._servo, self._servo.step, self.settings)
-        except (ServoError, ParameterException) as problem:
+        except (ServoError, ParameterException, UnknownParameter) as problem:
             self._failure = f'cannot be configured: {problem}'
             self.get_logger().error(str(problem))
             self._forget()
