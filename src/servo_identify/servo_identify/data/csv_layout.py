@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
-from .physical_units import parsed, UnitError
+from .unit_symbols import parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""

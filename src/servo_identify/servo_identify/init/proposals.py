@@ -9,7 +9,7 @@ import re
 import numpy as np
 
 from ..data.column_units import factor_of, likely, NAMES, split, TIMES, UNIT
-from ..data.physical_units import parsed
+from ..data.unit_symbols import parsed
 from .sources import Offered
 
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
