@@ -117,6 +117,19 @@ def test_it_says_what_is_wrong_with_a_table(tmp_path, capsys, change, text):
     assert not (tmp_path / 'bag').exists()
 
 
+def test_an_import_that_fails_leaves_no_bag_in_the_way_of_the_next(tmp_path, monkeypatch):
+    path = write_csv(tmp_path / 'a.csv', table())
+
+    def fails(*_):
+        raise ValueError('no')
+
+    with monkeypatch.context() as full:
+        full.setattr('servo_twin.bag.RecordingWriter.add', fails)
+        assert convert(path, tmp_path / 'bag') == 2
+    assert [one.name for one in tmp_path.iterdir()] == ['a.csv']
+    assert convert(path, tmp_path / 'bag') == 0
+
+
 def belt(folder: Path) -> Path:
     """Return the servo file of a motor that turns and a load that moves straight."""
     (folder / 'belt.yaml').write_text(
