@@ -178,7 +178,9 @@ def test_it_names_the_columns_that_must_be_there(tmp_path, left, text):
     ({'motor_position': 180 / np.pi}, 'motor_position / ratio looks like degrees'),
     ({'motor_position': 1 / 161}, 'look as if one were on the other shaft'),
     ({'load_position': -1.0}, 'runs against load_position; positive must be the same way'),
-    ({'reference_position': 180 / np.pi}, 'reference_position looks like degrees')])
+    ({'reference_position': 180 / np.pi}, 'reference_position looks like degrees'),
+    ({'motor_position': 652.0}, r'/ ratio moves 652 times as far as load_position \(ratio 161\)'),
+    ({'load_position': 2.0 * np.pi}, 'moves 0.1592 times .* leaves a factor of 3 at most')])
 def test_it_holds_angles_against_each_other(tmp_path, change, text):
     angle = np.sin(20.0 * TIME)
     columns = table(motor_position=161.0 * angle, load_position=angle + 1e-4 * np.cos(900 * TIME),
@@ -188,6 +190,28 @@ def test_it_holds_angles_against_each_other(tmp_path, change, text):
     write_csv(path, columns | {name: columns[name] * factor for name, factor in change.items()})
     with pytest.raises(ValueError, match=text):
         import_table(path, SERVO)
+
+
+def test_a_load_near_its_resonance_may_move_further_than_its_motor(tmp_path):
+    servo = tmp_path / 'soft.yaml'
+    time = np.arange(5000) * 1e-3
+    for stiffness, refused in ((9.0, True), (0.9, False)):  # resonance: 30 and 9.5 rad/s
+        servo.write_text(SOFT.format(stiffness))
+        path = write_csv(tmp_path / 'a.csv', table(
+            t=time, voltage=time, motor_position=0.1 * np.sin(8.0 * time),
+            load_position=0.4 * np.sin(8.0 * time)))
+        if refused:
+            with pytest.raises(ValueError, match='moves 0.25 times as far'):
+                import_table(path, servo)
+        else:
+            import_table(path, servo)
+
+
+SOFT = """servo: soft
+drive: {{type: current, gain: 1.0, torque_constant: 0.2}}
+mechanism: {{type: two_inertia, rotor_inertia: 1.0e-3, load_inertia: 1.0e-2, ratio: 1.0,
+            stiffness: {}, damping: 1.0e-3}}
+"""
 
 
 def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_path):

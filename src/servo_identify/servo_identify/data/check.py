@@ -14,6 +14,7 @@ from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
 from .mistakes import TURN
+from .plausibility import contradiction
 from .scales import scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -66,7 +67,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
-        found += scale_findings(looked, servo, shown)
+        found += scale_findings(looked, servo, shown) or _contradicting(looked, servo)
     if not any(one.level == 'red' for one in found):
         if any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
@@ -139,6 +140,14 @@ def _computed(one: Recording) -> list[Finding]:
     return [Finding('amber', f'{one.name}: torque is {each:.4g} N m/A times the current in all '
                     'samples: was it computed from it?',
                     'leave the column out where no sensor measured it', one.name)]
+
+
+def _contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
+    """Return where the angles of both shafts contradict each other, as an import refuses it."""
+    both = [one for one in looked if all(one.has(name) for name in ANGLES)]
+    said = [(one.name, contradiction({'t': one.time, **one.columns}, servo)) for one in both]
+    return [Finding('red', f'{name}: {what}.', 'look at units, ratio and encoders', name)
+            for name, what in said if what]
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:

@@ -70,7 +70,7 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     seen.add(columns)
     check_columns(path, seen, [*table.columns, *table.refused], warnings)
     if machine is not None:
-        check_angles(path, columns, machine.values['mechanism.ratio'])
+        check_angles(path, columns, machine)
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
 
