@@ -12,10 +12,12 @@ import pytest
 from scipy.io import savemat
 
 from servo_identify.cli import main
+from servo_identify.data.check import check
 from servo_identify.data.column_units import named_columns
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
 from servo_twin.bag import read_recording
+from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -102,7 +104,7 @@ def test_it_converts_the_units_that_a_header_gives(tmp_path):
     ({'volts': TIME, 'load_pos': TIME}, "there is no column 'load_pos'; is it 'load_position'"),
     ({'t': TIME[::-1].copy()}, 'time runs backwards from 0.199 s in row 1 to 0.198 s in row 2'),
     ({'t': np.where(TIME == TIME[7], np.nan, TIME)}, 't = nan in row 8; every row needs a time'),
-    ({'t': np.full(200, 3.0)}, 'has 1 samples; a recording needs two'),
+    ({'t': np.full(200, 3.0)}, '199 of 200 rows repeat the time of the row before, and 50%'),
     ({'voltage': np.where(TIME == TIME[4], np.inf, TIME)}, 'voltage is infinite in row 5'),
     ({'voltage': ['1,5'] * 200}, "column 'voltage' has '1,5' in row 1, which is no number"),
 ])
@@ -190,6 +192,28 @@ def test_it_holds_angles_against_each_other(tmp_path, change, text):
     write_csv(path, columns | {name: columns[name] * factor for name, factor in change.items()})
     with pytest.raises(ValueError, match=text):
         import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('rows, refused', [(2, False), (5, True)])
+def test_stamps_that_are_coarser_than_the_rows_are_refused_above_a_half(tmp_path, rows, refused):
+    path = write_csv(tmp_path / 'a.csv', table(t=TIME // (rows * 1e-3) * rows * 1e-3))
+    if refused:
+        with pytest.raises(ValueError, match='coarser than the rows. Write .* with more digits'):
+            import_table(path, SERVO)
+    else:
+        assert len(import_table(path, SERVO)) < 120
+
+
+@pytest.mark.parametrize('time, unit', [
+    (1_709_287_200e9 + 1e9 * TIME, 'ns'), (1e3 * TIME, 'ms'), (1e6 * TIME, 'us'),
+    (45_352.4 + 2.0 * TIME / 86_400.0, 'days')])
+def test_it_asks_for_the_unit_of_the_time_that_its_size_tells(tmp_path, time, unit):
+    path = write_csv(tmp_path / 'a.csv', table(t=time))
+    recording = import_table(path, SERVO)
+    told = next((one.sentence for one in check([recording], load(SERVO))
+                 if one.level == 'red'), '')
+    assert f'for a servo; the time may be in {unit}.' in told
+    assert unit == 'ms' or f'is t in {unit}?' in recording.note
 
 
 def test_a_load_near_its_resonance_may_move_further_than_its_motor(tmp_path):

@@ -55,12 +55,14 @@ _PLAIN = {
     'deg': _RAD._replace(factor=pi / 180), 'rev': _RAD._replace(factor=2 * pi),
     'arcmin': _RAD._replace(factor=pi / 10800), 'arcsec': _RAD._replace(factor=pi / 648000),
     'min': Unit(60.0, (0, 0, 1, 0), timed=True), 'h': Unit(3600.0, (0, 0, 1, 0), timed=True),
+    'days': Unit(86400.0, (0, 0, 1, 0), timed=True),
     'in': Unit(0.0254, (0, 1, 0, 0)), 'ft': Unit(0.3048, (0, 1, 0, 0)),
     'lb': Unit(0.45359237, (1, 0, 0, 0)),
     'oz': Unit(0.028349523125, (1, 0, 0, 0)), 'lbf': Unit(4.4482216152605, _NEWTON),
     'ozf': Unit(0.27801385095, _NEWTON), '%': Unit(1e-2, _ONE.powers),
 }
-_PLAIN |= {'°': _PLAIN['deg'], 'degree': _PLAIN['deg'], 'degrees': _PLAIN['deg'],
+_PLAIN |= {'day': _PLAIN['days'],
+           '°': _PLAIN['deg'], 'degree': _PLAIN['deg'], 'degrees': _PLAIN['deg'],
            'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
            'sec': _PREFIXED['s'], 'seconds': _PREFIXED['s']}
 _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
