@@ -15,6 +15,7 @@ TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
 BEGIN = 100_000  # bytes that are looked at before a file is read
+MINUS = '\N{MINUS SIGN}'  # which some programs write in place of a hyphen
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
@@ -118,7 +119,7 @@ def layout_of(path: Path) -> Layout:
 def is_number(text: str) -> bool:
     """Tell whether a text is a number, with a decimal point or a comma."""
     try:
-        float(text.strip().strip('"').replace(',', '.'))
+        float(text.strip().strip('"').replace(',', '.').replace(MINUS, '-'))
     except ValueError:
         return False
     return True
