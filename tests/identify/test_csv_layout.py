@@ -120,7 +120,7 @@ def test_units_may_have_a_line_of_their_own(tmp_path):
     assert recording['voltage'] == pytest.approx([1.5e-3, -1.5e-3, 2.5e-3])
     assert recording['motor_position'] == pytest.approx(np.radians([0.25, 0.5, 0.75]))
     path.write_text('\n'.join([','.join(NAMES), 's,V,counts', *lines()]))
-    with pytest.raises(ValueError, match='how many make a turn'):
+    with pytest.raises(ValueError, match='write 1/4096 rev in place of counts'):
         import_table(path, SERVO)
 
 

@@ -376,6 +376,41 @@ def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
         named_columns(read_table(table), None, [])
 
 
+def test_a_frame_of_pandas_in_json_is_read_column_by_column(tmp_path):
+    path = tmp_path / 'a.json'
+    path.write_text(json.dumps({name: {str(k): float(x) for k, x in enumerate(column)}
+                                for name, column in table().items()}))
+    assert np.array_equal(import_table(path, SERVO)['motor_position'], TIME**2)
+
+
+def test_an_hdf5_file_is_named_as_one(tmp_path):
+    (tmp_path / 'a.mat').write_bytes(b'\x89HDF\r\n\x1a\n' + bytes(600))
+    with pytest.raises(ValueError, match=r"is an HDF5 file, .* save it with '-v7'"):
+        read_table(tmp_path / 'a.mat')
+
+
+@pytest.mark.parametrize('command', ['import', 'init'])
+@pytest.mark.parametrize(('named', 'text'), [
+    ('.', "is a folder and no table; it holds tables, which are '"),
+    ('*.csv', 'names 2 files, and {} takes one, such as'),
+    ('*.parquet', 'no file or folder has a name of this pattern')])
+def test_what_takes_one_table_says_so_of_a_folder_and_of_a_pattern(
+        tmp_path, capsys, command, named, text):
+    for name in 'ab':
+        write_csv(tmp_path / f'{name}.csv', table())
+    servo = ['--servo', str(SERVO)] if command == 'import' else []
+    assert main([command, str(tmp_path / named), '-o', str(tmp_path / 'new'), *servo]) == 2
+    assert text.format(command) in capsys.readouterr().err
+
+
+def test_a_wrong_choice_is_answered_by_its_sentence_alone(capsys):
+    with pytest.raises(SystemExit):
+        main(['init', 'a.csv', '-o', 's.yaml', '--drive', 'volt'])
+    said = capsys.readouterr().err
+    assert said.startswith('servo-identify init: argument --drive: invalid choice')
+    assert said.count('\n') == 1
+
+
 def test_mat_and_json_files_with_our_names_need_no_mapping(tmp_path):
     columns = table(pair=np.ones((200, 2)))
     savemat(tmp_path / 'a.mat', columns)

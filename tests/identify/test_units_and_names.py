@@ -67,8 +67,14 @@ def test_it_offers_the_unit_that_is_probably_meant(text, wanted, word):
 
 def test_a_count_of_an_encoder_is_a_unit():
     assert factor_to('1/4096 rev', 'rad') == pytest.approx(COUNT)
-    with pytest.raises(UnitError, match='1/4096 rev'):
-        factor_to('counts', 'rad')
+
+
+@pytest.mark.parametrize(('wanted', 'example'), [
+    ('rad', '1/4096 rev'), ('A', '2.69 mA'), ('s', '2 ms'), ('N m', '3 mN m')])
+def test_what_one_count_is_is_asked_for_in_the_quantity_of_the_column(wanted, example):
+    assert factor_to(example, wanted) > 0.0
+    with pytest.raises(UnitError, match=f'write {example} in place of lsb'):
+        factor_to('lsb', wanted)
 
 
 @pytest.mark.parametrize(('source', 'kind', 'column'), [

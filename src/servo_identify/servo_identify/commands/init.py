@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import judged_file, say, tell
 
+from ..data.arguments import one_file
 from ..init.flag_names import TYPES, VALUES
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.sources import offered
     from ..init.turns import with_turns
 
+    arguments.data = one_file(arguments.data, 'init')
     for path in (arguments.output, arguments.mapping_out):
         if path is not None:
             judged_file(path, arguments.force)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
-from .unit_symbols import parsed, UnitError
+from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
@@ -218,7 +218,7 @@ def _are_units(cells: Sequence[str]) -> bool:
         try:
             known += bool(re.search(r'[^\W\d_]|[°%]', cell) and parsed(cell))
         except UnitError as problem:
-            known += 'counts' in str(problem)
+            known += isinstance(problem, CountsError)
     return known > 0
 
 

@@ -10,11 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 import re
 
-from .unit_symbols import parsed, Unit, UnitError
+from .unit_symbols import CountsError, parsed, Unit, UnitError
 
 _LOWER = {'v': 'V', 'a': 'A', 'mv': 'mV', 'ma': 'mA', 'kv': 'kV', 'nm': 'Nm', 'mnm': 'mNm',
           'knm': 'kNm', 'ncm': 'cNm', 'n': 'N', 'kn': 'kN', 'mh': 'mH', 'uh': 'uH'}
 """Spelled without capitals, where nothing else of that quantity is."""
+
+_COUNT = {'rad': '1/4096 rev', 's': '2 ms', 'A': '2.69 mA', 'V': '0.8 mV', 'm': '5 um',
+          'N m': '3 mN m', 'rad/s': '1/4096 rev/s'}
+"""What one count may be, of each quantity."""
 
 
 def factor_to(text: str, wanted: str) -> float:
@@ -37,6 +41,8 @@ def factor_to(text: str, wanted: str) -> float:
         raise UnitError(f'{text!r} is no temperature in degC; convert it to degC in the table')
     try:
         return _factor(text, wanted)
+    except CountsError as problem:
+        raise CountsError(problem.word, _COUNT.get(wanted, f'0.01 {wanted}')) from None
     except UnitError as problem:
         first = problem
     lower = ' '.join(_LOWER.get(word, word) for word in text.lower().split())

@@ -69,6 +69,11 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
+    if path.is_dir():
+        ends = sorted({one.suffix for one in path.iterdir() if one.suffix.lower() in SUFFIXES})
+        raise ValueError(f'{path} is a folder and no table; ' + (
+            'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
+            if ends else 'name a file in it'))
     if suffix not in SUFFIXES:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
                          'rosbag2 folders and .mcap. Save it as CSV, or read it with pandas and '

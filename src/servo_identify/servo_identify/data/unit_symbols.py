@@ -36,6 +36,15 @@ class UnitError(ValueError):
     """A unit that is not known, or of another quantity."""
 
 
+class CountsError(UnitError):
+    """Counts, of which nothing says how much one is; ``word`` is what they are called."""
+
+    def __init__(self, word: str, example: str = '1/4096 rev') -> None:
+        super().__init__(f'counts need to be told how much one of them is: write {example} in '
+                         f'place of {word}, with your own number')
+        self.word = word
+
+
 _ONE = Unit(1.0, (0, 0, 0, 0))
 _RAD = _ONE._replace(angle=1)
 _PREFIXES = {'n': 1e-9, 'u': 1e-6, 'µ': 1e-6, 'μ': 1e-6, 'm': 1e-3, 'c': 1e-2, 'd': 1e-1,
@@ -126,8 +135,7 @@ def _symbols(text: str, word: str, turned: bool) -> Unit:
             except UnitError:
                 continue
     if word.lower() in _COUNTS:
-        raise UnitError('counts need to be told how many make a turn: write 1/4096 rev in place '
-                        f'of {word}, with your own number')
+        raise CountsError(word)
     near = get_close_matches(word, [*_PREFIXED, *_PLAIN], 1, 0.6)
     raise UnitError(f'{text!r} is no unit that is known' + (f'; is it {near[0]!r}?' if near
                                                             else ''))
