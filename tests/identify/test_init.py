@@ -134,8 +134,8 @@ def test_it_writes_a_step_that_the_springs_of_the_machine_bear(run, tmp_path):
 
 def test_it_asks_whether_a_ratio_below_one_was_meant_the_other_way_round(run, tmp_path, capsys):
     data = write(tmp_path / 'a.csv', run)
-    assert init(data, tmp_path, '--ratio', '0.02', '--si', '--column',
-                'motor_position=theta') == 2
+    assert init(data, tmp_path, '--ratio', '0.02', '--si', '--column', 'motor_position=theta',
+                '--mechanism', 'rigid') == 2
     assert 'turns of the motor for one of the load: is it 50?' in capsys.readouterr().err
 
 

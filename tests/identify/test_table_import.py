@@ -16,6 +16,7 @@ from servo_identify.data.check import check
 from servo_identify.data.column_units import named_columns
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
+from servo_identify.data.time_units import WORDS
 from servo_twin.bag import read_recording
 from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS
@@ -212,7 +213,7 @@ def test_it_asks_for_the_unit_of_the_time_that_its_size_tells(tmp_path, time, un
     recording = import_table(path, SERVO)
     told = next((one.sentence for one in check([recording], load(SERVO))
                  if one.level == 'red'), '')
-    assert f'for a servo; the time may be in {unit}.' in told
+    assert f'for a servo; the time may be in {WORDS[unit]}.' in told
     assert unit == 'ms' or f'is t in {unit}?' in recording.note
 
 

@@ -13,12 +13,12 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
-from .mistakes import TURN
-from .plausibility import contradiction
-from .scales import scale_findings, untold
+from .mistakes import mistakes, TURN
+from .plausibility import contradiction, factor_apart
+from .scales import NEAR, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
-from .time_units import LONGEST, unit_of_times
+from .time_units import LONGEST, unit_of_times, WORDS
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
@@ -68,7 +68,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
-        found += scale_findings(looked, servo, shown) or _contradicting(looked, servo)
+        found += _contradicting(looked, servo) or scale_findings(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
         if any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
@@ -144,11 +144,22 @@ def _computed(one: Recording) -> list[Finding]:
 
 
 def _contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
-    """Return where the angles of both shafts contradict each other, as an import refuses it."""
-    both = [one for one in looked if all(one.has(name) for name in ANGLES)]
-    said = [(one.name, contradiction({'t': one.time, **one.columns}, servo)) for one in both]
-    return [Finding('red', f'{name}: {what}.', 'look at units, ratio and encoders', name)
-            for name, what in said if what]
+    """
+    Return where the angles of both shafts contradict each other, as an import refuses it.
+
+    A factor of a mistake that has a name is left to what names it.
+    """
+    ratio = servo.values['mechanism.ratio']
+    known = [ratio**2, *(one.factors.get(ANGLES[0], 1.0) / one.factors.get(ANGLES[1], 1.0)
+                         for one in mistakes(ANGLES, servo))]
+    found = []
+    for one in looked:
+        apart = (factor_apart({'t': one.time, **one.columns}, servo)
+                 if all(one.has(name) for name in ANGLES) else 1.0)
+        if apart != 1.0 and not any(abs(np.log(abs(each) * apart)) < NEAR for each in known):
+            found.append(Finding('red', f'{one.name}: {contradiction(apart, servo)}.',
+                                 'look at units, ratio and encoders', one.name))
+    return found
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:
@@ -159,9 +170,9 @@ def _sampling(one: Survey, angle: str) -> list[Finding]:
     unit = unit_of_times(one.period, one.start)
     if one.period > LONGEST or unit not in ('', 's'):
         slow = 'slow' if one.period > LONGEST else 'fast'
+        meant = f'; the time may be in {WORDS[unit]}' if unit else ''
         found.append(Finding('red', f'{one.name}: one sample every {one.period:.3g} s is too '
-                             f'{slow} for a servo' + (f'; the time may be in {unit}.' if unit else
-                                                      '.'),
+                             f'{slow} for a servo{meant}.',
                              f'give the unit of the time: t [{unit or "ms"}]'))
     lost = one.lost[angle]
     if lost > LOST:

@@ -47,17 +47,17 @@ def check_angles(path: Path, columns: dict[str, np.ndarray], servo: Servo) -> No
     if len(names) == 2:
         _compare(path, 'motor_position / ratio', at_load['motor_position'], 'load_position',
                  at_load['load_position'], ratio)
-        said = contradiction(columns, servo)
-        if said:
-            raise ValueError(f'{path}: {said}')
+        apart = factor_apart(columns, servo)
+        if apart != 1.0:
+            raise ValueError(f'{path}: {contradiction(apart, servo)}')
     if names and _moves(reference):
         told = 'motor_position / ratio' if names[0] == 'motor_position' else names[0]
         _compare(path, 'reference_position', reference, told, at_load[names[0]], ratio)
 
 
-def contradiction(columns: dict[str, np.ndarray], servo: Servo) -> str:
+def factor_apart(columns: dict[str, np.ndarray], servo: Servo) -> float:
     """
-    Say that the motor moves further than the load follows, or the reverse; '' where that can be.
+    Return how many times as far as the load the motor / ratio moves; 1 where that can be.
 
     ``columns`` in rad, and ``t`` in s. A factor of :data:`FURTHEST` is left to noise, to soft
     transmissions and to servo files of another gear. Motion near the resonance of the load on
@@ -68,15 +68,21 @@ def contradiction(columns: dict[str, np.ndarray], servo: Servo) -> str:
     known = np.isfinite(both[0]) & np.isfinite(both[1])
     motor, load, time = both[0][known] / ratio, both[1][known], columns['t'][known]
     if known.sum() < 3 or not (_moves(motor) and _moves(load)):
-        return ''
+        return 1.0
     factor = float(np.std(motor) / np.std(load))
     if 1.0 / FURTHEST < factor < FURTHEST or np.corrcoef(motor, load)[0, 1] < _TOGETHER:
-        return ''
+        return 1.0
     stiffness, inertia = (servo.values.get(f'mechanism.{name}', 0.0)
                           for name in ('stiffness', 'load_inertia'))
     if stiffness > 0.0 and inertia > 0.0 and (
             _frequency(time, load) > _SLOW * sqrt(stiffness / inertia)):
-        return ''
+        return 1.0
+    return factor
+
+
+def contradiction(factor: float, servo: Servo) -> str:
+    """Say that the motor moves so many times as far as the load follows, and what to do."""
+    ratio = servo.values['mechanism.ratio']
     return (f'motor_position / ratio moves {factor:.4g} times as far as load_position (ratio '
             f'{ratio:g}), and a transmission leaves a factor of {FURTHEST:g} at most. Give the '
             "units of both, as in 'load_position [deg]' or 'motor_position [1/4096 rev]', or the "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 SHORTEST, LONGEST = 2e-5, 0.2  # s, between samples of a servo
 _UNITS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
+WORDS = {'ms': 'milliseconds', 'us': 'microseconds', 'ns': 'nanoseconds', 'days': 'days'}
 _SERIAL_DAYS = (2e4, 1e5)  # since 1900, of a spreadsheet: from 1954 to 2173
 
 
