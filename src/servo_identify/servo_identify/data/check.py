@@ -13,9 +13,8 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
-from .mistakes import mistakes, TURN
-from .plausibility import contradiction, factor_apart
-from .scales import NEAR, scale_findings, untold
+from .mistakes import TURN
+from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
 from .time_units import LONGEST, unit_of_times, WORDS
@@ -68,7 +67,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
-        found += _contradicting(looked, servo) or scale_findings(looked, servo, shown)
+        found += contradicting(looked, servo) or scale_findings(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
         if any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
@@ -141,25 +140,6 @@ def _computed(one: Recording) -> list[Finding]:
     return [Finding('amber', f'{one.name}: torque is {each:.4g} N m/A times the current in all '
                     'samples: was it computed from it?',
                     'leave the column out where no sensor measured it', one.name)]
-
-
-def _contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
-    """
-    Return where the angles of both shafts contradict each other, as an import refuses it.
-
-    A factor of a mistake that has a name is left to what names it.
-    """
-    ratio = servo.values['mechanism.ratio']
-    known = [ratio**2, *(one.factors.get(ANGLES[0], 1.0) / one.factors.get(ANGLES[1], 1.0)
-                         for one in mistakes(ANGLES, servo))]
-    found = []
-    for one in looked:
-        apart = (factor_apart({'t': one.time, **one.columns}, servo)
-                 if all(one.has(name) for name in ANGLES) else 1.0)
-        if apart != 1.0 and not any(abs(np.log(abs(each) * apart)) < NEAR for each in known):
-            found.append(Finding('red', f'{one.name}: {contradiction(apart, servo)}.',
-                                 'look at units, ratio and encoders', one.name))
-    return found
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:
