@@ -67,6 +67,23 @@ def test_times_of_a_clock_are_seconds(tmp_path, shown, period):
     assert import_table(path, SERVO).period == pytest.approx(period)
 
 
+@pytest.mark.parametrize(('rows', 'blamed'), [
+    ('0;2,5;3,6\n1;2,5;1.081,6\n', "'1.081,6' in row 2"),
+    ("0;2.5;3\n1;2.5;1'000\n", '"1\'000" in row 2'),
+    ('0,"2,65",3\n1,"2,65",4\n', "'2,65' in row 1")])
+def test_it_says_of_a_number_why_its_signs_are_not_read(tmp_path, rows, blamed):
+    path = tmp_path / 'a.csv'
+    path.write_text('t;u;motor_position\n'.replace(';', ';' if ';' in rows else ',') + rows)
+    said = ' '.join(read_table(path).refused.values())
+    assert f'{blamed}, which is no number; write no sign between thousands' in said
+
+
+def test_a_minus_of_a_typesetter_is_one(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,u\n0,\N{MINUS SIGN}1.5\n1,2\n', 'utf8')
+    assert list(read_table(path)['u']) == [-1.5, 2.0]
+
+
 def test_what_loggers_write_where_nothing_was_measured_is_no_number(tmp_path):
     path = tmp_path / 'a.csv'
     path.write_text('t,voltage,motor_position\n0,1,0\n0.1,---,1\n0.2,N/A,2\n0.3,None,3\n')
@@ -103,7 +120,7 @@ def test_units_may_have_a_line_of_their_own(tmp_path):
     assert recording['voltage'] == pytest.approx([1.5e-3, -1.5e-3, 2.5e-3])
     assert recording['motor_position'] == pytest.approx(np.radians([0.25, 0.5, 0.75]))
     path.write_text('\n'.join([','.join(NAMES), 's,V,counts', *lines()]))
-    with pytest.raises(ValueError, match='how many make a turn'):
+    with pytest.raises(ValueError, match='write 1/4096 rev in place of counts'):
         import_table(path, SERVO)
 
 

@@ -123,6 +123,22 @@ def test_a_counter_that_wraps_around_is_put_together(run, tmp_path, capsys):
     assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
 
 
+def test_it_writes_a_step_that_the_springs_of_the_machine_bear(run, tmp_path):
+    data = write(tmp_path / 'a.csv', run)
+    elastic = ['--mechanism', 'two_inertia', '--damping', '1 N m s/rad', '--si', '--column',
+               'motor_position=theta', '--stiffness']
+    for stiffness, step in (('2e4 N m/rad', 1e-4), ('1e8 N m/rad', 1e-5)):
+        assert init(data, tmp_path, *elastic, stiffness, '--force') == 0
+        assert load(tmp_path / 'new' / 's.yaml').step == step
+
+
+def test_it_asks_whether_a_ratio_below_one_was_meant_the_other_way_round(run, tmp_path, capsys):
+    data = write(tmp_path / 'a.csv', run)
+    assert init(data, tmp_path, '--ratio', '0.02', '--si', '--column', 'motor_position=theta',
+                '--mechanism', 'rigid') == 2
+    assert 'turns of the motor for one of the load: is it 50?' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('mark', ['_', '/', ', '])
 def test_a_unit_may_be_the_last_word_of_a_name(run, tmp_path, mark):
     data = write(tmp_path / 'run.csv', {name.replace(' ', mark): column for name, column in {

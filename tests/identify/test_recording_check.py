@@ -48,6 +48,9 @@ MISTAKES = {
     'degrees on the motor': (
         lambda r: changed(r, motor_position=r['motor_position'] * DEGREES),
         'motor_position is in degrees'),
+    'angles that no transmission puts so far apart': (
+        lambda r: changed(r, motor_position=r['motor_position'] * 652.0),
+        'times as far as load_position'),
     'milliseconds': (lambda r: replace(r, period=1e3 * r.period), 'milliseconds'),
     'milliamperes': (lambda r: changed(r, current=1e3 * r['current']), 'mA'),
     'voltage and current swapped': (

@@ -12,10 +12,13 @@ import pytest
 from scipy.io import savemat
 
 from servo_identify.cli import main
+from servo_identify.data.check import check
 from servo_identify.data.column_units import named_columns
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
+from servo_identify.data.time_units import WORDS
 from servo_twin.bag import read_recording
+from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -102,7 +105,7 @@ def test_it_converts_the_units_that_a_header_gives(tmp_path):
     ({'volts': TIME, 'load_pos': TIME}, "there is no column 'load_pos'; is it 'load_position'"),
     ({'t': TIME[::-1].copy()}, 'time runs backwards from 0.199 s in row 1 to 0.198 s in row 2'),
     ({'t': np.where(TIME == TIME[7], np.nan, TIME)}, 't = nan in row 8; every row needs a time'),
-    ({'t': np.full(200, 3.0)}, 'has 1 samples; a recording needs two'),
+    ({'t': np.full(200, 3.0)}, '199 of 200 rows repeat the time of the row before, and 50%'),
     ({'voltage': np.where(TIME == TIME[4], np.inf, TIME)}, 'voltage is infinite in row 5'),
     ({'voltage': ['1,5'] * 200}, "column 'voltage' has '1,5' in row 1, which is no number"),
 ])
@@ -115,6 +118,19 @@ def test_it_says_what_is_wrong_with_a_table(tmp_path, capsys, change, text):
     said = capsys.readouterr().err
     assert text in said and str(path) in said
     assert not (tmp_path / 'bag').exists()
+
+
+def test_an_import_that_fails_leaves_no_bag_in_the_way_of_the_next(tmp_path, monkeypatch):
+    path = write_csv(tmp_path / 'a.csv', table())
+
+    def fails(*_):
+        raise ValueError('no')
+
+    with monkeypatch.context() as full:
+        full.setattr('servo_twin.bag.RecordingWriter.add', fails)
+        assert convert(path, tmp_path / 'bag') == 2
+    assert [one.name for one in tmp_path.iterdir()] == ['a.csv']
+    assert convert(path, tmp_path / 'bag') == 0
 
 
 def belt(folder: Path) -> Path:
@@ -165,7 +181,9 @@ def test_it_names_the_columns_that_must_be_there(tmp_path, left, text):
     ({'motor_position': 180 / np.pi}, 'motor_position / ratio looks like degrees'),
     ({'motor_position': 1 / 161}, 'look as if one were on the other shaft'),
     ({'load_position': -1.0}, 'runs against load_position; positive must be the same way'),
-    ({'reference_position': 180 / np.pi}, 'reference_position looks like degrees')])
+    ({'reference_position': 180 / np.pi}, 'reference_position looks like degrees'),
+    ({'motor_position': 652.0}, r'/ ratio moves 652 times as far as load_position \(ratio 161\)'),
+    ({'load_position': 2.0 * np.pi}, 'moves 0.1592 times .* leaves a factor of 3 at most')])
 def test_it_holds_angles_against_each_other(tmp_path, change, text):
     angle = np.sin(20.0 * TIME)
     columns = table(motor_position=161.0 * angle, load_position=angle + 1e-4 * np.cos(900 * TIME),
@@ -175,6 +193,50 @@ def test_it_holds_angles_against_each_other(tmp_path, change, text):
     write_csv(path, columns | {name: columns[name] * factor for name, factor in change.items()})
     with pytest.raises(ValueError, match=text):
         import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('rows, refused', [(2, False), (5, True)])
+def test_stamps_that_are_coarser_than_the_rows_are_refused_above_a_half(tmp_path, rows, refused):
+    path = write_csv(tmp_path / 'a.csv', table(t=TIME // (rows * 1e-3) * rows * 1e-3))
+    if refused:
+        with pytest.raises(ValueError, match='coarser than the rows. Write .* with more digits'):
+            import_table(path, SERVO)
+    else:
+        assert len(import_table(path, SERVO)) < 120
+
+
+@pytest.mark.parametrize('time, unit', [
+    (1_709_287_200e9 + 1e9 * TIME, 'ns'), (1e3 * TIME, 'ms'), (1e6 * TIME, 'us'),
+    (45_352.4 + 2.0 * TIME / 86_400.0, 'days')])
+def test_it_asks_for_the_unit_of_the_time_that_its_size_tells(tmp_path, time, unit):
+    path = write_csv(tmp_path / 'a.csv', table(t=time))
+    recording = import_table(path, SERVO)
+    told = next((one.sentence for one in check([recording], load(SERVO))
+                 if one.level == 'red'), '')
+    assert f'for a servo; the time may be in {WORDS[unit]}.' in told
+    assert unit == 'ms' or f'is t in {unit}?' in recording.note
+
+
+def test_a_load_near_its_resonance_may_move_further_than_its_motor(tmp_path):
+    servo = tmp_path / 'soft.yaml'
+    time = np.arange(5000) * 1e-3
+    for stiffness, refused in ((9.0, True), (0.9, False)):  # resonance: 30 and 9.5 rad/s
+        servo.write_text(SOFT.format(stiffness))
+        path = write_csv(tmp_path / 'a.csv', table(
+            t=time, voltage=time, motor_position=0.1 * np.sin(8.0 * time),
+            load_position=0.4 * np.sin(8.0 * time)))
+        if refused:
+            with pytest.raises(ValueError, match='moves 0.25 times as far'):
+                import_table(path, servo)
+        else:
+            import_table(path, servo)
+
+
+SOFT = """servo: soft
+drive: {{type: current, gain: 1.0, torque_constant: 0.2}}
+mechanism: {{type: two_inertia, rotor_inertia: 1.0e-3, load_inertia: 1.0e-2, ratio: 1.0,
+            stiffness: {}, damping: 1.0e-3}}
+"""
 
 
 def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_path):
@@ -313,6 +375,41 @@ def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
     with pytest.raises(ValueError, match=r"'u'; is it 'voltage'\?; 'i': is it 'current'\?; "
                        r"'theta': is it 'motor_position'\? .*servo-identify init"):
         named_columns(read_table(table), None, [])
+
+
+def test_a_frame_of_pandas_in_json_is_read_column_by_column(tmp_path):
+    path = tmp_path / 'a.json'
+    path.write_text(json.dumps({name: {str(k): float(x) for k, x in enumerate(column)}
+                                for name, column in table().items()}))
+    assert np.array_equal(import_table(path, SERVO)['motor_position'], TIME**2)
+
+
+def test_an_hdf5_file_is_named_as_one(tmp_path):
+    (tmp_path / 'a.mat').write_bytes(b'\x89HDF\r\n\x1a\n' + bytes(600))
+    with pytest.raises(ValueError, match=r"is an HDF5 file, .* save it with '-v7'"):
+        read_table(tmp_path / 'a.mat')
+
+
+@pytest.mark.parametrize('command', ['import', 'init'])
+@pytest.mark.parametrize(('named', 'text'), [
+    ('.', "is a folder and no table; it holds tables, which are '"),
+    ('*.csv', 'names 2 files, and {} takes one, such as'),
+    ('*.parquet', 'no file or folder has a name of this pattern')])
+def test_what_takes_one_table_says_so_of_a_folder_and_of_a_pattern(
+        tmp_path, capsys, command, named, text):
+    for name in 'ab':
+        write_csv(tmp_path / f'{name}.csv', table())
+    servo = ['--servo', str(SERVO)] if command == 'import' else []
+    assert main([command, str(tmp_path / named), '-o', str(tmp_path / 'new'), *servo]) == 2
+    assert text.format(command) in capsys.readouterr().err
+
+
+def test_a_wrong_choice_is_answered_by_its_sentence_alone(capsys):
+    with pytest.raises(SystemExit):
+        main(['init', 'a.csv', '-o', 's.yaml', '--drive', 'volt'])
+    said = capsys.readouterr().err
+    assert said.startswith('servo-identify init: argument --drive: invalid choice')
+    assert said.count('\n') == 1
 
 
 def test_mat_and_json_files_with_our_names_need_no_mapping(tmp_path):

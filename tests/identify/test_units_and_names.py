@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_identify.data.physical_units import factor_to, UnitError, value_in
+from servo_identify.data.physical_units import factor_to, value_in
+from servo_identify.data.unit_symbols import UnitError
 from servo_identify.init.asking import choose_columns
 from servo_identify.init.proposals import ANGLE, looks_like, proposed
 from servo_identify.init.sources import Offered
@@ -31,10 +32,49 @@ def test_it_refuses_a_value_without_its_unit(text, wanted, word):
         value_in(text, wanted)
 
 
+@pytest.mark.parametrize(('text', 'wanted', 'value'), [
+    ('1 Hz', 'rad/s', 2.0 * np.pi), ('1 1/min', 'rad/s', np.pi / 30), ('1 1/s', 'rad/s', 1.0),
+    ('7.96 Hz/V', 'V s/rad', 1.0 / 7.96 / 2.0 / np.pi), ('1 V/Hz', 'N m/A', 0.5 / np.pi),
+    ('40 Hz', '1/s', 40.0), ('40 Hz', 'Hz', 40.0), ('1 rad/s', 'Hz', 0.5 / np.pi)])
+def test_it_takes_a_frequency_as_turns_where_an_angle_is_wanted(text, wanted, value):
+    assert value_in(text, wanted) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'word'), [
+    ('150 Nm', 'N m/rad', "'Nm' is no unit of N m/rad: it lacks the angle"),
+    ('1 Nm/rad', 'N m', 'it is of an angle'), ('1 Nm/deg', 'N m', 'it is of an angle'),
+    ('1 V', 'V/rad', 'lacks the angle'), ('5 mm', 'rad/m', "'mm' is no unit")])
+def test_it_refuses_a_unit_that_differs_by_an_angle(text, wanted, word):
+    with pytest.raises(UnitError, match=word):
+        value_in(text, wanted)
+
+
+@pytest.mark.parametrize(('text', 'wanted'), [
+    ('1 V s', 'V s/rad'), ('1 Vs', 'V s/rad'), ('1 Nms', 'N m s/rad'), ('1 V s/rad', 'N m/A'),
+    ('1 Nm/(rad/s)', 'N m s/rad'), ('1 N m/A', 'V s/rad'), ('1 N m s2/rad', 'kg m2')])
+def test_it_lets_the_angle_be_left_out_of_a_speed(text, wanted):
+    assert value_in(text, wanted) == 1.0
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'word'), [
+    ('1 kg cm', 'N m', "is it 'kgf cm'"), ('1 oz-in', 'N m', "is it 'ozf-in'"),
+    ('1 lb ft', 'N m', "is it 'lbf ft'"), ('1 degF', 'degC', 'convert it to degC'),
+    ('1 MA', 'A', "is it 'mA'"), ('1 MS', 's', "is it 'ms'"), ('1 MNM', 'N m', "is it 'mNm'")])
+def test_it_offers_the_unit_that_is_probably_meant(text, wanted, word):
+    with pytest.raises(UnitError, match=word):
+        factor_to(text.removeprefix('1 '), wanted)
+
+
 def test_a_count_of_an_encoder_is_a_unit():
     assert factor_to('1/4096 rev', 'rad') == pytest.approx(COUNT)
-    with pytest.raises(UnitError, match='1/4096 rev'):
-        factor_to('counts', 'rad')
+
+
+@pytest.mark.parametrize(('wanted', 'example'), [
+    ('rad', '1/4096 rev'), ('A', '2.69 mA'), ('s', '2 ms'), ('N m', '3 mN m')])
+def test_what_one_count_is_is_asked_for_in_the_quantity_of_the_column(wanted, example):
+    assert factor_to(example, wanted) > 0.0
+    with pytest.raises(UnitError, match=f'write {example} in place of lsb'):
+        factor_to('lsb', wanted)
 
 
 @pytest.mark.parametrize(('source', 'kind', 'column'), [

@@ -236,6 +236,15 @@ def test_a_replay_that_fails_late_leaves_the_bag_that_it_was_to_write_over(recor
     assert read_recording(out).has('motor_position')
 
 
+@pytest.mark.parametrize(('measured', 'left'), [(False, {}), (True, {'bag/bag_0.mcap': b'half'})])
+def test_of_a_bag_that_fails_only_what_was_measured_stays(tmp_path, measured, left):
+    with pytest.raises(OSError), whole_bag(tmp_path / 'bag', measured) as new:
+        new.mkdir()
+        (new / 'bag_0.mcap').write_text('half')
+        raise OSError
+    assert contents(tmp_path) == left
+
+
 def test_a_bag_takes_the_place_of_another_when_it_is_whole(tmp_path):
     place = tmp_path / 'bag'
     for number in range(2):

@@ -1,6 +1,7 @@
 """A joint of a URDF file as a servo: it ..."""
 
 from pathlib import Path
+import re
 
 import pytest
 
@@ -30,6 +31,38 @@ def test_a_urdf_says_the_ratio_of_its_transmission():
     joint, reduction = joint_of_urdf(ROBOTS / 'arm.urdf', 'elbow')
     assert (reduction, joint.torque_limit) == (9.0, 13.5)
     assert joint_of_urdf(ROBOTS / 'arm.urdf', 'shoulder')[1] is None
+
+
+SIMPLE = ('<joint name="elbow" role="joint1"><mechanical_reduction>{}</mechanical_reduction>'
+          '</joint>')
+COUPLED = '<joint name="elbow"/><joint name="finger"/>'
+OF_ROS_1 = '<joint name="elbow"/><actuator name="m"><mechanicalReduction/></actuator>'
+
+
+def arm_with(folder: Path, transmission: str) -> Path:
+    """Return the arm with another transmission of its elbow, as ros2_control has it."""
+    text = re.sub('<transmission.*</transmission>', '', (ROBOTS / 'arm.urdf').read_text(),
+                  flags=re.DOTALL)
+    (folder / 'r.urdf').write_text(text.replace(
+        '</robot>', '<ros2_control name="c" type="system"><transmission name="gear">'
+        f'{transmission}</transmission></ros2_control></robot>'))
+    return folder / 'r.urdf'
+
+
+@pytest.mark.parametrize(('transmission', 'ratio', 'said'), [
+    (SIMPLE.format(50), 50.0, ''), (SIMPLE.format(-50), 50.0, 'turns against the joint'),
+    (COUPLED, None, "transmission 'gear', which couples joints ['elbow', 'finger']")])
+def test_a_transmission_of_ros2_control_is_read_or_said_to_be_left_out(
+        tmp_path, transmission, ratio, said):
+    joint, reduction = joint_of_urdf(arm_with(tmp_path, transmission), 'elbow')
+    assert reduction == ratio
+    assert any(said in one for one in joint.left_out)
+
+
+@pytest.mark.parametrize('transmission', [SIMPLE.format(0), SIMPLE.format('fifty'), OF_ROS_1])
+def test_a_reduction_that_is_no_number_is_refused(tmp_path, transmission):
+    with pytest.raises(ModelError, match="'gear' of joint 'elbow' has .* give --ratio"):
+        joint_of_urdf(arm_with(tmp_path, transmission), 'elbow')
 
 
 def test_a_urdf_joint_may_slide():

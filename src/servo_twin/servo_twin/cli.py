@@ -10,6 +10,7 @@ from importlib.metadata import entry_points, version
 import os
 import sys
 from types import ModuleType
+from typing import NoReturn
 
 COMMANDS = {
     'run': ('.commands.run',
@@ -106,12 +107,20 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
     return status
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says in one sentence what is wrong, without the usage of all options above."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with the sentence and status 2."""
+        self.exit(2, f'{self.prog}: {message}; --help says what there is\n')
+
+
 def _parser(program: str, name: str, commands: dict[str, tuple[str, str]], package: str
             ) -> tuple[ModuleType, argparse.ArgumentParser]:
     from .commands.terminal import add_usual
 
     module = import_module(commands[name][0], package)
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog=f'{program} {name}', description=module.__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     module.add_arguments(parser)

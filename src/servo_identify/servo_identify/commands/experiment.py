@@ -188,7 +188,7 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
             performer.begin(START if arguments.bringup else _WAIT)
             for run in runs:
                 performer.home()
-                with whole_bag(arguments.output / run.name) as place:
+                with whole_bag(arguments.output / run.name, measured=True) as place:
                     _record(run, place, arguments, performer, processes, bar, servo)
                 written.append(arguments.output / run.name)
                 say(arguments, str(written[-1]))

@@ -19,6 +19,8 @@ from typing import Any
 
 from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 
+from ..data.arguments import one_file
+
 IN_PARTS_FROM = 2**27  # bytes of memory from which on a table is not held whole, if it can be
 SAID_FROM = 2**30  # bytes of memory from which on they are said
 
@@ -44,6 +46,7 @@ def main(arguments: argparse.Namespace) -> int:
     """Make the bag and say what is in it."""
     if arguments.block_size < 1:
         raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
+    arguments.file = one_file(arguments.file, 'import')
     new_bag(arguments.output, arguments.force)
     with whole_bag(arguments.output) as place:
         found = _written(place, arguments)

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import judged_file, say, tell
 
+from ..data.arguments import one_file
 from ..init.flag_names import TYPES, VALUES
 
 if TYPE_CHECKING:
@@ -71,8 +72,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     """Ask, check, write; 1 where the recording contradicts what was given."""
     from servo_twin.description import servo_file
+    from servo_twin.physics.servo import ServoError
 
     from ..data.check import check
+    from ..data.plausibility import doubt_of_ratio
     from ..init.asking import choose_columns, complete, given_columns, with_command
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
@@ -80,6 +83,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.sources import offered
     from ..init.turns import with_turns
 
+    arguments.data = one_file(arguments.data, 'init')
     for path in (arguments.output, arguments.mapping_out):
         if path is not None:
             judged_file(path, arguments.force)
@@ -96,15 +100,18 @@ def main(arguments: argparse.Namespace) -> int:
     columns = with_command(machine, columns)
     if arguments.mapping_out is None and needs_mapping(of, columns):
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
-    recording = _read(arguments, servo_text(machine, {}, arguments.tolerance),
-                      mapping_text(of, columns))
+    draft = servo_text(machine, {}, arguments.tolerance)
+    try:
+        asked = doubt_of_ratio(servo_file.loads(draft, str(arguments.output)))
+    except ServoError as problem:
+        raise ValueError(f'{problem}{doubt_of_ratio(machine.servo())}') from None
+    recording = _read(arguments, draft, mapping_text(of, columns))
     wrapped = with_turns(columns, recording, machine.servo())
     if wrapped != columns:
         columns = wrapped
         if arguments.mapping_out is None:
             arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
-        recording = _read(arguments, servo_text(machine, {}, arguments.tolerance),
-                          mapping_text(of, columns))
+        recording = _read(arguments, draft, mapping_text(of, columns))
     servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
     findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
@@ -127,7 +134,8 @@ def main(arguments: argparse.Namespace) -> int:
     tell(arguments, findings=findings, chosen=machine.chosen, columns={
         name: {'source': one.source, 'unit': one.unit} for name, one in columns.items()})
     if red:
-        print('nothing was written: correct a --column, its unit or a value', file=sys.stderr)
+        print(f'nothing was written: correct a --column, its unit or a value{asked}',
+              file=sys.stderr)
         return 1
     write(arguments.output, servo)
     written = [arguments.output]

@@ -64,6 +64,15 @@ def recordings_looked_at(arguments: argparse.Namespace, paths: Iterable[str | Pa
     return read_looked_at(paths, arguments.servo, arguments.mapping, arguments.namespace)
 
 
+def one_file(path: Path, command: str) -> Path:
+    """Return the file that a path or pattern names; raises ValueError where it names several."""
+    found = files([path])
+    if len(found) > 1:
+        raise ValueError(f'{path} names {len(found)} files, and {command} takes one, such as '
+                         f'{found[0]}; check, fit and diagnose take the pattern as it is')
+    return found[0]
+
+
 def files(paths: Iterable[str | Path]) -> list[Path]:
     """Return the files that paths and patterns name; raises FileNotFoundError."""
     from .reading import files_of

@@ -14,9 +14,10 @@ from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
 from .mistakes import TURN
-from .scales import scale_findings, untold
+from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
+from .time_units import LONGEST, unit_of_times, WORDS
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
@@ -31,7 +32,7 @@ READER = {
     'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
-    'is t in s?': 'give the unit of the time: t [ms]',
+    'is unusual; is t in': 'give the unit of the time in the header or the mapping, as in t [ms]',
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
     'another clock': 'nothing, where receipts are not late; a header with a stamp is better',
@@ -66,7 +67,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
-        found += scale_findings(looked, servo, shown)
+        found += contradicting(looked, servo) or scale_findings(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
         if any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
@@ -146,17 +147,20 @@ def _sampling(one: Survey, angle: str) -> list[Finding]:
     if one.duration < SHORTEST:
         found.append(Finding('amber', f'{one.name} lasts {one.duration:.3g} s.',
                              f'record at least {SHORTEST:g} s; is the time in the right unit?'))
-    if one.period > 0.2:
-        found.append(Finding('red', f'{one.name}: one sample every {one.period:.3g} s is too slow '
-                             'for a servo; the time may be in milliseconds.',
-                             'give the unit of the time: t [ms]'))
+    unit = unit_of_times(one.period, one.start)
+    if one.period > LONGEST or unit not in ('', 's'):
+        slow = 'slow' if one.period > LONGEST else 'fast'
+        meant = f'; the time may be in {WORDS[unit]}' if unit else ''
+        found.append(Finding('red', f'{one.name}: one sample every {one.period:.3g} s is too '
+                             f'{slow} for a servo{meant}.',
+                             f'give the unit of the time: t [{unit or "ms"}]'))
     lost = one.lost[angle]
     if lost > LOST:
         found.append(Finding('amber', f'{one.name}: {angle} is missing in {100 * lost:.1f} % of '
                              'the samples.', 'look at the link that lost them'))
-    slow = any(finding.level == 'red' for finding in found)
+    told = any(finding.level == 'red' for finding in found)
     found += [Finding('amber', f'{one.name}: {said}', _to_do(said)) for said in one.warnings
-              if not (slow and 'is t in s?' in said)]
+              if not (told and 'is unusual; is t in' in said)]
     return found
 
 

@@ -11,8 +11,9 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.straight_units import straightened
 from servo_twin.recording.recording import COLUMNS
 
-from .physical_units import factor_to, UnitError
+from .physical_units import factor_to
 from .tables import Table
+from .unit_symbols import UnitError
 
 NAMES = ('t', *COLUMNS)
 
@@ -27,7 +28,8 @@ ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'volta
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
-             'rad/s': 'deg/s, rpm', 'A': 'mA', 'V': 'mV (a command may also be in A or mA)',
+             'rad/s': 'deg/s, rpm, Hz (turns a second)', 'A': 'mA',
+             'V': 'mV (a command may also be in A or mA)',
              'N m': 'mN m', 'degC': 'degC'}
 
 

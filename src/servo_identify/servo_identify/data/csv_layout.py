@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
-from .physical_units import parsed, UnitError
+from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
 BEGIN = 100_000  # bytes that are looked at before a file is read
+MINUS = '\N{MINUS SIGN}'  # which some programs write in place of a hyphen
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
@@ -118,7 +119,7 @@ def layout_of(path: Path) -> Layout:
 def is_number(text: str) -> bool:
     """Tell whether a text is a number, with a decimal point or a comma."""
     try:
-        float(text.strip().strip('"').replace(',', '.'))
+        float(text.strip().strip('"').replace(',', '.').replace(MINUS, '-'))
     except ValueError:
         return False
     return True
@@ -217,7 +218,7 @@ def _are_units(cells: Sequence[str]) -> bool:
         try:
             known += bool(re.search(r'[^\W\d_]|[°%]', cell) and parsed(cell))
         except UnitError as problem:
-            known += 'counts' in str(problem)
+            known += isinstance(problem, CountsError)
     return known > 0
 
 

@@ -23,6 +23,9 @@ EVEN = 0.01
 MOST_HOLES = 1000
 """Samples of the grid for one row beyond which a clock has jumped, and not the logger paused."""
 
+MOST_REPEATED = 0.5
+"""Share of the rows that may repeat a time and are left out; of more too little would be left."""
+
 _AT_ONCE = 100_000  # samples whose places are looked up together
 
 
@@ -32,13 +35,22 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
     Return (start, period, columns without ``t``) on an even grid.
 
     ``period``: s, of the grid; 0 takes it from the times. Raises ValueError for times that are not
-    numbers or run backwards and for less than two samples. Says in ``warnings`` what it changed.
+    numbers or run backwards, for less than two samples and where too many times repeat. Says in
+    ``warnings`` what it changed.
     """
     time = columns['t']
     rest = {name: column for name, column in columns.items() if name != 't'}
     _check(path, time)
     repeated = np.flatnonzero(np.diff(time) == 0.0) + 1
     if len(repeated):
+        if len(repeated) > MOST_REPEATED * len(time):
+            raise ValueError(
+                f'{path}: {len(repeated)} of {len(time)} rows repeat the time of the row before, '
+                f'and {MOST_REPEATED:.0%} may: '
+                + ('the stamps are of whole seconds alone' if (time == np.round(time)).all() else
+                   'the stamps are coarser than the rows')
+                + '. Write the time with more digits; or count the rows, and map the count as the '
+                'time, in periods: t=COUNT:2 ms')
         warnings.append(f'{len(repeated)} rows repeat the time of the row before, the first is '
                         f'row {repeated[0] + 1} at t = {time[repeated[0]]:.9g} s; they are left '
                         'out')

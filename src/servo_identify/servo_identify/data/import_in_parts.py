@@ -81,7 +81,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
         times = OnDisk(file, 'd')
         seen, some = _looked_over(parts(), times)
         check_columns(path, seen, list(seen.finite), warnings)
-        check_angles(path, some, machine.values['mechanism.ratio'])
+        check_angles(path, some, machine)
         start, = times.part(0, 1)
         wanted = period or (plan.period if plan else 0.0)
         own = _even_period(times, seen.rows, wanted)

@@ -17,9 +17,20 @@ def read_json(path: Path) -> Any:
     try:
         if path.suffix.lower() in LINES:
             return [json.loads(line) for line in text.splitlines() if line.strip()]
-        return json.loads(text)
+        return _listed(json.loads(text))
     except ValueError as error:
         raise ValueError(f'{path} is no JSON file: {error}') from None
+
+
+def _listed(content: Any) -> Any:
+    """Return columns of numbered rows as lists: {"t": {"0": 0.0, ...}}, as pandas writes them."""
+    if not isinstance(content, dict) or not content or not all(
+            isinstance(one, dict) and one for one in content.values()):
+        return content
+    numbers, *others = [list(one) for one in content.values()]
+    if not all(one.isdigit() for one in numbers) or any(one != numbers for one in others):
+        return content
+    return {name: list(one.values()) for name, one in content.items()}
 
 
 def flat(record: Mapping[str, Any], above: str = '') -> Iterator[tuple[str, Any]]:

@@ -18,6 +18,7 @@ import numpy as np
 
 _SECONDS = 120.0  # for the largest file that one would keep as MAT
 _BYTES = 8 << 30  # of memory: a damaged length may ask for any
+_HDF5 = b'\x89HDF\r\n\x1a\n'  # how such a file begins
 _LATER = 3  # the status for a MAT file of version 7.3
 
 
@@ -29,6 +30,10 @@ def load_mat(path: Path) -> dict[str, Any]:
     elements of a list of them ``s[0].field``.
     Raises ValueError for a file that is none or is damaged.
     """
+    with path.open('rb') as file:
+        if file.read(len(_HDF5)) == _HDF5:
+            raise ValueError(f'{path} is an HDF5 file, as those of version 7.3 of MATLAB are '
+                             "within; save it with '-v7', or as CSV or NPZ")
     try:
         ran = subprocess.run([sys.executable, '-P', __file__, str(path)], capture_output=True,
                              timeout=_SECONDS, check=False)

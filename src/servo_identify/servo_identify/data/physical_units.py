@@ -1,97 +1,86 @@
 """
 Units as people write them, brought to SI: mH, g cm2, mohm, rpm/V, mN m/A, deg/s, 1/4096 rev.
 
-A unit is a product of symbols with prefix and power, parted by blanks, dots or stars; what follows
-a stroke divides. Numbers are factors, so `1/4096 rev` is one count of an encoder. An angle counts
-as a number, as in SI: 1 rev is 2 pi.
+What is written is read in unit_symbols.py. An angle is a dimension of its own here: N m/rad is no
+N m.
 """
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-from math import pi
+from collections.abc import Iterator
 import re
-from typing import NamedTuple
 
+from .unit_symbols import CountsError, parsed, Unit, UnitError
 
-class Unit(NamedTuple):
-    """A factor to SI, and the powers of kg, m, s and A."""
-
-    factor: float
-    powers: tuple[int, int, int, int]
-
-    def times(self, other: Unit, power: int = 1) -> Unit:
-        """Return the product with a power of another unit."""
-        return Unit(self.factor * other.factor**power,
-                    tuple(a + power * b for a, b in zip(self.powers, other.powers, strict=True)))
-
-
-class UnitError(ValueError):
-    """A unit that is not known, or of another quantity."""
-
-
-_ONE = Unit(1.0, (0, 0, 0, 0))
-_PREFIXES = {'n': 1e-9, 'u': 1e-6, 'µ': 1e-6, 'μ': 1e-6, 'm': 1e-3, 'c': 1e-2, 'd': 1e-1,
-             'k': 1e3, 'M': 1e6, 'G': 1e9}
-_VOLT, _NEWTON = (1, 2, -3, -1), (1, 1, -2, 0)
-_PREFIXED = {
-    'g': Unit(1e-3, (1, 0, 0, 0)), 'm': Unit(1.0, (0, 1, 0, 0)), 's': Unit(1.0, (0, 0, 1, 0)),
-    'A': Unit(1.0, (0, 0, 0, 1)), 'V': Unit(1.0, _VOLT), 'N': Unit(1.0, _NEWTON),
-    'Nm': Unit(1.0, (1, 2, -2, 0)), 'ohm': Unit(1.0, (1, 2, -3, -2)),
-    'H': Unit(1.0, (1, 2, -2, -2)), 'F': Unit(1.0, (-1, -2, 4, 2)), 'W': Unit(1.0, (1, 2, -3, 0)),
-    'J': Unit(1.0, (1, 2, -2, 0)), 'Hz': Unit(1.0, (0, 0, -1, 0)), 'rad': _ONE,
-    'rpm': Unit(pi / 30, (0, 0, -1, 0)), 'gf': Unit(9.80665e-3, _NEWTON),
-}
-_PREFIXED |= {'\u03a9': _PREFIXED['ohm'], '\u2126': _PREFIXED['ohm'], 'Ohm': _PREFIXED['ohm']}
-_PLAIN = {
-    'deg': Unit(pi / 180, _ONE.powers), 'rev': Unit(2 * pi, _ONE.powers),
-    'arcmin': Unit(pi / 10800, _ONE.powers), 'arcsec': Unit(pi / 648000, _ONE.powers),
-    'min': Unit(60.0, (0, 0, 1, 0)), 'h': Unit(3600.0, (0, 0, 1, 0)),
-    'in': Unit(0.0254, (0, 1, 0, 0)), 'lb': Unit(0.45359237, (1, 0, 0, 0)),
-    'oz': Unit(0.028349523125, (1, 0, 0, 0)), 'lbf': Unit(4.4482216152605, _NEWTON),
-    'ozf': Unit(0.27801385095, _NEWTON), '%': Unit(1e-2, _ONE.powers),
-}
-_PLAIN |= {'°': _PLAIN['deg'], 'degree': _PLAIN['deg'], 'degrees': _PLAIN['deg'],
-           'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
-           'sec': _PREFIXED['s'], 'seconds': _PREFIXED['s']}
 _LOWER = {'v': 'V', 'a': 'A', 'mv': 'mV', 'ma': 'mA', 'kv': 'kV', 'nm': 'Nm', 'mnm': 'mNm',
           'knm': 'kNm', 'ncm': 'cNm', 'n': 'N', 'kn': 'kN', 'mh': 'mH', 'uh': 'uH'}
 """Spelled without capitals, where nothing else of that quantity is."""
-_COUNTS = ('counts', 'count', 'cnt', 'ticks', 'tick', 'inc', 'increments', 'lsb')
-_WHOLE = re.compile(r'\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![A-Za-z°])|[^\s·*./()^]+|\^|[·*]{1,2}|[/()]')
+
+_COUNT = {'rad': '1/4096 rev', 's': '2 ms', 'A': '2.69 mA', 'V': '0.8 mV', 'm': '5 um',
+          'N m': '3 mN m', 'rad/s': '1/4096 rev/s'}
+"""What one count may be, of each quantity."""
 
 
 def factor_to(text: str, wanted: str) -> float:
     """
     Return what a number in the unit ``text`` is multiplied by to be in ``wanted``, an SI unit.
 
+    A frequency is turns where ``wanted`` holds an angle (1 Hz is 2 pi rad/s, 1 Hz/V is 2 pi rad/s
+    a volt), and where it is a torque constant; where a rate is wanted (1/s, Hz) it is that.
+
+    An angle may be left out, or be there beside ``wanted``, where a symbol of time says that the
+    unit is of a speed. People write V s for V s/rad, N m s for N m s/rad, 1/s for rad/s, V s/rad
+    for N m/A and N m s2/rad for kg m2. Where none does, N m is no stiffness and N m/rad no torque.
+
     A temperature in degC stays as it is. Raises UnitError for a unit that is not known and for
     one of another quantity; the error says what fits.
     """
-    if wanted == 'rad/s' and text.replace(' ', '') in ('1/min', 'min-1', 'min^-1'):
-        text = 'rpm'  # a speed in 1/min counts turns
     if wanted == 'degC':
         if text.replace('°', 'deg').lower() in ('degc', 'c'):
             return 1.0
-        raise UnitError(f'{text!r} is no temperature in degC')
+        raise UnitError(f'{text!r} is no temperature in degC; convert it to degC in the table')
     try:
-        found = parsed(text)
-        unknown = None
+        return _factor(text, wanted)
+    except CountsError as problem:
+        raise CountsError(problem.word, _COUNT.get(wanted, f'0.01 {wanted}')) from None
     except UnitError as problem:
-        found, unknown = None, problem
-        if text.lower() not in _LOWER and text.lower() == text:
-            raise
-    goal = parsed(wanted)
-    if found is None or found.powers != goal.powers:
-        lower = ' '.join(_LOWER.get(word, word) for word in text.lower().split())
-        try:
-            second = None if lower == text else parsed(lower)
-        except UnitError:
-            second = None
-        if second is None or second.powers != goal.powers:
-            raise unknown or UnitError(f'{text!r} is no unit of {wanted}')
-        found = second
-    return found.factor / goal.factor
+        first = problem
+    lower = ' '.join(_LOWER.get(word, word) for word in text.lower().split())
+    try:
+        factor = _factor(lower, wanted)
+    except UnitError:
+        raise first from None
+    if any(word[0] == 'M' and word[1:] not in ('', 'in', 'IN') for word in text.split()):
+        raise UnitError(f'{text!r} may be of a million or of a thousandth; is it {lower!r}?')
+    return factor
+
+
+def _factor(text: str, wanted: str) -> float:
+    """Return the factor of a unit that is spelled right; raises UnitError."""
+    for found, goal, exact in _readings(text, wanted):
+        if found.powers == goal.powers and (found.angle == goal.angle or not exact and (
+                found.timed or goal.timed) and 0 in (found.angle, goal.angle)):
+            return found.factor / goal.factor
+    said = f'{text!r} is no unit of {wanted}'
+    found, goal = parsed(text), parsed(wanted)
+    if found.powers == goal.powers:
+        raise UnitError(f'{said}: ' + ('it lacks the angle' if not found.angle else
+                                       'it is of an angle' if not goal.angle else
+                                       'the angle is in it with another power'))
+    forces = re.sub(r'(?<![A-Za-z])(k?g|oz|lb)(?!f)', r'\1f', text)
+    if parsed(forces).powers == goal.powers:
+        said += f'; is it {forces!r}, with the f of a force?'
+    raise UnitError(said)
+
+
+def _readings(text: str, wanted: str) -> Iterator[tuple[Unit, Unit, bool]]:
+    """Yield both units, likeliest reading first, and whether their angles must be the same."""
+    turned, plain = (parsed(text, True), parsed(wanted, True)), (parsed(text), parsed(wanted))
+    rate = plain[1].timed and not plain[1].angle
+    for (found, goal), exact in (
+            [(plain, True), (turned, True), (turned, False), (plain, False)] if rate else
+            [(turned, True), (turned, False), (plain, True), (plain, False)]):
+        yield found, goal, exact
 
 
 def value_in(text: str, wanted: str) -> float:
@@ -131,74 +120,3 @@ def _of(unit: str, wanted: str) -> float | None:
         return factor_to(unit, wanted)
     except UnitError:
         return None
-
-
-def parsed(text: str) -> Unit:
-    """Return the factor and powers of a unit; raises UnitError."""
-    plain = text.translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
-    plain = re.sub(r'\^\s*|\*\*(?=-?\d)', '', plain).replace('/rad/s', '/(rad/s)')
-    words = _WHOLE.findall(plain)
-    found, at = _product(text, words, 0)
-    if at != len(words) or not words:
-        raise UnitError(f'{text!r} is no unit')
-    return found
-
-
-def _product(text: str, words: list[str], at: int) -> tuple[Unit, int]:
-    """Read a product up to a closing bracket; a stroke divides by all up to the next stroke."""
-    found, sign = _ONE, 1
-    while at < len(words) and words[at] != ')':
-        word = words[at]
-        at += 1
-        if word == '/':
-            sign = -1
-        elif word == '(':
-            inner, at = _product(text, words, at)
-            if at >= len(words):
-                raise UnitError(f'{text!r}: a bracket is not closed')
-            found, at = found.times(inner, sign), at + 1
-        elif word[0] not in '·*^':
-            found = found.times(_symbols(text, word), sign)
-            if word.replace('.', '').isdigit():
-                sign = 1  # 1/4096 rev: only the number divides
-    return found, at
-
-
-def _symbols(text: str, word: str) -> Unit:
-    """Read symbols that may stand without a gap, as in Nms: the fewest, the longest first."""
-    try:
-        return Unit(float(word), _ONE.powers)
-    except ValueError:
-        pass
-    for cut in range(len(word), 0, -1):
-        first = _symbol(word[:cut])
-        if first is not None:
-            if cut == len(word):
-                return first
-            try:
-                return first.times(_symbols(text, word[cut:]))
-            except UnitError:
-                continue
-    if word.lower() in _COUNTS:
-        raise UnitError('counts need to be told how many make a turn: write 1/4096 rev in place '
-                        f'of {word}, with your own number')
-    near = get_close_matches(word, [*_PREFIXED, *_PLAIN], 1, 0.6)
-    raise UnitError(f'{text!r} is no unit that is known' + (f'; is it {near[0]!r}?' if near
-                                                            else ''))
-
-
-def _symbol(word: str) -> Unit | None:
-    match = re.fullmatch(r'(\D+?)(-?\d)?', word)
-    if not match:
-        return None
-    name, power = match[1], int(match[2] or 1)
-    for spelled in (name, name.lower()):
-        if spelled in _PREFIXED or spelled in _PLAIN:
-            return _ONE.times((_PREFIXED | _PLAIN)[spelled], power)
-        if spelled[:1] in _PREFIXES and spelled[1:] in _PREFIXED:
-            unit = _PREFIXED[spelled[1:]]
-            return _ONE.times(Unit(unit.factor * _PREFIXES[spelled[0]], unit.powers), power)
-        if name[:1] in _PREFIXES and len(name) > 3:
-            continue
-        break
-    return None

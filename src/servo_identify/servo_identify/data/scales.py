@@ -20,8 +20,9 @@ from .excitation import Excitation, excitation, WIDTHS
 from .finding import Finding
 from .likelihood import Closed, closed
 from .mistakes import Mistake, mistakes, TURN, unread
+from .plausibility import contradiction, factor_apart
 from .rough_balances import balances
-from .signals import Signals, signals
+from .signals import ANGLES, Signals, signals
 
 Known = Mapping[int, Excitation | None]
 
@@ -77,6 +78,25 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo,
             every += _findings(one.name, [at], evidence, others)
     return every or [finding for one, found in zip(chosen, shown, strict=True)
                      for finding in _far_off(one, found, servo)]
+
+
+def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
+    """
+    Return where the angles of both shafts contradict each other, as an import refuses it.
+
+    A factor of a mistake that has a name is left to what names it.
+    """
+    ratio = servo.values['mechanism.ratio']
+    known = [ratio**2, *(one.factors.get(ANGLES[0], 1.0) / one.factors.get(ANGLES[1], 1.0)
+                         for one in mistakes(ANGLES, servo))]
+    found = []
+    for one in looked:
+        apart = (factor_apart({'t': one.time, **one.columns}, servo)
+                 if all(one.has(name) for name in ANGLES) else 1.0)
+        if apart != 1.0 and not any(abs(np.log(abs(each) * apart)) < NEAR for each in known):
+            found.append(Finding('red', f'{one.name}: {contradiction(apart, servo)}.',
+                                 'look at units, ratio and encoders', one.name))
+    return found
 
 
 def untold(recordings: Sequence[Recording], servo: Servo,

@@ -33,6 +33,7 @@ class Survey:
     """
 
     name: str
+    start: float
     period: float
     samples: int
     warnings: tuple[str, ...]
@@ -79,7 +80,7 @@ def survey(one: Long, servo: Servo) -> Survey:
             ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))
         at_limit += _at_limit(part, limit)
     return Survey(
-        one.name, one.period, len(one), one.warnings, parts, still,
+        one.name, one.start, one.period, len(one), one.warnings, parts, still,
         frozenset(name for name in COLUMNS if known[name]),
         {name: 1.0 - known[name] / max(1, len(one)) for name in ANGLES},
         tuple(name for name in ANGLES if whole[name] and name in counts),

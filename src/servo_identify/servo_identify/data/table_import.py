@@ -23,6 +23,7 @@ from .message_files import holds_messages
 from .messages import read_messages
 from .plausibility import check_angles
 from .tables import read_table, Table
+from .time_units import unit_of_times
 
 LISTING = 'recordings.yaml'
 """The file beside recordings that names their families."""
@@ -70,7 +71,7 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     seen.add(columns)
     check_columns(path, seen, [*table.columns, *table.refused], warnings)
     if machine is not None:
-        check_angles(path, columns, machine.values['mechanism.ratio'])
+        check_angles(path, columns, machine)
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
 
@@ -80,7 +81,8 @@ def described(path: Path, machine: Servo | None, servo_text: str, facts: Mapping
               columns: dict[str, np.ndarray]) -> Recording:
     """Return a recording with what is said of it; raises ValueError for a bad replicate."""
     if not 1e-6 <= step <= 1.0:
-        warnings.append(f'a period of {step:.6g} s is unusual; is t in s?')
+        unit = unit_of_times(step, start)
+        warnings.append(f'a period of {step:.6g} s is unusual; is t in {unit or "s"}?')
     facts = dict(facts)
     if not 0 <= facts.get('replicate', 0) < 2**32:
         raise ValueError(f'replicate = {facts["replicate"]}, it must be 0 (not said) or more')

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+import re
 from typing import Any
 from zipfile import BadZipFile
 
@@ -14,10 +15,15 @@ from servo_twin.description.nearest_name import or_what
 
 from .arrow_columns import numbers_of
 from .clock_times import seconds_of
-from .csv_layout import TEXTS
+from .csv_layout import MINUS, TEXTS
 from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
 from .mat_file import load_mat
+
+_GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+_SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
+          '1081,6 where semicolons or tabs part the columns')
+"""Why a number with a comma or an apostrophe is none."""
 
 SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json', *LINES)
 
@@ -63,6 +69,11 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
+    if path.is_dir():
+        ends = sorted({one.suffix for one in path.iterdir() if one.suffix.lower() in SUFFIXES})
+        raise ValueError(f'{path} is a folder and no table; ' + (
+            'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
+            if ends else 'name a file in it'))
     if suffix not in SUFFIXES:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
                          'rosbag2 folders and .mcap. Save it as CSV, or read it with pandas and '
@@ -177,10 +188,13 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
     column = np.empty(len(values))
     for k, value in enumerate(values):
         try:
-            column[k] = np.nan if value is None else float(value)
+            column[k] = np.nan if value is None else float(
+                value.replace(MINUS, '-') if isinstance(value, str) else value)
         except (TypeError, ValueError):
-            raise ValueError(f'{path}: column {name!r} has {value!r} in row {k + 1}, '
-                             'which is no number') from None
+            at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
+            why = _SIGNS if re.search(r"\d[,'\u2019 ]\d", str(values[at])) else ''
+            raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
+                             f'which is no number{why}') from None
     return column
 
 

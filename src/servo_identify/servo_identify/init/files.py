@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from servo_twin.description.servo_file import of_linear
+from servo_twin.physics.step_limit import step_within
 
 from ..data.column_units import UNIT
 from .machine import Machine
 from .proposals import Proposal
 from .sources import Offered
 
+USUAL_STEP = 1e-4  # s, of a machine whose springs and winding bear it
 _WIDE = 52  # columns before a comment
 _LATER = """
 # The loop that makes the command of a reference: with it the twin can run closed, and the
@@ -55,7 +57,8 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
              f'servo: {machine.name}']
     if machine.linear:
         lines.append(f'travel: linear              # {of_linear(machine.servo())}')
-    lines.append('step: 1.0e-4                # s, of the simulation')
+    step = f'{step_within(machine.servo(), USUAL_STEP):.1e}'
+    lines.append(f'step: {step:<20} # s, of the simulation')
     known, values = machine.declared(), machine.values()
     for section, kind in machine.parts.items():
         if kind == 'none':

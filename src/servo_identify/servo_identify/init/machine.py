@@ -10,7 +10,8 @@ from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.effect import Parameter
 from servo_twin.physics.servo import CONTROLLERS, DRIVES, MECHANISMS, Servo
 
-from ..data.physical_units import UnitError, value_in
+from ..data.physical_units import value_in
+from ..data.unit_symbols import UnitError
 
 SECTIONS = {'drive': DRIVES, 'mechanism': MECHANISMS, 'controller': CONTROLLERS}
 ABOUT = {

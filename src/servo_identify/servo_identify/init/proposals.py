@@ -9,7 +9,8 @@ import re
 import numpy as np
 
 from ..data.column_units import factor_of, likely, NAMES, split, TIMES, UNIT
-from ..data.physical_units import parsed
+from ..data.time_units import unit_of_times
+from ..data.unit_symbols import parsed
 from .sources import Offered
 
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
@@ -140,14 +141,10 @@ def _time_of_messages(of: Offered, found: dict[str, list[Proposal]]) -> list[Pro
 
 
 def unit_of_time(times: np.ndarray | None) -> str:
-    """Return the unit in which times make a period of a servo (20 us to 0.2 s), or ''."""
+    """Return the unit in which times make a period of a servo, or ''."""
     if times is None or len(times) < 2:
         return ''
-    step = float(np.nanmedian(np.abs(np.diff(times))))
-    for unit, factor in (('s', 1.0), ('ms', 1e-3), ('us', 1e-6), ('ns', 1e-9)):
-        if 2e-5 <= step * factor <= 0.2:
-            return unit
-    return ''
+    return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
 
 
 def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:

@@ -102,7 +102,7 @@ def main(arguments: argparse.Namespace) -> int:
                 return _look_at(bag, arguments, folder)
         bench = _bench(arguments, folder)
         load(bench.servo)
-        with whole_bag(new_bag(bench.bag, arguments.force)) as place:
+        with whole_bag(new_bag(bench.bag, arguments.force), measured=True) as place:
             outcome = record(bench, place)
         shares = ', '.join(f'{name} {share:.0%}' for name, share in outcome.cpu.items())
         tell(arguments, live=outcome.counts, cpu=outcome.cpu)

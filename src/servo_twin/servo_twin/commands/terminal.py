@@ -161,15 +161,16 @@ def new_bag(path: str | Path, force: bool = False) -> Path:
 
 
 @contextmanager
-def whole_bag(path: Path) -> Iterator[Path]:
+def whole_bag(path: Path, measured: bool = False) -> Iterator[Path]:
     """
     Give where to write a bag that is to stand at ``path``, and make the folder that it is in.
 
-    Where a bag is there already, the new one is written beside it and takes its place once it is
-    whole: a writing that fails leaves the old bag as it was.
+    The bag is written beside its place and takes it once it is whole: a writing that fails leaves
+    what was there as it was. What is ``measured`` cannot be had again: where nothing is there
+    yet it is written in its place, and stays when the writing fails.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if not path.exists():
+    if measured and not path.exists():
         yield path
         return
     beside = Path(tempfile.mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
@@ -177,11 +178,13 @@ def whole_bag(path: Path) -> Iterator[Path]:
     try:
         yield new
         if new.exists():
-            new_bag(path, force=True).rename(old)
+            if path.exists():
+                new_bag(path, force=True).rename(old)
             try:
                 new.rename(path)
             except OSError:
-                old.rename(path)
+                if old.exists():
+                    old.rename(path)
                 raise
     finally:
         shutil.rmtree(beside, ignore_errors=True)

@@ -83,6 +83,14 @@ def check_step(servo: Servo) -> None:
                      f'at most {_round_below(longest / 2.0):g} s, or less stiffness and damping')
 
 
+def step_within(servo: Servo, usual: float) -> float:
+    """Return the usual step, s, or the longest of one digit that a servo bears with a margin."""
+    if issubclass(servo.drive, DigitalDrive):
+        usual = min(usual, number(servo, 'drive.current_cycle'))
+    longest = longest_step(servo)
+    return usual if usual <= longest else _round_below(longest / 2.0)
+
+
 def longest_step(servo: Servo) -> float:
     """Return the longest step, s, with which a machine left alone gains no motion; may be inf."""
     machine = swinging(servo)

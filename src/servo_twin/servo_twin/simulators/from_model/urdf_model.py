@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import inf
+from math import inf, nan
 from pathlib import Path
 import re
 from xml.etree import ElementTree
@@ -18,6 +18,7 @@ from ..mujoco_model import compiled_text
 from .mujoco_joint import joint_of
 
 _MOVING = ('revolute', 'continuous', 'prismatic')
+_REDUCTIONS = ('mechanicalReduction', 'mechanical_reduction')  # of ROS 1, and of ros2_control
 
 
 def joint_of_urdf(path: Path | str, name: str, at: Mapping[str, float] | None = None,
@@ -62,7 +63,8 @@ def _read(path: Path | str, name: str, at: Mapping[str, float],
     said = Path(path).name
     where = ''.join(f', {other} = {value:g}' for other, value in at.items())
     found = joint_of(model, name, said)
-    return _worded(found, one, said, f'zero{where}', gravity, left_out), _reduction(robot, name)
+    reduction = _reduction(robot, name, left_out)
+    return _worded(found, one, said, f'zero{where}', gravity, left_out), reduction
 
 
 def _robot(path: Path | str) -> ElementTree.Element:
@@ -188,10 +190,38 @@ def _worded(found: Joint, one: ElementTree.Element, said: str, where: str, gravi
                    left_out=(*left_out, *ends))
 
 
-def _reduction(robot: ElementTree.Element, name: str) -> float | None:
-    """Return the mechanicalReduction of the transmission of a joint."""
-    for transmission in robot.findall('transmission'):
-        if any(one.get('name') == name for one in transmission.findall('joint')):
-            for text in (each.text for each in transmission.iter('mechanicalReduction')):
-                return abs(float(text))
+def _reduction(robot: ElementTree.Element, name: str, left_out: list[str]) -> float | None:
+    """
+    Return the size of the reduction of a joint's transmission, as a file of ROS 1 or 2 has it.
+
+    A direction and a transmission of several joints are ``left_out``. Raises ModelError for one
+    that is no number or zero.
+    """
+    for transmission in robot.findall('.//transmission'):
+        joints = transmission.findall('joint')
+        if name not in [one.get('name') for one in joints]:
+            continue
+        places = [one for place in (*joints, *transmission.findall('actuator'))
+                  for one in place if one.tag in _REDUCTIONS]
+        if len(joints) > 1:
+            left_out.append(f'transmission {transmission.get("name")!r}, which couples joints '
+                            f'{[one.get("name") for one in joints]}')
+        elif places:
+            value = _number(places[0].text)
+            if not 0.0 < abs(value) < inf:
+                raise ModelError(
+                    f'transmission {transmission.get("name")!r} of joint {name!r} has a '
+                    f'{places[0].tag} of {(places[0].text or "").strip()!r}; write turns of the '
+                    'motor for one of the joint, such as 50, or leave it out and give --ratio')
+            if value < 0.0:
+                left_out.append(f'that the motor turns against the joint ({places[0].tag} '
+                                f'{value:g}); turn the sign of motor_position in the mapping')
+            return abs(value)
     return None
+
+
+def _number(text: str | None) -> float:
+    try:
+        return float(text or '')
+    except ValueError:
+        return nan
