@@ -117,7 +117,7 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
     processes.start('twin', node(bench.namespace, 'servo_twin.nodes.twin_node', {
         'servo_file': str(bench.servo), 'mode': bench.mode}))
     processes.start('driver', node(bench.namespace, 'servo_rig_driver.driver.driver_node', driver,
-                                    bench.driver), first=True)
+                                   bench.driver), first=True)
     if bench.rig is not None:
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)

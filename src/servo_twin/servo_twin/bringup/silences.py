@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-SILENT = 3.0  # s without a report, which each node makes every second: it stood still for 2 s
+SILENT = 5.0  # s without a report, which each node makes every second: it stood still for 4 s
 MOST = 0.5  # s of one look at most: who was stopped itself has not listened meanwhile
 
 
