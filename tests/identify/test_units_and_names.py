@@ -18,7 +18,8 @@ COUNT = 2.0 * np.pi / 4096
     ('1.2 mH', 'H', 1.2e-3), ('32 g cm2', 'kg m2', 3.2e-6), ('32 gcm²', 'kg m2', 3.2e-6),
     ('350 mohm', 'ohm', 0.35), ('350 mΩ', 'ohm', 0.35), ('45 mN m/A', 'N m/A', 0.045),
     ('45 mNm/A', 'N m/A', 0.045), ('4.7 V/krpm', 'V s/rad', 4.7 * 30 / np.pi / 1e3),
-    ('212 rpm/V', 'V s/rad', 30 / np.pi / 212), ('1 V/rad/s', 'V s/rad', 1.0),
+    ('212 rpm/V', 'V s/rad', 30 / np.pi / 212),
+    ('4 rps/V', 'V s/rad', 0.125 / np.pi), ('1 V/rad/s', 'V s/rad', 1.0),
     ('3 oz in2', 'kg m2', 3 * 1.82899783e-5), ('50', '', 50.0), ('20 %', '', 0.2)])
 def test_it_understands_units_as_people_write_them(text, wanted, value):
     assert value_in(text, wanted) == pytest.approx(value, rel=1e-6)

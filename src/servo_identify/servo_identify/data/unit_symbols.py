@@ -72,6 +72,7 @@ _PLAIN = {
 }
 _PLAIN |= {'day': _PLAIN['days'],
            '°': _PLAIN['deg'], 'degree': _PLAIN['deg'], 'degrees': _PLAIN['deg'],
+           'rps': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
            'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
            'sec': _PREFIXED['s'], 'seconds': _PREFIXED['s']}
 _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
