@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+import re
 
 import numpy as np
 
 from servo_twin.physics.servo import Provenance, Servo
+from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from ...fit.free_values import SURE
@@ -16,12 +18,41 @@ from .added import Added
 SOURCE = 'gap diagnosis'
 
 
-def spread(several: Sequence[Added], joint: Estimate) -> dict[str, float]:
+TORQUE = re.compile(r'\bN\b|\bkg\b')
+"""Units of what grows with all torques alike: torques and forces, inertias, stiffnesses."""
+
+
+def torque_scale(servo: Servo, recordings: Sequence[Recording]) -> float:
+    """
+    Return how sure the common factor of all torques is, a relative standard deviation.
+
+    Twice the torques, inertias and torque constant move a shaft alike. Without a torque that is
+    measured the tolerances of the servo file alone tell that factor; 0.0 where one is, or where a
+    value is exact.
+    """
+    if any(np.any(np.nan_to_num(one[name])) for one in recordings
+           for name in ('torque', 'external_torque')):
+        return 0.0
+    known = 0.0
+    for path, value in servo.numbers.items():
+        if path.startswith(('sensors.', 'controller.')) or not value or not TORQUE.search(
+                servo.unit(path)):
+            continue
+        low, high = servo.tolerance.get(path, (value, value))
+        if high <= low and path.startswith(('drive.', 'mechanism.')):
+            return 0.0
+        if high > low:
+            known += (SURE * value / (0.5 * (high - low)))**2
+    return 1.0 / np.sqrt(known) if known else 0.0
+
+
+def spread(several: Sequence[Added], joint: Estimate, scale: float = 0.0) -> dict[str, float]:
     """
     Return the standard deviations of a fit, at least half of what the equations say otherwise.
 
     A fit counts noise alone. Where the form is not quite right, equations and simulation weigh
-    the misfit differently, and neither is surer than they agree.
+    the misfit differently, and neither is surer than they agree. No torque is surer than the
+    ``scale`` of all; see :func:`torque_scale`.
     """
     known = {path: value for one in several for path, value in one.values.items()}
     spread = {}
@@ -33,7 +64,8 @@ def spread(several: Sequence[Added], joint: Estimate) -> dict[str, float]:
             k = int(index.rstrip(']')) if index else 0
             if len(there) == len(here) and k < len(here):
                 apart = 0.5 * abs(float(here[k] - there[k]))
-        spread[name] = max(std, apart)
+        value = joint.values[name] if TORQUE.search(joint.units[name]) else 0.0
+        spread[name] = max(std, apart, scale * abs(value))
     return spread
 
 

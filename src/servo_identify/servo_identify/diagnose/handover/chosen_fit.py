@@ -10,7 +10,7 @@ from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from .added import Added, servo_with
-from .certainty import signed, spread, within_spread
+from .certainty import signed, spread, torque_scale, within_spread
 from .handover import Handover
 from .shortened import judging, shortened
 from .simulated_gap import Diverged, refitted
@@ -74,7 +74,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     if others:
         warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
                         'that, what is added brings the simulation nearer in some recordings only')
-    stds = spread(several, chosen) if chosen is not None else {}
+    stds = {} if chosen is None else spread(several, chosen, torque_scale(servo, fitting))
     patch = signed(servo_with(base, added), stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap}
@@ -111,7 +111,7 @@ def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
     They come from the equations, from the fit together with the tolerances, or from one without
     these, within what the two leave open: beyond, they would make up for other values.
     """
-    several = [trial.of(servo, added)]
+    several = [trial.of(servo, added, joint)]
     if joint is not None:
         together = _at_values(added, joint.servo)
         several.append(trial.of(servo, together, joint))
