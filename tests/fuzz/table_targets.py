@@ -23,7 +23,7 @@ def _table(suffix: str, mapping: str = '') -> Take:
 
 def _columns(count: int = 60) -> dict[str, np.ndarray]:
     t = 0.001 * np.arange(count)
-    return {'t': t, 'voltage': np.sin(9 * t), 'motor_position': t * t, 'load_position': t * t / 9}
+    return {'t': t, 'voltage': np.sin(9 * t), 'motor_position': t * t, 'load_position': t * t / 30}
 
 
 def csv_seeds(folder: Path) -> list[bytes]:

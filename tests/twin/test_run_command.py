@@ -1,5 +1,6 @@
 """`servo-twin run`: real processes, brought up, watched and taken down."""
 
+from itertools import count
 import os
 from pathlib import Path
 import re
@@ -22,10 +23,13 @@ from servo_twin_msgs.msg import Command
 
 pytestmark = pytest.mark.ros
 CONFIG = Path(SERVO).parent.parent
+_numbers = count(1)
 
 
 def run_command(folder, *more):
-    return [sys.executable, '-m', 'servo_twin.cli', 'run', '-o', str(folder), *map(str, more)]
+    """Return the command of a run in a namespace of its own: others stay there for a while."""
+    return [sys.executable, '-m', 'servo_twin.cli', 'run', '-o', str(folder), '--namespace',
+            f'run{next(_numbers)}', *map(str, more)]
 
 
 def children_of(folder):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..decisions import OPEN
+from ..residuals.equation_errors import EquationErrors
 from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
 from .signal_scales import Scales
@@ -25,9 +26,14 @@ def placed(samples: ResidualSamples, signal: str, of: Series) -> np.ndarray:
 
 @dataclass
 class Builder:
-    """Makes columns of signals for one set of residuals."""
+    """
+    Makes columns of signals for one set of residuals.
+
+    ``explained``: the residuals are what an explanation leaves.
+    """
 
     samples: ResidualSamples
+    explained: bool = False
     scales: Scales = field(init=False)
 
     def __post_init__(self) -> None:
@@ -86,6 +92,15 @@ class Builder:
             near = np.abs(of(one)[:, None] - edges).argmin(axis=1)
             np.maximum.at(most, near, own)
         return most
+
+    def rippling(self, one: EquationErrors) -> np.ndarray:
+        """
+        Return the current by which torque ripples, A at the inner samples.
+
+        That of the load that was found too, once it is explained: before, ripple of this current
+        would explain that load.
+        """
+        return one.predicted_current if self.explained else one.driving_current
 
     def turns(self, angle: str) -> bool:
         """Whether a shaft turns; ``angle`` names its angle. What moves straight has no orders."""

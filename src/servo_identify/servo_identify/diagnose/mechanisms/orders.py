@@ -83,7 +83,7 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     if times == 'direction':
         factor = samples.of_motion(equation, 'direction')
     elif times == 'current':  # what the motion asks for: not every rig measures it, or the torque
-        factor = samples.along(equation, lambda one, motion: one.predicted_current)
+        factor = samples.along(equation, lambda one, motion: builder.rippling(one))
         factor /= builder.scales.current or 1.0
     elif times == 'flank':
         factor = samples.along(equation, lambda one, motion: one.flank(motion))

@@ -39,7 +39,7 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from periodic(
         builder, Mechanism('torque_ripple', 'torque', 'motor', ('current', 'angle'), 'even'),
         residual, equation, 'motor_angle', 'motor_torque', 'current',
-        lambda one: one.predicted_current, 'N m/A')
+        builder.rippling, 'N m/A')
     yield from filter(None, (_constant(builder),
                              *(_gravity(builder, orders) for orders in HANGING),
                              *(_spring(builder, bends) for bends in (False, True)),

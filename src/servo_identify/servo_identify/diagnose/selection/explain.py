@@ -79,7 +79,7 @@ def explained(samples: ResidualSamples, without: Collection[str] = (),
         samples = ResidualSamples(samples.servo, errors)
         del answer  # the tables of two rounds at once are too much
         answer = _explained(samples, without)
-    builder = Builder(answer.samples)
+    builder = Builder(answer.samples, explained=True)
     search, explanation = with_small_effects(
         answer.search, answer.explanation, lambda left: hypotheses_of(builder, left, without))
     tick(1.0)
