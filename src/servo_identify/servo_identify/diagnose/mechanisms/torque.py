@@ -72,7 +72,12 @@ def _gravity(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None:
 
 
 def _spring(builder: Builder, bends: bool) -> Hypothesis | None:
-    """A spring at the load: in proportion to its stretch, or one that also bends over."""
+    """
+    A spring at the load: in proportion to its stretch, or one that also bends over.
+
+    On a linear axis it may push more the further it goes, as a gas spring does; where the load
+    turns, a weight does so.
+    """
     low, high = builder.scales.travel('load_angle')
     if not high > low:
         return None
@@ -90,7 +95,8 @@ def _spring(builder: Builder, bends: bool) -> Hypothesis | None:
 
     form = Form('angle', 'rad', 'N m', lambda one: one.motion['load_angle'], torque)
     return builder.hypothesis(mechanism, builder.of_form('load_torque', form),
-                              [0, 1, *[1] * bends * (1 + 2 * len(STOPS))], form=form)
+                              [0, 1, *[1] * bends * (1 + 2 * len(STOPS))], form=form,
+                              either=not builder.turns('load_angle'))
 
 
 def _saturation(builder: Builder) -> Hypothesis | None:

@@ -128,10 +128,12 @@ class AlongMotion:
         if 'voltage' in measured.channels or 'current' not in measured.channels or not (
                 refers and self.servo.controller.parameters):
             return None
-        before = {name: np.concatenate(([0.0], series[:-1])) for name in refers
+        before = {name: np.concatenate((series[:1], series[:-1])) for name in refers
                   for series in [measured.column(name, 0.0)]}
-        theta = self.servo.theta
-        now, then = (self.drive_current(theta, self._commanded(theta, *self._angles(
+        theta, loop = self.servo.theta, self.servo.theta.copy()
+        if 'controller.ki' in self.slots:  # the integral of a late reference is no jump
+            loop[self.slots['controller.ki'].start] = 0.0
+        now, then = (self.drive_current(theta, self._commanded(loop, *self._angles(
             self._readings), held)) for held in ({}, before))
         stepped = now - then
         stepped[0] = 0.0
