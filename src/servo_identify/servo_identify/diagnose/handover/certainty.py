@@ -17,7 +17,6 @@ from .added import Added
 
 SOURCE = 'gap diagnosis'
 
-
 TORQUE = re.compile(r'\bN\b|\bkg\b')
 """Units of what grows with all torques alike: torques and forces, inertias, stiffnesses."""
 

@@ -12,10 +12,16 @@ from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, OPEN, WORTH
 from .bounded_least_squares import most_gained
 from .choice import Choice, Fitted
 from .fits import Fits
+from .regression import Regression
 
 DRAWS = 400  # sign flips behind the null distribution
 KEPT = 64  # sets whose resampled errors are kept
 APART = 1e-4  # share of its square that a column must have beside others to count as its own
+
+
+def acts_in(regression: Regression, number: int) -> np.ndarray:
+    """Tell in which equations a hypothesis has columns, (equations,)."""
+    return np.array([(where[regression.members[number]] >= 0).any() for where in regression.where])
 
 
 class Significance(Fits):
@@ -127,10 +133,9 @@ class Significance(Fits):
 
     def acts(self, before: Fitted, after: Fitted) -> np.ndarray:
         """Tell in which equations new members have columns."""
-        new = [self.regression.members[n] for n in after.choice.numbers
+        new = [acts_in(self.regression, n) for n in after.choice.numbers
                if n not in before.choice.numbers]
-        return np.array([any((where[members] >= 0).any() for members in new)
-                         for where in self.regression.where])
+        return np.any(new, axis=0) if new else np.zeros(len(self.sizes), bool)
 
     def gain(self, before: Fitted, after: Fitted) -> float:
         """Return what a set gains in the equations in which its new members act, nats."""

@@ -19,6 +19,7 @@ from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from .choice import Choice, Fitted
 from .regression import Regression
 from .search import Explanation, MOST, Search
+from .significance import acts_in
 
 SPEED_OF = {'direction': 'speed'}
 """Under which variable the patterns over another stand."""
@@ -32,20 +33,20 @@ def with_small_effects(search: Search, explanation: Explanation, made: Callable[
     ``made(residual)`` makes the hypotheses again by what an explanation leaves: orders that the
     large effects hid are chosen by that. Without it, none are.
     """
-    while True:
+    while 0 < len(explanation.smallest.choice.members) < MOST:
         chosen = explanation.smallest
-        if not 0 < len(chosen.choice.members) < MOST or _finer(search, chosen) is None:
-            return search, explanation
-        again, names = (_remade(search, chosen, made) if made
-                        else (search, {n: n for n in search.tried}))
-        other = again.fitted(_renamed(chosen.choice, names))
-        finer = _finer(again, other)
-        added = _added(finer, other.choice) if finer else None
+        finer, names = _finer(search, chosen), {number: number for number in search.tried}
+        if finer and made:
+            again, names = _remade(search, chosen, made)
+            chosen = again.fitted(_renamed(chosen.choice, names))
+            finer = _finer(again, chosen)
+        added = _added(finer, chosen.choice) if finer else None
         if finer is None or added is None:
-            return search, explanation
+            break
         for choice in search.choices:  # how the sets known so far fare by the new floor
             finer.fitted(_renamed(choice, names))
         search, explanation = finer, Explanation(added, added)
+    return search, explanation
 
 
 def _renamed(choice: Choice, names: Mapping[int, int]) -> Choice:
@@ -120,7 +121,7 @@ def _freed(regression: Regression, chosen: Choice) -> Choice:
     for number, one in enumerate(regression.hypotheses):
         if _is_pattern(one) and number not in chosen.numbers and any(
                 one.mechanism.variables[0] in _variables(regression.hypotheses[n])
-                and _acts(regression, n, _equation(regression, one)) for n in chosen.numbers):
+                and acts_in(regression, n)[_equation(regression, one)] for n in chosen.numbers):
             free = free.plus(number, 0)
     return free
 
@@ -133,7 +134,8 @@ def _may_be_freed(regression: Regression, chosen: Choice, equation: int) -> bool
     """
     told = {one.mechanism.variables[0] for one in regression.hypotheses
             if _is_pattern(one) and _equation(regression, one) == equation}
-    several = [regression.hypotheses[n] for n in chosen.numbers if _acts(regression, n, equation)]
+    several = [regression.hypotheses[n] for n in chosen.numbers
+               if acts_in(regression, n)[equation]]
     return all(told & _variables(one) and not one.mechanism.memory and one.tried == 1
                for one in several)
 
@@ -145,10 +147,6 @@ def _is_pattern(one: Hypothesis) -> bool:
 def _equation(regression: Regression, pattern: Hypothesis) -> int:
     """Return the place of the equation that a pattern is of."""
     return regression.equations.index(EQUATIONS.index(pattern.detail['equation']))
-
-
-def _acts(regression: Regression, number: int, equation: int) -> bool:
-    return bool((regression.where[equation][regression.members[number]] >= 0).any())
 
 
 def _variables(one: Hypothesis) -> set[str]:
