@@ -37,10 +37,10 @@ effects:
 ROW = 0.01  # s, and J R / (K_m K_e) is 3.6 ms
 
 
-def moved(rig, seed, lost=0.0, row=ROW):
+def moved(rig, seed, lost=0.0, row=ROW, size=1.2):
     """Return a recording of a motor; at 100 Hz it answers within a row."""
     time = np.arange(round(15.0 / row)) * row
-    command = sum(1.2 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
+    command = sum(size * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
     one = sampled(rig, command, seed=seed, period=row)
     gone = np.full(len(time), np.nan)
     return replace(one, columns={**one.columns, 'load_position': gone, 'torque': gone,
@@ -315,3 +315,14 @@ def test_where_no_current_is_measured_resistance_and_torque_constant_are_both_to
     assert first.confidence['mechanism'] < 0.9
     meter, = (line for line in report.confirm if 'resistance' in line)
     assert 'ohmmeter' in meter and '2.2 ohm' in meter
+
+
+@pytest.mark.slow
+def test_a_chopper_that_limits_the_current_saturates_the_drive():
+    limited = HOBBY.with_effects(Placed('e', find('current_limit'), 'current'),
+                                 values={'effects.e.limit': 0.25})
+    several = [moved(limited, seed, row=2e-3, size=4.0) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
+    first = answer.report.which[0]
+    assert (first.effect, first.site, first.law) == ('drive_saturation', 'current', True)
+    assert answer.augmented.numbers['effects.current_limit.limit'] == pytest.approx(0.25, rel=0.05)

@@ -115,6 +115,10 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
                            lambda: (X, X)),
     'torque_sensor_offset': ('transmitted torque', 'reading', lambda: (X, X + 0.25),
                              lambda: (X, X)),
+    'torque_sensor_hysteresis': ('transmitted torque', 'reading', lambda: _loop(0.22),
+                                 lambda: (X, X)),
+    'motor_encoder_eccentricity': ('motor angle', 'torsion', lambda: (
+        TURN, 0.6 * np.sin(TURN) + 0.2 * np.sin(2 * TURN)), lambda: (TURN, 0.0 * TURN)),
     'payload_resonance': ('frequency', 'gain', lambda: (
         F, _resonance(0.75, 0.1) + 0.4 * _resonance(0.35, 0.06)),
         lambda: (F, _resonance(0.75, 0.1))),

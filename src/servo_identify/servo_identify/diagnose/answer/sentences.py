@@ -142,8 +142,8 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
     waves = _waves(parameters) if turn else []
     if waves:
         order, size, std, unit = waves[0]
-        told = f'amplitude {_measured(size, std)} {unit}, {order:g} per turn of the {turn}'
-        more = [f'{size:.2g} {unit} at {order:g}' for order, size, _, unit in waves[1:]]
+        told = f'amplitude {_measured(size, std)} {unit}, {order:.4g} per turn of the {turn}'
+        more = [f'{size:.2g} {unit} at {order:.4g}' for order, size, _, unit in waves[1:]]
         return f'{told}, and {_listed(more)}' if more else told
     first = [(name, p) for name, p in parameters.items()
              if '[' not in name and _last(name) != 'order']
@@ -164,7 +164,7 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         if {y[0], y[-1]} == {least, most}:
             return f'{_beside(y[0], y)} to {_beside(y[-1], y)} {unit} from {span}'
         orders = sorted(p['value'] for name, p in parameters.items() if _last(name) == 'order')
-        turn = f', order{"s"[:len(orders) - 1]} {_listed([f"{one:g}" for one in orders])}' if (
+        turn = f', order{"s"[:len(orders) - 1]} {_listed([f"{one:.4g}" for one in orders])}' if (
             orders) else ''
         return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}{turn}'
     return ''

@@ -43,6 +43,8 @@ SHOWN_BY = {
     'sensor_delay': 'two speeds: the error grows with speed',
     'torque_sensor_gain': 'a known load on the output',
     'torque_sensor_offset': 'the load taken off',
+    'torque_sensor_hysteresis': 'known loads up and down: the reading alone has a loop',
+    'motor_encoder_eccentricity': 'slow turns of the motor: it stays the same under any load',
     'payload_resonance': 'a chirp: the load shaft alone shows the resonance',
     'controller_mismatch': 'the same reference in open loop',
 }

@@ -10,7 +10,7 @@ import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
-from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
+from ..decisions import CALIBRATED, EVEN, SOLVED
 from ..handover.added import Added
 from ..handover.curves import Curve
 from ..handover.gap import Gap, shrink, shrink_interval
@@ -77,7 +77,7 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
         ratios = np.sqrt(errors[i][drawn].sum(axis=1)
                          / np.maximum(1, counts[i][drawn].sum(axis=1)))
         low, high = np.percentile(ratios, (5, 95))
-        gap = name in acting or squares[name] > OPEN**2
+        gap = name in acting or squares[name] > search.open_from[i]
         located.append(Located(name, excess[name] / total if gap else 0.0,
                                float(np.sqrt(squares[name])), (float(low), float(high)),
                                'gap' if gap else 'at the noise floor'))
@@ -124,7 +124,8 @@ def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, A
         helps = max(gap['solved'], gap['refitted_solved'], *(
             one.shrink_realised for one in which)) > 0.0
         return 'partly_explained' if helps else 'unknown'
-    if evidence.findings or any(square > OPEN**2 for square in squares.values()):
+    limits = evidence.found.samples.open_from
+    if evidence.findings or any(square > limits(name) for name, square in squares.items()):
         return 'unknown'
     return 'no_gap'
 
@@ -133,7 +134,8 @@ def _closed_all(evidence: Evidence) -> bool:
     """Tell whether no equation is certainly off still, or each by a small part of what it was."""
     search, best = evidence.found.search, evidence.found.explanation.smallest
     before, after = search.excess(search.nothing), search.excess(best)
-    return bool(np.all((search.power(best) <= OPEN**2) | (after <= (1.0 - SOLVED) * before)))
+    quiet = search.power(best) <= search.open_from
+    return bool(np.all(quiet | (after <= (1.0 - SOLVED) * before)))
 
 
 def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
@@ -147,9 +149,7 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
                                if r.mechanism.name == mechanism.name))
     confidence = {'place': place, 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
     if curve is not None:
-        away = np.average((curve.low * curve.high > 0.0) | (curve.size() == 0.0),
-                          weights=curve.density)
-        confidence['curve'] = sure * float(away)
+        confidence['curve'] = sure * curve.certain()
     if added.law:
         confidence['law'] = confidence['curve'] if curve is not None else sure
     rung = 'place' if sure < EVEN else 'law' if added.law else (
@@ -198,7 +198,7 @@ def _turn(added: Added) -> str:
     effects = [(p.effect.name, p.site) for p in added.placed if 'order' in p.effect.parameters]
     if not effects or len(effects) < len(added.placed):
         return ''
-    return 'motor' if all(name == 'kinematic_error' or site == 'motor'
+    return 'motor' if all(name == 'kinematic_error' or site.startswith('motor')
                           for name, site in effects) else 'load'
 
 
@@ -312,7 +312,8 @@ def _remains(evidence: Evidence, gap: dict[str, Any], status: str) -> str:
         share = round(100.0 * max(0.0, gap['refitted_solved']))
         return (f'Nothing that these recordings show. Values moved within their tolerances take '
                 f'{share} % of the error above the noise from the simulation.')
-    left = [name for name, one in _equations(evidence).items() if one['after'] > OPEN]
+    limits = evidence.found.samples.open_from
+    left = [name for name, one in _equations(evidence).items() if one['after']**2 > limits(name)]
     text = f'{round(100.0 * max(0.0, 1.0 - gap["solved"]))} % of the error above the noise remains'
     return text + (f'; the equations of {", ".join(left)} are still off' if left else '') + '.'
 

@@ -17,7 +17,7 @@ from ..mechanisms.hypothesis import UNKNOWN
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
-from .effect_values import by_orders, direct, one_way
+from .effect_values import by_orders, direct, one_way, wave_stds
 from .laws import Formed, formed, lawful
 from .with_values import with_values
 
@@ -32,22 +32,31 @@ class Added:
     One missing effect in the servo file.
 
     ``placed`` are its effects, ``values`` those of their parameters and of what it changes, by
-    path; ``free`` paths that a fit moves; ``law`` whether it has the formula of the catalogue;
-    ``as_law`` the same mechanism with that formula, where its curve lies outside; ``evidence``
-    what the equations would lose without it, nats; ``holds`` the share of its curve's squares that
-    its formula has. An empty one stands for a mechanism that no effect of the twin can show.
+    path; ``free`` paths that a fit moves, but those ``held`` at what the equations say; ``stds``
+    how sure that is by name, where it is known; ``law`` whether it has the formula of the
+    catalogue; ``as_law`` the same mechanism with that formula, where its curve lies outside;
+    ``evidence`` what the equations would lose without it, nats; ``holds`` the share of its curve's
+    squares that its formula has. An empty one stands for a mechanism that no effect of the twin
+    can show.
     """
 
     part: Part
     placed: tuple[Placed, ...] = ()
     values: Mapping[str, Value] = field(default_factory=dict)
     free: tuple[str, ...] = ()
+    held: frozenset[str] = frozenset()
+    stds: Mapping[str, float] = field(default_factory=dict)
     law: bool = False
     mechanism: type | None = None
     step: float | None = None
     as_law: Added | None = None
     evidence: float = 0.0
     holds: float = 1.0
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """Paths that a simulation is asked for."""
+        return tuple(path for path in self.free if path not in self.held)
 
     @property
     def acts(self) -> bool:
@@ -102,7 +111,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     amplitudes = part.amplitudes
     value = _value_of(found, part)
     if value:
-        return Added(part, (), value, tuple(value), 'value' not in one.detail)
+        return Added(part, (), value, tuple(value), law='value' not in one.detail)
     if name == 'controller_mismatch':
         return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
     if 'effect' in one.detail:
@@ -129,7 +138,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
             effect = find(level)
             waves.append(Formed(effect, {effect.amplitudes()[0]: float(mean[0])},
                                 effect.amplitudes()[:1], True))
-        return _placed(part, waves, site, taken)
+        effects = _placed(part, waves, site, taken)
+        return replace(effects, stds=wave_stds(part.curve, effects.placed, effects.values))
     if part.way and part.curve is not None:
         return _placed(part, one_way(part.curve, part.way), site, taken)
     same = direct(part, one)
@@ -181,7 +191,7 @@ def _placed(part: Part, several: Sequence[Formed], site: str, taken: set[str]) -
         values |= instance.paths({name: _inside(one.effect, name, value)
                                   for name, value in one.values.items()})
         free += [f'effects.{instance.name}.{name}' for name in one.free]
-    return Added(part, tuple(placed), values, tuple(free), all(one.law for one in several))
+    return Added(part, tuple(placed), values, tuple(free), law=all(one.law for one in several))
 
 
 def _inside(effect: type[Effect], name: str, value: Value) -> Value:
@@ -197,7 +207,7 @@ def _changed(servo: Servo, part: Part, by: dict[str, float]) -> Added:
     for path, change in by.items():
         low, high = declared[path].bounds
         values[path] = float(np.clip(servo.numbers[path] + change, low, high))
-    return Added(part, (), values, tuple(values), True)
+    return Added(part, (), values, tuple(values), law=True)
 
 
 def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
@@ -224,4 +234,4 @@ def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
     step = FINE_STEP / max(rate, relaxation * rate**2)
     step = min(servo.step, max(SHORTEST_STEP, float(f'{step:.1g}')))
     values = {'mechanism.stiffness': stiffness, 'mechanism.damping': damping}
-    return Added(part, (), values, tuple(values), True, TwoInertia, step)
+    return Added(part, (), values, tuple(values), law=True, mechanism=TwoInertia, step=step)

@@ -71,7 +71,7 @@ def spread(several: Sequence[Added], joint: Estimate, scale: float = 0.0) -> dic
 def within_spread(several: Sequence[Added], joint: Estimate) -> dict[str, tuple[float, float]]:
     """Return between what the free values of effects lie, by path, each of a row by its number."""
     std, found = spread(several, joint), {}
-    for path in (path for one in several for path in one.free):
+    for path in (path for one in several for path in one.fitted):
         values, row = joint.servo.values[path], isinstance(joint.servo.values[path], tuple)
         for k, value in enumerate(np.atleast_1d(values)):
             name = f'{path}[{k}]' if row else path

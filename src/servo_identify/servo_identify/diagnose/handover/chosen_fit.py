@@ -12,6 +12,7 @@ from ...fit.estimate import Estimate
 from .added import Added, servo_with
 from .certainty import signed, spread, torque_scale, within_spread
 from .handover import Handover
+from .held_waves import surer, waves_held
 from .shortened import judging, shortened
 from .simulated_gap import Diverged, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried, vanished
@@ -45,6 +46,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     if given is None:
         raise Diverged(f'{servo.name}: the simulation leaves the finite numbers on the '
                        'recordings; its step may be too long')
+    several = [waves_held(one, trial, starts) for one in several]
     beside = (trial.of(within.servo) if within is not None else None) or given
     joint, chosen, added, base, helps = None, None, tuple(several), servo, False
     while added:
@@ -52,6 +54,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
             added = ()
             break
         joint = _together(starts, added, tolerated, trial)
+        if joint is not None:
+            added = tuple(surer(one, joint) for one in added)
         tick(0.6)
         alone = _best(servo, added, joint, trial)
         if alone is not None:
@@ -75,6 +79,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
                         'that, what is added brings the simulation nearer in some recordings only')
     stds = {} if chosen is None else spread(several, chosen, torque_scale(servo, fitting))
+    stds |= {name: std for one in added for name, std in one.stds.items()
+             if name.partition('[')[0] in one.held}
     patch = signed(servo_with(base, added), stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap}
@@ -91,7 +97,7 @@ def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequen
     are without the effects, it stopped short, and begins at the next.
     """
     several = [servo_with(_moved(starts[0], tolerated, added, one), added) for one in starts]
-    free = [path for one in added for path in one.free]
+    free = [path for one in added for path in one.fitted]
     bare, ends = min(map(trial.misfit, starts)), []
     for base in sorted(several, key=trial.misfit):
         end = refitted(base, trial.fitting,
@@ -115,7 +121,7 @@ def _best(servo: Servo, added: tuple[Added, ...], joint: Estimate | None,
     if joint is not None:
         together = _at_values(added, joint.servo)
         several.append(trial.of(servo, together, joint))
-        free = [path for one in added for path in one.free]
+        free = [path for one in added for path in one.fitted]
         without = refitted(servo_with(servo, together), trial.fitting, free,
                            bounds=within_spread(added, joint))
         if without is not None:
@@ -230,6 +236,7 @@ def _moved(servo: Servo, paths: Sequence[str], added: Sequence[Added], to: Servo
 
 
 def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
-    """Return effects at the values of a servo; a law that it has as a curve keeps its own."""
-    return tuple(replace(one, values={path: servo.values.get(path, value)
-                                      for path, value in one.values.items()}) for one in added)
+    """Return effects at the values of a servo; what is held or a curve there keeps its own."""
+    return tuple(replace(one, values={
+        path: value if path in one.held else servo.values.get(path, value)
+        for path, value in one.values.items()}) for one in added)

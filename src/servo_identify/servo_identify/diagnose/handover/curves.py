@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 
 from ..mechanisms.hypothesis import Mechanism
 from ..selection.explain import Explained
@@ -44,6 +45,20 @@ class Curve:
     def slope(self) -> float:
         """Slope of the straight line through zero that is nearest where the recordings were."""
         return float((self.density * self.x) @ self.y) / float((self.density * self.x) @ self.x)
+
+    def spread(self) -> np.ndarray:
+        """Return the standard deviation at each point, for a band of normal deviates."""
+        return (self.high - self.low) / (norm.ppf(BAND[1] / 100.0) - norm.ppf(BAND[0] / 100.0))
+
+    def certain(self) -> float:
+        """
+        Share of the curve's squares where its band leaves zero out; 1.0 for a curve of zeros.
+
+        What is lost beyond a limit is zero before it, and may be sure all the same.
+        """
+        squares = self.density * self.y**2
+        whole = float(squares.sum())
+        return float(squares @ (self.low * self.high > 0.0)) / whole if whole else 1.0
 
     def share(self, y: np.ndarray) -> Curve:
         """Return a part of the curve, with a band of the same width in proportion."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from scipy.optimize import nnls
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Value
+from servo_twin.physics.servo import Placed, Value
 
 from ..decisions import FORM, WORTH
 from ..mechanisms.hypothesis import Hypothesis
@@ -19,7 +21,7 @@ def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     knots = np.asarray(one.knots, dtype=float) if one.form is not None and one.knots and all(
         isinstance(k, int | float) for k in one.knots) else np.zeros(0)
     names = ('cogging', 'torque_ripple', 'transmission_error', 'position_dependent_backlash',
-             'position_dependent_friction')
+             'position_dependent_friction', 'torque_sensor_offset', 'motor_encoder_eccentricity')
     if part.mechanism.name not in names or one.detail.get('form') == 'curve' or (
             len(knots) != len(part.amplitudes)) or one.tried < 2:
         return []
@@ -31,6 +33,26 @@ def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     size = np.hypot(part.amplitudes[at][::2], part.amplitudes[at][1::2])
     there = np.repeat(size > WORTH * size.max(), 2)
     return of_orders(find(law), tuple(knots[at][there]), part.amplitudes[at][there])
+
+
+def wave_stds(curve: Curve | None, placed: Sequence[Placed],
+              values: Mapping[str, Value]) -> dict[str, float]:
+    """
+    Return the standard deviations of the amplitudes of waves, by name, from their curve's band.
+
+    ``values`` by path. Those of cosine and sine are alike, and those of all multiples.
+    """
+    found: dict[str, float] = {}
+    if curve is None or not curve.size():
+        return found
+    share = curve.size(curve.spread()) / curve.size()
+    for one in placed:
+        rows = {path: np.atleast_1d(values[path]) for path in (
+            f'effects.{one.name}.{name}' for name in ('cosine', 'sine')) if path in values}
+        whole = np.sqrt(sum(float(row @ row) for row in rows.values()))
+        found |= {f'{path}[{k}]': float(share * whole / np.sqrt(2.0))
+                  for path, row in rows.items() for k in range(len(row))}
+    return found
 
 
 def direct(part: Part, one: Hypothesis) -> Formed | None:
@@ -56,11 +78,17 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
                   'damping': float(one.detail['damping'])}
     elif name == 'hysteresis' and one.detail.get('form') != 'curve':
         return _loops(part, one)
+    elif name == 'torque_sensor_hysteresis':
+        level, over = float(a.sum()), float(a @ np.asarray(one.knots))
+        values = {'level': level, 'travel': 2.0 * over / (level or 1.0)}
     elif name == 'backlash':
         values = {'width': part.curve.y[-1] if one.mechanism.name == name and (
             part.curve is not None) else float(a[0])}
     elif one.detail.get('law') == 'drive_dead_time':
         values = {'loss': float(a.sum()) / one.detail['resistance']}
+    elif one.detail.get('law') == 'current_limit' and part.curve is not None:
+        last = int(np.argmax(part.curve.x))
+        values = {'limit': float(part.curve.x[last] + part.curve.y[last])}
     elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
         values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
         fixed = {'excess': 0.0, 'reference': one.detail['mean']}

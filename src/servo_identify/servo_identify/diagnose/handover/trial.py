@@ -47,6 +47,10 @@ class Trial:
         """Return the gap of a file where it is fitted; None where it cannot run."""
         return self._gap(servo, self.fitting)
 
+    def with_added(self, servo: Servo, one: Added) -> Gap | None:
+        """Return the gap of a file with an effect where it is fitted; None where it cannot run."""
+        return self.fitted(built(servo, (one,)))
+
     def misfit(self, servo: Servo) -> float:
         """Return the gap of a file where it is fitted as one number; infinite: it cannot run."""
         gap = self.fitted(servo)

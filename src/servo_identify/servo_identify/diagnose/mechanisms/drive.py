@@ -68,6 +68,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         _dead_time(builder),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
+        _limited(builder),
         # a gain that differs by the sign of the command
         'drive.gain' in builder.samples.servo.numbers and shaped(
             'parameter:gain', both, [0, 0], site='drive', detail={'value': 'drive.gain'})))
@@ -95,10 +96,36 @@ def _dead_time(builder: Builder) -> Hypothesis | None:
     def lost(current: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
 
-    columns = _through(builder, lambda one: lost(np.nan_to_num(one.full(one.known_current))))
-    form = Form('current', 'A', 'V', lambda one: one.known_current, lost)
+    columns = _through(builder, lambda one: lost(np.nan_to_num(one.full(one.predicted_current))))
+    form = Form('current', 'A', 'V', lambda one: one.predicted_current, lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
                               detail={'law': 'drive_dead_time', 'resistance': resistance})
+
+
+def _limited(builder: Builder) -> Hypothesis | None:
+    """A winding that gets no more current than a limit, whatever the command would drive."""
+    if 'drive.resistance' not in builder.samples.servo.numbers:
+        return None  # a command of a current is limited as a command
+
+    def driven(one: EquationErrors) -> np.ndarray:
+        return one.drive_current(one.servo.theta, one.regressor_command)
+
+    top = max(float(np.nanmax(np.abs(driven(one)))) for one in builder.samples.errors)
+    knots = tuple(share * top for share in CEILINGS)
+
+    def lost(current: np.ndarray) -> np.ndarray:
+        return -np.sign(current)[:, None] * np.column_stack(
+            [np.maximum(np.abs(current) - knot, 0.0) for knot in knots])
+
+    def inner(one: EquationErrors) -> np.ndarray:
+        reach = one.motion.test.reach
+        return driven(one)[reach:reach + len(one.motion.rows)]
+
+    mechanism = Mechanism('drive_saturation', 'drive', 'current', ('current',), 'odd')
+    columns = _of_current(builder, lambda one: lost(driven(one)))
+    return builder.hypothesis(mechanism, columns, [1] * len(knots), knots,
+                              form=Form('current', 'A', 'A', inner, lost),
+                              detail={'law': 'current_limit'})
 
 
 def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:
@@ -130,6 +157,11 @@ def _through(builder: Builder, change: Callable[[EquationErrors], np.ndarray]) -
         return np.column_stack([one.drive_current(theta, command + more) - before
                                 for more in change(one).T])
 
+    return _of_current(builder, current)
+
+
+def _of_current(builder: Builder, current: Callable[[EquationErrors], np.ndarray]) -> Columns:
+    """Columns of changes of the current that the drive makes, A, (samples, n) at every sample."""
     known = {id(one): current(one) for one in builder.samples.errors}
 
     def unmeasured(one: EquationErrors) -> np.ndarray:

@@ -38,7 +38,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
         found += torque_of(builder, residual)
     found += transmission_of(builder, residual)
     found += drive_of(builder)
-    found += readings_of(builder)
+    found += readings_of(builder, residual)
     found += values_of(builder)
     found += controller_of(builder, residual)
     found += user_effects_of(builder)

@@ -6,6 +6,9 @@ from numba import njit
 import numpy as np
 from scipy.signal import lfilter
 
+LOOPS = (0.05, 0.12, 0.3, 0.7)
+"""Shares of the largest torque over which a loop may close: one that never does is elastic."""
+
 
 def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
     """

@@ -6,9 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from servo_twin.balances.equation_terms import EQUATIONS
 
+from ..decisions import FORM
 from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 
@@ -16,6 +18,8 @@ LARGEST_ORDER = 200
 MOST = 6  # orders of any kind that one hypothesis takes in; another takes in half of them
 SERIES = (3, 8)  # multiples of one order that it takes in: of what is round, and of what has edges
 FEWEST = 50  # samples that say anything
+APART, PARTS, MOST_PARTS = 2.0, 4, 256  # turns that tell orders from whole ones; steps of these
+RANGES = 1024  # of a turn, over which samples are summed up
 
 
 def waves(angle: np.ndarray, orders: Iterable[float]) -> np.ndarray:
@@ -50,7 +54,8 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
     if not found:
         return
     first = found[0]
-    bases = [first / k for k in (1, 2, 3) if first % k == 0 and first / k >= lowest]
+    bases = [first / k for k in (1, 2, 3)
+             if k == 1 or first % k == 0 and first / k >= lowest]
     series = (tuple(base * k for k in range(1, multiples + 1))
               for base in bases for multiples in SERIES)
     for some in dict.fromkeys(((first,), *series, found[:MOST // 2], found)):
@@ -95,44 +100,74 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
 
 def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
               least: float, lowest: int = 1) -> tuple[tuple[float, ...], int]:
-    """Return (the orders that take most of a target, how many were tried)."""
+    """
+    Return (the orders that take most of a target, how many were tried).
+
+    Whole ones are the rule. Where the angle covers some turns, others are told from them, as that
+    of a shaft between motor and load.
+    """
     good = np.isfinite(angle) & np.isfinite(target) & np.isfinite(factor)
     if good.sum() < FEWEST:
         return (), 0
     angle, target, factor = angle[good], target[good], factor[good]
-    whole = 2.0 * np.pi / max(float(np.ptp(angle)), 1e-12)
-    lowest = max(lowest, int(np.ceil(least * whole)))
+    turns = max(float(np.ptp(angle)), 1e-12) / (2.0 * np.pi)
+    lowest = max(lowest, int(np.ceil(least / turns)))
     if lowest > LARGEST_ORDER:
         return (), 0
-    tried = np.arange(lowest, LARGEST_ORDER + 1)
+    parts = int(np.clip(PARTS * turns, 1, MOST_PARTS)) if turns >= APART else 1
+    apart = 1.0 if parts == 1 else 1.0 / turns  # orders that differ by less are one
     found: list[float] = []
     left = target - _fitted(factor[:, None], target)
     for _ in range(MOST):
-        power = _periodogram(angle, left, factor, tried)
-        best = float(tried[int(np.argmax(power))])
-        if best in found:
+        power = _periodogram(angle, left, factor, parts)
+        power[:lowest * parts] = 0.0
+        best = _peak(angle, left, factor, power, parts)
+        if any(abs(best - other) < apart for other in found):
             break
         found.append(best)
         table = np.column_stack((factor, *(factor[:, None] * waves(angle, found)).T))
         left = target - _fitted(table, target)
-    return tuple(found), len(tried)
+    return tuple(found), int((LARGEST_ORDER + 1 - lowest) / apart)
+
+
+def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, power: np.ndarray,
+          parts: int) -> float:
+    """Return the order that takes most, or the whole one beside it that takes nearly as much."""
+    top = int(np.argmax(power))
+    whole = round(top / parts)
+    if power[whole * parts] >= (1.0 - FORM) * power[top]:
+        return float(whole)
+
+    def left(order: float) -> float:
+        table = factor[:, None] * waves(angle, (order,))
+        return float(np.sum((target - _fitted(table, target)) ** 2))
+
+    return float(minimize_scalar(left, bounds=((top - 1) / parts, (top + 1) / parts),
+                                 method='bounded', options={'xatol': 0.01 / parts}).x)
 
 
 def _periodogram(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
-                 orders: np.ndarray) -> np.ndarray:
-    """Square that cosine and sine of each order, times a factor, take from a target."""
-    turn = np.exp(1j * angle)
-    wave = turn ** int(orders[0])
-    weight, cross = factor**2, factor * target
-    total = weight.sum()
-    grams, both = np.empty((len(orders), 2, 2)), np.empty((len(orders), 2))
-    for i in range(len(orders)):
-        twice = np.vdot(np.conj(wave * wave), weight)
-        grams[i] = ((total + twice.real, twice.imag), (twice.imag, total - twice.real))
-        taken = np.vdot(np.conj(wave), cross)
-        both[i] = taken.real, taken.imag
-        wave = wave * turn
-    return np.einsum('oi,oij,oj->o', both, np.linalg.pinv(0.5 * grams, rcond=1e-6), both)
+                 parts: int = 1) -> np.ndarray:
+    """
+    Square that cosine and sine of each order, times a factor, take from a target.
+
+    The orders go from 0 to LARGEST_ORDER in steps of ``1 / parts``. By the Fourier transform of
+    sums over narrow ranges of the angle.
+    """
+    ranges = RANGES * parts
+    place = np.floor(np.mod(angle / (2.0 * np.pi * parts), 1.0) * ranges).astype(int) % ranges
+    orders = np.arange(LARGEST_ORDER * parts + 1)
+    shift = np.exp(-1j * np.pi * orders / ranges)  # the middle of a range
+    both, twice = (np.conj(np.fft.rfft(np.bincount(place, w, ranges)))
+                   for w in (factor * target, factor**2))
+    taken, again = both[orders] * np.conj(shift), twice[2 * orders] * np.conj(shift) ** 2
+    total = 0.5 * float(factor @ factor)
+    even, odd = total + 0.5 * again.real, total - 0.5 * again.real
+    cross = 0.5 * again.imag
+    area = even * odd - cross**2
+    square = odd * taken.real**2 - 2.0 * cross * taken.real * taken.imag + even * taken.imag**2
+    sound = area > (1e-6 * total) ** 2
+    return np.where(sound, square / np.where(sound, area, 1.0), 0.0)
 
 
 def _fitted(table: np.ndarray, target: np.ndarray) -> np.ndarray:

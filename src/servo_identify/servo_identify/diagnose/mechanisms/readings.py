@@ -1,4 +1,4 @@
-"""Readings that are off: by a gain, an offset, a delay, or once a turn."""
+"""Readings of torque and current that are off: by a gain, an offset, a delay, or over a turn."""
 
 from __future__ import annotations
 
@@ -8,16 +8,14 @@ from functools import partial
 
 import numpy as np
 
-from ..residuals.equation_errors import EquationErrors
-from ..residuals.motion import shifted
-from .builder import Builder
-from .drive import delay_of_command, DELAYS
-from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
-from .orders import hats, waves
+from servo_twin.balances.equation_terms import EQUATIONS
 
-ENCODERS = ('motor_position', 'load_position')
-ORDERS = (1.0, 2.0)
-"""Of a disc that is not centred, and of one that is not round."""
+from ..residuals.equation_errors import EquationErrors
+from .builder import Builder
+from .encoders import encoders_of
+from .hypothesis import Form, Hypothesis, Mechanism, Series
+from .memory import LOOPS, stop_operator
+from .orders import hats, periodic
 
 MOMENTS = 6
 """Of a recording, between which an offset changes evenly."""
@@ -26,8 +24,12 @@ RANGES = (0.1, 0.3, 0.6)
 """Shares of the largest reading from which another gain may hold."""
 
 
-def readings_of(builder: Builder) -> Iterator[Hypothesis]:
-    """Yield the hypotheses of the sensors that every recording has."""
+def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
+    """
+    Yield the hypotheses of the sensors that every recording has.
+
+    ``residual`` (samples,) tells orders.
+    """
     has = frozenset.intersection(*(one.measured.channels for one in builder.samples.errors))
 
     def off(name: str, channel: str, variables: tuple[str, ...], symmetry: str, of: Series,
@@ -48,88 +50,42 @@ def readings_of(builder: Builder) -> Iterator[Hypothesis]:
                 lambda one: np.ones((full(one), 1))),
             _drifting(builder, f'{sensor}_offset', channel)))
         if channel == 'torque' or 'drive' in builder.samples.present:
-            yield from filter(None, (_gain(builder, f'{sensor}_gain', channel, by)
-                                     for by in ('constant', channel, 'time')))
-    round_ = ORDERS if builder.turns('load_angle') else ()
-    if {'motor_position', 'load_position'} <= has:
-        yield from filter(None, (
-            *(off('load_encoder_eccentricity', 'load_position', ('angle',), 'even',
-                  partial(_once_a_turn, order), (0, 0), (order, order), len(ORDERS))
-              for order in round_),
-            *(off('sensor_delay', channel, ('speed',), 'odd', partial(_late, channel), (1,))
-              for channel in ENCODERS)))
-    elif has.intersection(ENCODERS):
-        yield from _only_encoder_late(builder, next(iter(has.intersection(ENCODERS))))
-        if 'load_position' in has:
-            yield from filter(None, (_only_encoder_eccentric(builder, order)
-                                     for order in round_))
-
-
-def _once_a_turn(order: float, one: EquationErrors) -> np.ndarray:
-    return waves(one.angles()[1], (order,))
+            yield from filter(None, (
+                off('sensor_delay', channel, ('time',), 'odd', partial(_late, channel), (1,)),
+                *(_gain(builder, f'{sensor}_gain', channel, by)
+                  for by in ('constant', channel, 'time'))))
+    if 'torque' in has:
+        yield from _torque_over_angle(builder, residual)
+        yield from filter(None, (_torque_loops(builder),))
+    yield from encoders_of(builder, has, residual)
 
 
 def _late(channel: str, one: EquationErrors) -> np.ndarray:
-    return -_speed(one, ENCODERS.index(channel))[:, None]
+    """Return how much too much a reading that is a second late reads of what changes."""
+    known = one.known_current if channel == 'current' else one.motion.calm_torque
+    return -np.gradient(known, one.measured.period)[:, None]
 
 
-def _only_encoder_eccentric(builder: Builder, order: float) -> Hypothesis | None:
-    """
-    Return an eccentricity of the one encoder that there is, at the load.
-
-    Both shafts are where it says, so that they have its error. Torque tells it: what the shaft
-    does not do needs none.
-    """
-    mechanism = Mechanism('load_encoder_eccentricity', 'sensor', 'load_position', ('angle',),
-                          'even')
-    ratio = builder.samples.servo.numbers['mechanism.ratio']
-    wave = partial(_once_a_turn, order)
-    columns = builder.place('load_position', wave, -1.0)
-    motor = builder.place('motor_position', wave, -ratio)
-    return builder.hypothesis(
-        mechanism, replace(columns, table=columns.table + motor.table), (0, 0), (order, order),
-        tried=len(ORDERS))
+def _torque_over_angle(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
+    """A torque that a sensor reads by the place of its shaft; no torque says so at the motor."""
+    mechanism = Mechanism('torque_sensor_offset', 'sensor', 'torque', ('angle',), 'even')
+    equation = next(name for name in ('motor', 'load', *EQUATIONS)
+                    if name in builder.samples.present)
+    for one in periodic(builder, mechanism, residual, equation, 'load_angle', 'torque', '',
+                        lambda one: -np.ones(len(one.motion.rows)), 'N m'):
+        yield replace(one, detail={'law': 'torque_sensor_ripple'})
 
 
-def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:
-    """
-    Yield a delay of the one encoder that there is.
-
-    Nothing says at which time the shaft truly was but its torque: a late angle and a motor that
-    answers late to its current are one. Where no current is measured, neither can be told from a
-    late command, so that its columns are the same.
-    """
-    sensed = all('current' in one.measured.channels for one in builder.samples.errors)
-    if not sensed and not all('voltage' in one.measured.channels
-                              for one in builder.samples.errors):
-        return
-    mechanism = Mechanism('sensor_delay', 'sensor', channel, ('time',), 'none', memory=True)
-    times = tuple(share * builder.scales.period for share in DELAYS)
-    columns = (_through_the_angle if sensed else delay_of_command)(builder, times)
-    one = builder.hypothesis(mechanism, columns, [1] * len(times), times)
-    if one:
-        yield one
-
-
-def _through_the_angle(builder: Builder, times: tuple[float, ...]) -> Columns:
-    """
-    Return what an angle that is late by some times (s) does where the current is measured.
-
-    The current that the motion asks for is late with the angle, and so is the speed by which the
-    drive is modelled.
-    """
-    def asked(one: EquationErrors) -> np.ndarray:
-        current = one.full(one.predicted_current)
-        return np.column_stack([current - shifted(current, -late, one.measured.period)
-                                for late in times])
-
-    def made(one: EquationErrors) -> np.ndarray:
-        return np.column_stack([one.drive_current_ahead(late) for late in times])
-
-    columns = builder.place('current', asked)
-    drive = builder.samples.rows('drive')[:, None]
-    return replace(columns, table=np.where(
-        drive, builder.place('drive_current', made).table, columns.table))
+def _torque_loops(builder: Builder) -> Hypothesis | None:
+    """A torque that reads otherwise while it rises than while it falls."""
+    knots = tuple(share * builder.scales.torque for share in LOOPS)
+    if not builder.scales.torque > 0.0:
+        return None
+    mechanism = Mechanism('torque_sensor_hysteresis', 'sensor', 'torque', ('torque',), 'odd',
+                          memory=True)
+    columns = builder.place('torque', lambda one: np.column_stack(
+        [stop_operator(one.motion.calm_torque, width) for width in knots]), -1.0)
+    return builder.hypothesis(mechanism, columns, [1] * len(knots), knots, either=True)
 
 
 def _drifting(builder: Builder, name: str, channel: str) -> Hypothesis | None:
@@ -188,8 +144,3 @@ def _gain(builder: Builder, name: str, channel: str, by: str) -> Hypothesis | No
                                             lambda x: hats(x, moments)))
     return builder.hypothesis(mechanism, columns, [1, 0, *[1] * len(RANGES)], either=True,
                               form=Form(channel, unit, unit, truth, bent))
-
-
-def _speed(one: EquationErrors, shaft: int) -> np.ndarray:
-    test, angle = one.measured.fast, np.nan_to_num(one.angles()[shaft])
-    return np.pad(test.smooth(angle, 1), test.reach, mode='edge')

@@ -15,13 +15,12 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
-from .memory import stop_operator
+from .memory import LOOPS, stop_operator
 from .orders import periodic
 
 BENDS = (0.1, 0.2, 0.4, 0.7)  # shares of the largest torque at which it may bend
 SOFT = (0.025, 0.06)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
-LOOPS = (0.05, 0.12, 0.3, 0.7)  # shares over which a loop may close: one that never is elastic
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
 
 

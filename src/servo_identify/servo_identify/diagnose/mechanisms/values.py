@@ -52,8 +52,8 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         if section not in ('drive', 'mechanism', 'effects') or parameter.row:
             continue
         lead = path == 'mechanism.ratio'
-        if lead and not servo.linear:
-            continue  # the number of teeth is known; the lead of a screw is measured
+        if lead and not servo.linear and 'transmission' not in samples.present:
+            continue  # teeth are counted; two encoders or the lead of a screw tell it all the same
         if section == 'effects' and parameter.off is None:
             continue
         value = servo.numbers[path]

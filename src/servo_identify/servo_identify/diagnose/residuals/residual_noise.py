@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,19 +35,33 @@ def signal_of(one: EquationErrors, equation: str, theta: np.ndarray, keep: np.nd
     return float(np.sqrt(np.mean(size**2))) if len(size) else 0.0
 
 
-def propagated_noise(one: EquationErrors, equation: str,
-                     theta: np.ndarray) -> tuple[float, tuple[float, float]]:
+class Propagated(NamedTuple):
     """
-    Return (standard deviation of a residual by the noise of the readings, its correlation).
+    What noise of the readings does to a residual, in the unit of the equation.
 
-    The correlation is that of neighbouring samples, and of those two apart. Quantities that follow
-    from a reading (the other shaft of one encoder, the current of a command) are followed back.
+    ``std`` by what the readings show; ``alike`` the correlation of neighbouring samples, and of
+    those two apart. ``declared``: the most that noise of the size in the servo file may do.
+    Readings show what changes from row to row; noise that has passed a filter changes slowly.
+    """
+
+    std: float
+    alike: tuple[float, float]
+    declared: float
+
+
+def propagated_noise(one: EquationErrors, equation: str, theta: np.ndarray) -> Propagated:
+    """
+    Return what the noise of the readings does to a residual.
+
+    Quantities that follow from a reading (the other shaft of one encoder, the current of a
+    command) are followed back.
     """
     measured, test = one.measured, one.test(equation)
     noise = {name: 0.0 if np.isnan(size) else size for name, size in measured.noise.items()}
     noise['voltage'] = float(np.nan_to_num(one.servo.noise('voltage')))
     if equation == 'controller':
-        return _controller_noise(one, theta, noise), (0.0, 0.0)
+        controllers = _controller_noise(one, theta, noise)
+        return Propagated(controllers, (0.0, 0.0), controllers)
     ratio = one.servo.numbers['mechanism.ratio']
     passed: dict[str, np.ndarray] = {}
 
@@ -57,16 +72,19 @@ def propagated_noise(one: EquationErrors, equation: str,
     for term in one._terms(theta)[equation]:
         for signal, order, factor in _readings_of(term, one, theta, ratio):
             take(signal, order, factor)
-    power, shifted = 0.0, np.zeros(2)
+    power, most, shifted = 0.0, 0.0, np.zeros(2)
     for signal, shape in passed.items():
         size = noise.get(signal, 0.0) ** 2
         power += size * float(shape @ shape)
+        declared = float(np.nan_to_num(one.servo.noise(signal)))
+        most += max(size * float(shape @ shape), (declared * float(shape.sum())) ** 2)
         for k in (1, 2):
             lag = k * test.stride
             if lag < len(shape):
                 shifted[k - 1] += size * float(shape[lag:] @ shape[:-lag])
     alike = shifted / power if power > 0.0 else np.zeros(2)
-    return float(np.sqrt(power)), (float(alike[0]), float(alike[1]))
+    return Propagated(float(np.sqrt(power)), (float(alike[0]), float(alike[1])),
+                      float(np.sqrt(most)))
 
 
 def _readings_of(term: Term, one: EquationErrors, theta: np.ndarray, ratio: float

@@ -11,7 +11,7 @@ from servo_twin.balances.equation_terms import EQUATIONS
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from ..decisions import PRACTICAL
+from ..decisions import OPEN, PRACTICAL
 from .along_motion import drive_current
 from .doubt import doubt_about
 from .equation_errors import EquationErrors
@@ -34,7 +34,8 @@ class ResidualSamples:
     A sample is one instant of one equation of one recording. ``base`` (samples,) is the residual
     of the servo as given; ``block`` numbers stretches of time that count as independent;
     ``equation`` indexes EQUATIONS, ``recording`` the recordings; ``scale`` is what ``base`` was
-    divided by and ``noise`` the noise alone, in the unit of the equation. Samples where nothing
+    divided by, ``noise`` the noise alone and ``declared`` the most that the noise of the servo
+    file may be, in the unit of the equation. Samples where nothing
     can be said (rest, gaps) are left out.
     """
 
@@ -46,13 +47,15 @@ class ResidualSamples:
     block: np.ndarray = field(init=False)
     scale: np.ndarray = field(init=False)
     noise: np.ndarray = field(init=False)
+    declared: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         theta = self.servo.theta
         self._keep: dict[tuple[int, str], np.ndarray] = {}
         self._part: dict[tuple[int, str], slice] = {}
         table: dict[str, list[np.ndarray]] = {
-            name: [] for name in ('base', 'equation', 'recording', 'block', 'scale', 'noise')}
+            name: [] for name in ('base', 'equation', 'recording', 'block', 'scale', 'noise',
+                                  'declared')}
         first = size = 0
         for number, one in enumerate(self.errors):
             measured = one.measured
@@ -64,10 +67,11 @@ class ResidualSamples:
                 self._part[number, name] = slice(size, size + count)
                 size += count
                 doubt = doubt_about(one, name, keep)[0][keep]
-                noise = self._noise(one, name, theta, values[keep], doubt)
+                noise, declared = self._noise(one, name, theta, values[keep])
                 margin = PRACTICAL * signal_of(one, name, theta, keep)
                 table['base'].append(values[keep])
                 table['noise'].append(np.hypot(noise, doubt))
+                table['declared'].append(np.hypot(declared, doubt))
                 table['scale'].append(np.hypot(np.hypot(noise, margin), doubt))
                 times = one.times(name)[keep]
                 table['block'].append(first + (times / measured.block).astype(int))
@@ -152,20 +156,30 @@ class ResidualSamples:
             parts.append(series[np.clip(at, 0, len(series) - 1)][self._keep[number, equation]])
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def _noise(self, one: EquationErrors, name: str, theta: np.ndarray, values: np.ndarray,
-               doubt: np.ndarray) -> float:
+    def open_from(self, equation: str) -> float:
         """
-        Standard deviation of a residual by the noise of the readings.
+        Return the mean square from which an equation is certainly off.
+
+        Beyond OPEN, and beyond what noise of the size that the servo file says may do.
+        """
+        rows = self.rows(equation)
+        said = (self.declared[rows] / self.scale[rows]) ** 2
+        return float(max(OPEN**2, np.mean(said) if len(said) else 0.0))
+
+    def _noise(self, one: EquationErrors, name: str, theta: np.ndarray,
+               values: np.ndarray) -> tuple[float, float]:
+        """
+        Return the standard deviation of a residual by the noise of the readings, and at most.
 
         It is propagated from the readings. It cannot be more than the rough part of the residual
         itself shows, which counts where that is less.
         """
-        propagated, alike = propagated_noise(one, name, theta)
+        propagated, alike, declared = propagated_noise(one, name, theta)
         if len(values) < 30:
-            return propagated
+            return propagated, declared
         step = values[:-2] - 2.0 * values[1:-1] + values[2:]
         rough = np.median(np.abs(step)) / ROUGH / np.sqrt(6.0 - 8.0 * alike[0] + 2.0 * alike[1])
-        return float(min(propagated, rough))
+        return float(min(propagated, rough)), declared
 
 
 def residual_samples(recordings: Sequence[Recording], servo: Servo) -> ResidualSamples:

@@ -8,7 +8,7 @@ import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS
 
-from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, OPEN, WORTH
+from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, WORTH
 from .bounded_least_squares import most_gained
 from .choice import Choice, Fitted
 from .fits import Fits
@@ -117,8 +117,15 @@ class Significance(Fits):
 
     def off_in(self, fit: Fitted) -> set[str]:
         """Return the equations in which a set leaves more than noise and margin can make."""
-        return {EQUATIONS[e] for e, square in zip(
-            self.regression.equations, self.power(fit), strict=True) if square > OPEN**2}
+        return {EQUATIONS[e] for e, square, least in zip(
+            self.regression.equations, self.power(fit), self.open_from, strict=True)
+            if square > least}
+
+    @cached_property
+    def open_from(self) -> np.ndarray:
+        """Mean square from which each equation is certainly off, (equations,)."""
+        return np.array([self.regression.samples.open_from(EQUATIONS[e])
+                         for e in self.regression.equations])
 
     def _worth(self, before: Fitted, after: Fitted) -> bool:
         """Tell whether new members close a part worth naming of what others leave of a gap."""
@@ -154,7 +161,7 @@ class Significance(Fits):
         members do not act, and something else is certainly missing, is left out: that is no noise.
         """
         regression = self.regression
-        told = self.acts(before, after) | (self.power(after) <= OPEN**2)
+        told = self.acts(before, after) | (self.power(after) <= self.open_from)
         there = told[:, None] & (self.groups(before.held_out) > self.floor())
         weight = np.where(there, after.weight, 0.0)
         whole = self.sums(weight).whole
