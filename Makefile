@@ -1,7 +1,7 @@
 # Every target sets the workspace up first; where that is done already it costs nothing.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup training run demo test fast coverage checks types fuzz soak limits lint licences \
+.PHONY: help setup training run demo test test-long fast coverage checks types fuzz soak limits lint licences \
     audit lock bench blind-check results clean docs docs-check docs-tools notebooks
 
 WITH_ENV := . ./env.sh &&
@@ -23,11 +23,14 @@ run: setup  ## drive, twin, record and replay the emulated bench, then diagnose 
 demo: setup  ## leave an effect out of a twin, record, diagnose: the answer beside the truth
 	@$(WITH_ENV) bash tools/demonstrate.sh
 
-test: training  ## run the tests; ARGS=... goes to pytest
-	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal $(ARGS)
+test: training  ## run the tests but the long ones; ARGS=... goes to pytest
+	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal -m 'not long' $(ARGS)
+
+test-long: training  ## run the tests that take ten seconds and more each; some quarter of an hour
+	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal -m long $(ARGS)
 
 fast: setup  ## run the tests that start no ROS graph and take less than five seconds each
-	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not ros' $(ARGS)
+	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not long and not ros' $(ARGS)
 
 checks: lint types  ## check style, words, links, imports, packages, security, sizes, repeats and types; a minute
 	@$(WITH_ENV) python -m pytest -q tests/house/test_words.py tests/house/test_pages.py \
@@ -40,7 +43,7 @@ types: setup  ## check the types of the physics, the diagnosis and the front doo
 FLOORS = physics:80 diagnose:60 api:75
 coverage: setup  ## run the fast tests and say which lines none of them ran; fails below the floors
 	@rm -rf log/coverage && mkdir -p log/coverage
-	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not ros' $(ARGS)
+	@$(WITH_ENV) coverage run -m pytest tests -q -n 2 -m 'not slow and not long and not ros' $(ARGS)
 	@$(WITH_ENV) coverage combine -q && coverage report
 	@$(WITH_ENV) for one in $(FLOORS); do echo "$${one%:*}, at least $${one#*:} %:"; \
 	    coverage report --format=total --include="*/$${one%:*}/*" --fail-under=$${one#*:} || exit 1; done

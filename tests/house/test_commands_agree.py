@@ -145,6 +145,7 @@ def test_it_prints_json_is_quiet_writes_over_and_says_its_version(program, comma
     assert one == capsys.readouterr().out.strip() and not two
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('program', 'command'), SMALL)
 def test_its_json_is_one_object_and_all_that_stdout_gets(program, command, tmp_path, capfd):
     words = words_of(command, tmp_path)
@@ -188,6 +189,7 @@ def test_it_writes_over_what_is_there_only_when_told(program, command, tmp_path,
         assert main([*words, '--force']) == 0
 
 
+@pytest.mark.long
 def test_a_page_that_is_served_is_told_by_json_at_once(tmp_path):
     found = tmp_path / 'found.json'
     for told in ('-', str(found)):

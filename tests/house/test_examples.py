@@ -29,6 +29,7 @@ def test_commands_stand_in_a_block(page):
     assert not loose, 'an indented command is not run; write ```sh'
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.timeout(1600 if SLOW else 300)
 @pytest.mark.parametrize('page', [one for one in PAGES if program(one, SLOW)],

@@ -55,6 +55,7 @@ def spoilt(draw, trees):
     return yaml.safe_dump(tree)
 
 
+@pytest.mark.long
 @SHORT
 @given(text=spoilt(SERVOS))
 def test_a_spoilt_servo_file_loads_or_is_refused(text):

@@ -9,6 +9,7 @@ import pytest
 NOTEBOOKS = Path(__file__).resolve().parents[2] / 'docs' / 'notebooks'
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(('name', 'said'), [
     ('own_csv', 'missing quadratic drag at the load shaft (rise 0.0002'),

@@ -35,6 +35,7 @@ def installed(tmp_path_factory):
     return site, kept | {'PYTHONPATH': str(site), 'PATH': f'{site}/bin:/usr/bin:/bin'}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_front_door_opens_on_recordings_of_ones_own(installed, tmp_path):
     _, shell = installed

@@ -13,6 +13,7 @@ FAULTS = ['driver KILL', 'recorder KILL', 'emulated_rig TERM', 'wire short', 'od
           'odd servo files']
 
 
+@pytest.mark.long
 @pytest.mark.timeout(400)
 def test_nothing_is_lost_unsaid_and_no_old_set_point_reaches_the_drive(tmp_path):
     done = subprocess.run([sys.executable, str(SOAK / 'soak.py'), '40s', '--seed', 'house',

@@ -33,6 +33,7 @@ def found(recording):
     return added_input(residual_samples([recording], SERVO).errors)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('shape', 'wave'), [
     ('square wave', lambda phase: 1.5 + np.where(phase % 1.0 < 0.5, 0.8, -0.8)),
     ('sine', lambda phase: 0.8 * np.sin(2.0 * np.pi * phase))])

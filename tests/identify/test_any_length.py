@@ -73,6 +73,7 @@ def bags(tmp_path_factory):
     return [swept(folder / f'bag{count}', count) for count in LENGTHS]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != 'linux', reason='the memory of a process is read from /proc')
 @pytest.mark.parametrize('what', ASKS)
 def test_a_process_holds_no_more_of_a_longer_bag(bags, what):

@@ -24,6 +24,7 @@ def detector(false_alarms, **more):
         learn=LEARN, false_alarms=false_alarms, **{'least': 0.0} | more))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('memory', [0.0, 0.9, 0.98])
 def test_it_keeps_the_stated_rate_of_false_alarms_on_autocorrelated_noise(memory):

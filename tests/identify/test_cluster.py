@@ -101,6 +101,7 @@ def bags(tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_fits_each_bag_by_itself(bags, tmp_path, capsys):
     status = main(['fit', str(bags / 'first'), str(bags / 'second'), '--each', '--servo',

@@ -132,6 +132,7 @@ def loaded_friction():
     return answered(with_effect('load_dependent_friction', 'load', share=0.12))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_missing_effect_is_named_measured_and_located(loaded_friction):
     report, one = loaded_friction.report, loaded_friction.report.which[0]
@@ -186,6 +187,7 @@ def test_the_augmented_twin_has_no_gap_of_its_own(loaded_friction):
     assert again.report.verdict['status'] == 'no_gap'
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_friction_of_no_formula_is_named_by_its_mechanism_and_handed_over_as_a_curve():
     """A level that rises, stays and rises again with the load: no law of the catalogue."""
@@ -198,6 +200,7 @@ def test_a_friction_of_no_formula_is_named_by_its_mechanism_and_handed_over_as_a
     assert report.gap['solved'] > 0.5
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_missing_effect_that_is_left_out_is_called_unknown_with_its_variable():
     rig = with_effect('stribeck_friction', 'load', excess=9.0, fade=0.1)
@@ -209,12 +212,14 @@ def test_a_missing_effect_that_is_left_out_is_called_unknown_with_its_variable()
     assert report.verdict['balance'] == 'load'
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_torque_that_reads_wrong_is_named_as_the_reading():
     report = answered(with_effect('torque_sensor_gain', 'torque', excess=0.12)).report
     assert report.verdict['effects'] == ['torque_sensor_gain']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('silent', [(), ('current',)])
 def test_the_only_encoder_that_is_late_is_named_or_stands_beside_a_late_command(silent):
@@ -229,6 +234,7 @@ def test_the_only_encoder_that_is_late_is_named_or_stands_beside_a_late_command(
     assert which[0].parameters['delay']['value'] == pytest.approx(4e-3, rel=0.3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_one_more_order_of_what_the_file_has_is_found():
     known = SERVO.with_effects(Placed('te', find('transmission_error'), 'mesh'), values={

@@ -133,6 +133,7 @@ def test_it_says_what_a_silent_channel_keeps_from_it(good, tmp_path):
         'motor', 'load'}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_law_of_the_user_takes_part_and_its_servo_file_runs(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(catalogue, '_FOREIGN', {})
@@ -158,6 +159,7 @@ def test_a_law_of_the_user_takes_part_and_its_servo_file_runs(tmp_path, monkeypa
     assert twin([*replay, '--effects', str(folder)]) == 0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_writes_what_it_is_asked_for_and_says_with_its_status_that_a_gap_is_there(
         tmp_path, capfd):

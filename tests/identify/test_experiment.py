@@ -242,6 +242,7 @@ def test_it_stops_where_the_wall_clock_is_set(step, monkeypatch):
         wait_until(lambda: rig.heard[-1].mode == Command.OFF, 'it is off', 60.0)
 
 
+@pytest.mark.long
 @pytest.mark.ros
 def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path):
     with closing(LoadAngle('rig')) as load, Processes(tmp_path / 'logs') as processes, \

@@ -190,6 +190,7 @@ def test_simple_learners_are_compared_on_one_table(ladder):
     assert markdown(rows).count('\n') == 7
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_exported_networks_answer_as_torch_does(ladder):
     pytest.importorskip('torch')

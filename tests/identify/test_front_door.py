@@ -214,6 +214,7 @@ def test_a_recording_is_given_out_as_columns_and_read_back(data):
     assert again['load_position'] == pytest.approx(data[1]['load_position'])
 
 
+@pytest.mark.long
 def test_it_reads_checks_and_writes_without_ros_and_without_what_is_extra(data, tmp_path):
     missing = ['rclpy', 'ament_index_python', 'servo_twin_msgs', 'torch', 'pysindy', 'control',
                'matplotlib', 'distributed', 'dask', 'fmpy', 'mujoco', 'sklearn']
@@ -261,6 +262,7 @@ def test_units_of_an_xarray_and_durations_of_an_index_are_obeyed(data):
         assert one.period == pytest.approx(data[1].period)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_first_snippet_of_its_page_runs_as_it_stands(snippet):
     assert (snippet[0] / 'my_augmented.yaml').is_file()

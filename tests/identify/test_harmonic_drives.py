@@ -127,6 +127,7 @@ def test_an_amplifier_of_any_gain_and_no_inductance_is_stable():
 # --- inertia that another axis changes
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_load_whose_inertia_changes_keeps_its_angular_momentum():
     payload = Placed('payload', find('coupled_inertia'), 'load')

@@ -73,6 +73,7 @@ def swaying():
     return sampled(with_current_loop(BENCH, None).with_values(LOOP), 1.6 * np.sign(SWAY))
 
 
+@pytest.mark.long
 def test_the_current_loop_is_found_from_its_current(swaying):
     found = learned_current_loop(BENCH, [swaying])
     droop, *lags = (found.values[path] for path in LOOP)
@@ -117,6 +118,7 @@ def test_no_share_is_found_where_loads_do_not_differ():
     assert load_share(table) is None
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_presliding_is_found_from_free_runs():
     learned = with_friction(BENCH, flat(20.0))
@@ -133,6 +135,7 @@ def test_presliding_is_found_from_free_runs():
         learned_presliding(BENCH, runs)
 
 
+@pytest.mark.long
 def test_a_residual_network_adds_what_is_missing():
     rig = BENCH.with_values({'effects.viscous.slope': 60.0})
     run, other = (sampled(rig, scale * SWAY, seed=k) for k, scale in enumerate((1.0, 0.9)))

@@ -29,6 +29,7 @@ def estimate_of(message, name):
     return Tracked(message.value[k], message.std[k], message.bounded[k])
 
 
+@pytest.mark.long
 def test_it_names_diagnoses_and_closes_a_gap_that_opens_while_the_rig_runs(tmp_path):
     rig = Graph('watch.learn:=12.0', f'buffer:={BUFFER}', 'trial:=4.0',
                 'online.time_constant:=10.0', servo='rv_plain')

@@ -35,6 +35,7 @@ def long(tmp_path_factory):
     return emulated(tmp_path_factory.mktemp('long'), 'long', 160)
 
 
+@pytest.mark.long
 def test_it_retrains_cancels_and_goes_back_while_the_twin_misses_nothing(graph, long, tmp_path):
     good = emulated(tmp_path, 'good', 8, '--seed', '5')
     # so strong that its file is the worse in whichever part of the motion the trial falls
@@ -93,6 +94,7 @@ def experiment(folder, name, *choices):
     return sorted(map(str, (folder / name).iterdir()))
 
 
+@pytest.mark.long
 def test_it_learns_friction_backlash_and_transmission_error_while_the_twin_runs(graph, long,
                                                                                 tmp_path):
     bags = {'friction': experiment(tmp_path, 'friction', '--speeds', 0.6, 1.5),
@@ -124,6 +126,7 @@ def test_it_learns_friction_backlash_and_transmission_error_while_the_twin_runs(
     assert rig.missed() == 0
 
 
+@pytest.mark.long
 def test_it_names_the_balance_within_seconds_of_an_effect_being_switched_on(graph, tmp_path):
     file = tmp_path / 'rig.yaml'
     file.write_text((CONFIG / 'rigs' / 'rv_bench.yaml').read_text().replace(

@@ -84,6 +84,7 @@ def test_is_that_of_the_whole(times, period, tmp_path, monkeypatch, capsys):
     assert ('lie in holes' in found[0][1]) == (times is with_holes)
 
 
+@pytest.mark.long
 def test_holds_little_of_each_message(tmp_path, monkeypatch):
     monkeypatch.setattr(import_table, 'IN_PARTS_FROM', 0.0)
     monkeypatch.setattr(parts, 'SAMPLES', 500)

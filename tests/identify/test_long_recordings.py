@@ -141,6 +141,7 @@ def test_what_is_followed_online_is_read_part_by_part(motion, tmp_path, monkeypa
     assert spans[-1][1] == opened.sequence + 6 * PART
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('looks', [looks_at_all, tells_what_it_holds])
 def test_what_is_held_does_not_grow_with_the_bag(motion, tmp_path, looks):
     peaks = []

@@ -119,6 +119,7 @@ def test_it_does_not_let_a_late_channel_become_inertia():
     assert estimate.values['mechanism.load_inertia'] == pytest.approx(6.0, rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_frees_a_row_element_by_element():
     wavy = RIG.with_effects(Placed('te', find('transmission_error'), 'mesh'),

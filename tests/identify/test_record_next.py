@@ -17,6 +17,7 @@ SERVO = servo_at('rv_plain')
 RIG = ['--headless', '--servo', 'rv_plain', '--rig', 'rv_plain', '--set', 'withheld.gravity=4']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_resolves_what_the_first_recordings_left_open(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

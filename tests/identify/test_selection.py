@@ -94,6 +94,7 @@ MOTOR_RUBS = with_effect('stribeck_friction', 'motor', excess=0.05, fade=8.0)
 WAVES = with_effect('kinematic_error', 'mesh', order=2.0, cosine=(4e-5,), sine=(2e-5,))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(('rig', 'blind', 'truth'), [
     (MOTOR_RUBS, ('torque',), {('stribeck_friction', 'motor')}),
@@ -105,6 +106,7 @@ def test_what_acts_is_named_where_it_acts(rig, blind, truth):
     assert named_by_equations(several) == truth
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_friction_is_the_motors_though_a_stiff_transmission_twists_little():
     stiff = SERVO.with_values({'mechanism.stiffness': 3.0 * SERVO.numbers['mechanism.stiffness']})
@@ -138,6 +140,7 @@ def test_a_gain_that_one_sign_has_alone_is_the_sensors():
     assert named_by_equations(several) == {('current_sensor_gain', 'current')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(('channel', 'name'), [
     ('current', 'current_sensor_gain'), ('torque', 'torque_sensor_gain')])
@@ -172,6 +175,7 @@ def test_a_stiffness_that_is_another_or_varies_is_no_hysteresis(rig):
     assert {found.hypotheses[number].mechanism.name for number in rivals} == {'stiffness_error'}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_small_effect_in_one_equation_is_found_beside_a_large_one_in_another():
     rig = with_effect('command_delay', 'command', delay=0.015).with_values(
@@ -215,6 +219,7 @@ def test_every_recording_of_a_diagnosis_is_put_right_and_stays_one():
         assert each.columns['voltage'] == pytest.approx([0.0, 0.0, 1.0, 2.0])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_friction_that_builds_up_within_few_samples_is_found_beside_the_coulomb_friction():
     rig = with_effect('presliding_friction', 'load', level=12.0, breakaway=1e-4, lag=0.0)
@@ -227,6 +232,7 @@ def test_friction_that_builds_up_within_few_samples_is_found_beside_the_coulomb_
         SERVO.numbers['effects.coulomb.level'], rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_error_of_many_numbers_is_found_over_the_turns_of_a_motor():
     rig = with_effect('kinematic_error', 'mesh', order=1.0, cosine=(4e-5, 2e-5, 1e-5),

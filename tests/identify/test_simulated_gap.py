@@ -23,6 +23,7 @@ def test_the_zero_between_the_encoders_is_estimated(family):
     assert gap.rms('current') < 1.3 * gap.floor['current']
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('family', ['multisine', 'slow_reversals'])
 def test_what_both_shafts_drift_does_not_move_the_zero_between_the_encoders(family):
     servo = si.load_servo(EXAMPLE / 'fan.yaml')

@@ -55,6 +55,7 @@ def added(servo, name, site, **values):
         f'effects.e.{key}': value for key, value in values.items()})
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_ripple_is_found_beside_a_weight_that_is_twenty_times_as_large():
     rig = added(TABLE, 'gravity', 'load', cosine=0.3, sine=0.1)
@@ -64,6 +65,7 @@ def test_a_ripple_is_found_beside_a_weight_that_is_twenty_times_as_large():
     assert named_by_equations(several, TABLE) == {('gravity', 'load'), ('torque_ripple', 'motor')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_nothing_hangs_on_an_axis_that_does_not_turn():
     rig = added(AXIS, 'spring_load', 'load', stiffness=250.0, rest=-0.3)
@@ -71,6 +73,7 @@ def test_nothing_hangs_on_an_axis_that_does_not_turn():
     assert named_by_equations(several, AXIS) == {('spring_load', 'load')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_one_encoder_of_a_direct_drive_may_be_eccentric():
     rig = added(TABLE, 'load_encoder_eccentricity', 'load_position', cosine=4e-3, sine=-4e-3)

@@ -107,6 +107,7 @@ def test_it_says_what_experiment_is_missing(speeds):
         learn('transmission_error', BENCH, [Recording('short', 1e-3, columns)])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_twin_that_learned_the_teeth_is_judged_better_though_it_runs_elsewhere(speeds):
     crude = BENCH.with_effects(Placed('gap', find('backlash'), 'mesh'), values={

@@ -48,11 +48,13 @@ def moved(rig, seed, lost=0.0, row=ROW, size=1.2):
                    family='multisine', name=f'multisine_{seed}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_motor_that_answers_within_a_row_is_not_blamed_for_it():
     assert named_by_equations([moved(HOBBY, seed) for seed in (1, 2)], HOBBY) == set()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_volts_that_a_bridge_loses_by_the_sign_of_its_current_are_a_dead_band():
     several = [moved(HOBBY, seed, lost=0.4, row=1e-3) for seed in (1, 2, 3)]
@@ -73,6 +75,7 @@ def test_an_error_over_the_motors_turn_may_leave_the_motor_alone():
         ('transmission_error', 'mesh')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_clearance_that_takes_the_load_up_over_a_little_is_a_clearance():
     rig = with_effect('load_dependent_backlash', 'mesh', growth=4e-4, load=2.0)
@@ -81,6 +84,7 @@ def test_a_clearance_that_takes_the_load_up_over_a_little_is_a_clearance():
     assert report.which[0].effect == 'backlash'
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_lag_of_second_order_is_no_delay():
     lag = with_effect('current_lag', 'current', lag=0.012)
@@ -137,6 +141,7 @@ def told(seed):
     return Recording(f'swing {seed}', 1e-4 * WITHIN, seen, family='swing', digest=f'{seed:064d}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_current_read_as_a_target_came_is_no_friction():
     assert named_by_equations([told(seed) for seed in (1, 2)], KNEE) == set()
@@ -199,6 +204,7 @@ def held_up(rig, family, seed):
     return Recording(f'{family}_{seed}', 1e-3, columns, family=family, digest=f'{family}{seed}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_motion_that_fits_already_does_not_hold_a_curve_from_the_others():
     rig = ELBOW.with_effects(Placed('e', find('nonlinear_stiffness'), 'mesh'), values={
@@ -247,6 +253,7 @@ def test_an_encoder_that_rests_on_a_count_is_no_quieter():
     assert [one['current'] for one in several] == [4e-4, 5e-4, 1e-4]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_weight_on_a_slope_is_a_torque_that_is_always_there():
     rig = with_effect('constant_torque', 'load', torque=-60.0)
@@ -257,6 +264,7 @@ def test_a_weight_on_a_slope_is_a_torque_that_is_always_there():
     assert names <= {'constant_torque', 'asymmetric_friction', 'spring_load', 'gravity'}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_friction_that_one_direction_has_alone_is_one_effect():
     rig = with_effect('asymmetric_friction', 'load', difference=8.0).with_effects(
@@ -276,6 +284,7 @@ def axis_of(servo, seed):
     return replace(one, columns={**one.columns, **gone}, name=f'sines_{seed}', family='sines')
 
 
+@pytest.mark.long
 def test_friction_over_speed_is_split_once_though_several_hypotheses_hold_it():
     axis = servo_file.load(servo_at('emps'))
     rig = axis.with_effects(Placed('uneven', find('asymmetric_friction'), 'load'), values={
@@ -293,6 +302,7 @@ def test_friction_over_speed_is_split_once_though_several_hypotheses_hold_it():
     assert blind.verdict['status'] != 'no_gap'
 
 
+@pytest.mark.long
 def test_where_no_current_is_measured_resistance_and_torque_constant_are_both_to_be_measured():
     servo = servo_file.load(servo_at('geared_dc'))
     rig = replace(servo, values={**servo.values, 'drive.resistance': 1.3 * servo.values[

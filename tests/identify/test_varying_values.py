@@ -24,6 +24,7 @@ def turning(rig, seed):
     return replace(sampled(rig, command, seed=seed), name=f'turn_{seed}', family='turn')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_inertia_that_varies_over_the_turn_is_the_loads_and_comes_with_its_law():
     rig = with_effect('linked_inertia', 'load', order=2.0, cosine=(LEVER,), sine=(0.5 * LEVER,))
@@ -69,6 +70,7 @@ def carrying(seed):
 CARRIES = with_effect('coupled_inertia', 'load', cosine=-0.5 * LEVER, order=1.0)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_inertia_that_another_axis_moves_is_known_by_its_position_or_drifts():
     several = [carrying(seed) for seed in (1, 2)]
@@ -77,6 +79,7 @@ def test_an_inertia_that_another_axis_moves_is_known_by_its_position_or_drifts()
     assert named_by_equations(blind) == {('parameter:load_inertia', 'load')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_viscous_friction_that_fades_is_friction_that_drifts():
     rig = with_effect('viscous_drift', 'load', excess=25.0, settling=2.0)
@@ -98,6 +101,7 @@ def test_a_filter_of_the_controller_far_from_the_files_is_the_controllers():
         assert answer.augmented.numbers[path] == pytest.approx(value, rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_teeth_that_rub_more_where_the_load_drives_are_one_friction():
     weight = Placed('weight', find('gravity'), 'load')

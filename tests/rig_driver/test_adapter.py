@@ -158,6 +158,7 @@ def node(module, namespace, *parameters):
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
+@pytest.mark.long
 @pytest.mark.ros
 @pytest.mark.slow
 def test_a_twin_runs_beside_a_robot_whose_drives_nobody_touches(tmp_path, capsys):

@@ -24,6 +24,7 @@ TABLE = load_frames()
 START = (0x000, bytes([1, 0]))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_canopen_reads_and_writes_objects_of_the_nodes_over_a_bus(tmp_path):
     path = str(tmp_path / 'can')

@@ -157,6 +157,7 @@ for process in started:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('end', ['kill the parent', 'interrupt all of them twice'])
 def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, end):
     channel = str(tmp_path / 'rig.can')

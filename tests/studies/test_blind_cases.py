@@ -78,6 +78,7 @@ def test_it_keeps_null_cases_inside_the_tolerances():
         assert set(one.set) == set(machine.set) | set(machine.tolerated)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('name', machines())
 def test_it_has_null_cases_in_which_nothing_is_missing(name):
     one = next(c for c in of_plan('development') if (c.machine, c.kind) == (name, 'null'))

@@ -270,6 +270,7 @@ def run(folder, *options):
                  *options])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_runs_a_small_check_and_goes_on_where_it_stood(tmp_path, capsys):
     options = ('--case', 'null-01', '--case', 'single-gravity-4x')

@@ -70,6 +70,7 @@ def test_the_brake_is_begun_somewhere_else_in_its_swing_each_time():
     assert np.abs(other - first).max() > 0.05
 
 
+@pytest.mark.long
 def test_the_position_loop_of_rig_and_twin_follows_a_ramp_with_the_lag_of_its_gain():
     # a loop with one integrator follows a ramp behind by speed / gain
     ramp = 0.1 * np.arange(4000) * 1e-3

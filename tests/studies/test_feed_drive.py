@@ -96,6 +96,7 @@ def models(axis):
         FEED, axis['training']))}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_hybrid_halves_the_error_at_a_feed_that_it_has_not_seen(axis, models):
     found = judged(models, axis['test'][0]).figures()

@@ -29,6 +29,7 @@ def test_two_inertias_give_way_as_the_screw_and_weigh_what_it_does():
     assert {p.name for p in FEED_DRIVE.effects} - {p.name for p in servo.effects} == {'play'}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_softer_fmu_is_further_from_the_built_in_one(tmp_path):
     servo = two_inertias(FEED_DRIVE)

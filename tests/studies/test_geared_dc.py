@@ -120,6 +120,7 @@ def test_friction_by_equation_4_is_a_sum_of_two_features_until_one_is_left_out(d
         dataset_of(friction_of(SERVO, recordings['training']), unseen=(0, 1))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_every_kind_of_learner_is_judged_on_the_unseen_recording(data):
     rows, _ = compared(data, ['coulomb_viscous', 'dahl', 'sindy', 'feedforward'], seconds=1.0)

@@ -113,6 +113,7 @@ def nodding():
     return run_pair(PAN, TILT, 'voltage', pan, 'position', 0.7 * (1.0 - np.cos(1.2 * t)))
 
 
+@pytest.mark.long
 def test_a_twin_that_sees_the_tilt_is_closer_to_the_pan_than_one_that_does_not(nodding):
     pan, tilt = nodding
     assert np.array_equal(pan['coupled_position'], tilt['load_position'])
@@ -178,6 +179,7 @@ def made_by(model: str, volts: float, seed: int) -> Recording:
         family='sine', replicate=seed)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_model_that_made_the_recordings_is_ranked_first():
     truth = 'tjahjowidodo'

@@ -55,6 +55,7 @@ def test_training_and_test_runs_have_no_set_points_in_common():
     assert len(set(seeds)) == len(seeds)
 
 
+@pytest.mark.long
 def test_a_recording_is_made_once_and_again_when_it_is_another(work, bench):
     def made(reference: np.ndarray) -> int:
         recorded(work, parts=[Part('once', True, (run('hold', 'voltage', reference),), 3)])
@@ -65,6 +66,7 @@ def test_a_recording_is_made_once_and_again_when_it_is_another(work, bench):
     assert made(np.full(100, 0.1)) != first
 
 
+@pytest.mark.long
 def test_models_run_and_are_drawn_beside_the_rig(bench, tmp_path):
     servos = {'traditional': compared_models.data_sheet(), 'hybrid': compared_models.data_sheet()}
     runs = model_errors.open_loop(servos, bench['open'])

@@ -21,6 +21,7 @@ def steady(speed, **others):
     return machine, *(float(np.mean(columns[n][SAMPLES // 2:])) for n in ('torque', 'current'))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('speed', [0.5, -1.5])
 def test_it_needs_the_torque_of_its_friction_at_one_speed(speed):
     m, torque, current = steady(speed)
@@ -35,6 +36,7 @@ def test_it_resists_more_where_something_more_resists():
     assert steady(-0.5, one_way=2.0)[1] == pytest.approx(steady(-0.5)[1], rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('machine', 'lacks', 'silent'), [
     ('gearmotor', ('gravity',), ('torque',)), ('turntable', (), ('torque', 'load_position'))])
 def test_what_it_lacks_is_named_with_few_sensors_too(machine, lacks, silent, monkeypatch):

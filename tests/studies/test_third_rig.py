@@ -36,6 +36,7 @@ def moved(plant, command, external=None, terms=(), memory=None, period=1e-4):
                none, np.zeros((len(command), 4)), 0.0, 0.0, period, 1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_machine_without_friction_keeps_its_energy():
     out = moved(FREE, np.where(np.arange(20_000) < 300, 2.0, 0.0))[400:]

@@ -72,6 +72,7 @@ def test_it_is_zero_when_the_rig_is_the_twin():
     assert np.isnan(found['controller']).all() and np.isnan(found['torque_balance']).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('effect, site, value, balance', [
     ('coulomb_friction', 'load', 'level: 20.0', 'load'),
     ('coulomb_friction', 'motor', 'level: 0.05', 'motor'),
@@ -124,6 +125,7 @@ def test_it_reads_a_resistance_back_as_voltage_of_the_winding():
     assert rms(found[50:-50] - expected[50:-50]) < 0.03 * rms(expected)
 
 
+@pytest.mark.long
 def test_it_joins_motor_and_load_without_a_torque_sensor():
     effects = '{a: {effect: coulomb_friction, at: load, level: 20.0}}'
     of = servo(without=('torque_sensor',))
@@ -132,6 +134,7 @@ def test_it_joins_motor_and_load_without_a_torque_sensor():
     assert np.isnan(found['motor']).all() and np.isnan(found['load']).all()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_needs_only_one_encoder_and_the_command_for_the_torque_balance():
     lacks = ('torque_sensor', 'current_sensor', 'load_encoder')
@@ -148,6 +151,7 @@ def test_it_needs_only_one_encoder_and_the_command_for_the_torque_balance():
 LOOP = '{{type: velocity_pi, kp: {}, ki: 505.38}}'
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_finds_the_controller_clean_when_only_the_plant_differs():
     rig = servo(controller=LOOP.format(16.09),

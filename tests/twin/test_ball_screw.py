@@ -164,6 +164,7 @@ def test_the_ways_resist_as_equation_14_says():
         assert ways.law(p, (), motion, 1e-4) == pytest.approx(25.0 + 12.0 + 5.41341, rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_parallel_network_adds_to_the_analytical_position_and_to_nothing_else():
     rows = {'wanted': (2.0, -1.0, 0.3), 'behind': (0.5, 3.0, -2.0), 'threshold': (0.1, -0.4, 0.0),
             'weight': (4e-6, -3e-6, 5e-6)}

@@ -42,6 +42,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.long
 def test_a_new_effect_is_one_new_file(folder):
     text = ('servo: s\ndrive: {type: current, gain: 0.49, torque_constant: 0.4878}\n'
             'mechanism: {type: rigid, rotor_inertia: 1.14e-4, ratio: 1.0, load_inertia: 0.0}\n'

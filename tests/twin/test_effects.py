@@ -169,6 +169,7 @@ def test_a_law_rescales_with_its_declared_units(effect, site, powers, seed):
 # --- compiled and off
 
 
+@pytest.mark.long
 @each_effect
 def test_a_compiled_law_says_what_the_plain_law_says(effect):
     kernel = kernel_of(every_effect.servo())

@@ -22,6 +22,7 @@ from servo_twin.recording.events import BEGAN, Change, written
 pytestmark = pytest.mark.ros
 
 
+@pytest.mark.long
 def test_a_replay_is_the_live_run_to_the_last_bit_though_a_parameter_was_set(
         graph, servo_files, tmp_path, capsys):
     bag = tmp_path / 'bag'

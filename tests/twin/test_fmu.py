@@ -53,6 +53,7 @@ def run(servo, mode='measured_input', **more):
                     mode)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('version', ['two2', 'two3'])
 @pytest.mark.parametrize('mode', ['measured_input', 'closed_loop'])
@@ -65,6 +66,7 @@ def test_an_fmu_of_two_inertias_goes_as_the_built_in_ones(fmus, version, mode):
     assert np.abs(theirs[:, 2] - ours[:, 2]).max() < 0.02 * np.ptp(ours[:, 2])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('version', ['one2', 'one3'])
 def test_an_fmu_that_moves_as_one_goes_as_the_rigid_mechanism(fmus, version):
     outputs = '{motor_angle: phi_m, motor_speed: w_m, load_angle: phi_l, load_speed: w_l}'

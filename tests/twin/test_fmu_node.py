@@ -27,6 +27,7 @@ effects:
 """
 
 
+@pytest.mark.long
 def test_it_answers_in_lockstep_bit_for_bit_and_outlives_a_step_that_fails(
         graph, tmp_path):
     text = SERVO.format(fmu=made(tmp_path, 2))

@@ -93,6 +93,7 @@ def test_its_limit_is_that_of_the_whole_torque(fed):
     assert y[0, 4] == pytest.approx(wanted)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('kind', [
     'velocity_pi, kp: 2.0, ki: 0.0, limit: 1.5', 'position_loop, kp: 3.0, kv: 2.0, limit: 1.5',
     'cascade, kp: 3.0, kv: 2.0, limit: 1.5',

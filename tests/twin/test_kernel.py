@@ -66,6 +66,7 @@ def in_a_process(folder, cache):
     return json.loads(done.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_second_process_loads_what_the_first_compiled_and_an_edit_makes_another(tmp_path):
     laws, cache = tmp_path / 'laws', tmp_path / 'cache'
@@ -103,6 +104,7 @@ def test_many_runs_on_several_threads_are_the_single_runs_to_the_last_bit():
         assert np.array_equal(simulate(servo, u, 1e-3, x.copy(), theta=theta), y)
 
 
+@pytest.mark.long
 def test_an_effect_that_vanished_takes_part_again_once_its_amplitude_is_there():
     place = Placed('c', find('cogging'), 'motor')
     servo = Servo('a', CurrentDrive, Rigid, Open, (), (place,))

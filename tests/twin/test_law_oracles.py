@@ -55,6 +55,7 @@ def stick_slip(push, until, inertia, coulomb, excess, fade, exponent, spring):
     return angle
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('exponent', [2.0, 1.0])
 def test_stiction_sticks_and_slips_as_event_located_integration_says(exponent):
     t = np.arange(2000) * PERIOD

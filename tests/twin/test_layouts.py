@@ -41,6 +41,7 @@ def test_every_panel_has_its_place():
     assert sorted(panels_in(layout['layout'])) == sorted(layout['configById'])
 
 
+@pytest.mark.long
 def test_what_the_layouts_name_is_in_the_bag_of_a_run(tmp_path):
     folder = tmp_path / 'run'
     done = subprocess.run(

@@ -63,6 +63,7 @@ def winding_and_two_masses(s):
     return speed, speed / v['ratio'] * spring / (spring + load)
 
 
+@pytest.mark.long
 def test_it_gives_the_closed_form_of_two_masses_behind_a_winding():
     form = linearise(machine(), 'voltage', ('motor_speed', 'load_speed'), usual_point(machine()))
     frequency = np.geomspace(0.05, 2000.0, 60)
@@ -156,6 +157,7 @@ def test_margins_are_those_of_the_loop_by_hand():
     assert lost == pytest.approx(360.0 * found['crossover, Hz'] * 2e-3, abs=0.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('file', sorted((CONFIG / 'servos').glob('*.yaml')), ids=lambda f: f.stem)
 def test_every_shipped_servo_has_a_linear_form(file):
     servo = servo_file.load(file)

@@ -124,6 +124,7 @@ def test_a_winding_charges_as_its_time_constant_says():
     assert y[:, 3] == pytest.approx(3.0 * (1.0 - np.exp(-np.arange(50) * PERIOD / 0.01)), rel=2e-3)
 
 
+@pytest.mark.long
 def test_a_rigid_servo_is_a_stiff_one():
     u = inputs(500, voltage=np.sin(0.02 * np.arange(500)))
     stiff, _ = rolled(two_inertia(stiffness=1e5, damping=30.0, step=1e-5), u)

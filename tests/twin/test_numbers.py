@@ -49,6 +49,7 @@ def test_what_is_no_number_never_becomes_one_again(column, bad, at, mode, fricti
     assert not np.isfinite(y[at + 2:, :3]).any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
 def test_a_limit_of_the_drive_makes_no_number_of_what_is_none(bad):
     servo = Servo('amplifier', CurrentAmplifier, Rigid)

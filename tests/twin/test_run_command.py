@@ -46,6 +46,7 @@ def children_of(folder):
     return found
 
 
+@pytest.mark.long
 def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     folder = tmp_path / 'bench'
     # four peaks: a machine that stands still for a moment misses one
@@ -110,6 +111,7 @@ def test_it_says_which_part_did_not_start_and_ends_the_others(tmp_path, words, s
     assert children_of(folder) == []
 
 
+@pytest.mark.long
 def test_it_begins_nothing_in_a_namespace_where_another_run_is(tmp_path):
     folder = tmp_path / 'bench'
     rclpy.init()

@@ -119,6 +119,7 @@ def running(folder, view=True):
         run.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('cut', [*PROCESSES, 'run', 'terminal'])
 def test_the_drive_has_no_torque_and_nothing_lives_on_whatever_is_cut_off(tmp_path, cut):
     with running(tmp_path, cut in ('view', 'run', 'terminal')) as run:
@@ -138,6 +139,7 @@ def test_the_drive_has_no_torque_and_nothing_lives_on_whatever_is_cut_off(tmp_pa
         assert 'Traceback' not in ''.join(run.said(name) for name in run.names)
 
 
+@pytest.mark.long
 def test_ctrl_z_takes_the_drive_down_at_once_though_the_player_hangs(tmp_path):
     with running(tmp_path) as run:
         os.kill(run.pids['player'], signal.SIGSTOP)
@@ -149,6 +151,7 @@ def test_ctrl_z_takes_the_drive_down_at_once_though_the_player_hangs(tmp_path):
         wait_for(lambda: run.left() == ['run'], 'the others have ended', GONE_WITHIN)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('hung', ['driver', 'twin'])
 def test_it_ends_where_a_node_stands_still_and_says_which(tmp_path, hung):
     with running(tmp_path, view=False) as run:

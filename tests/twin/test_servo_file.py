@@ -81,6 +81,7 @@ def servos(draw):
                  linear=plain.linear)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(servo=servos())
 def test_a_written_servo_reads_back_as_the_same_servo(servo):

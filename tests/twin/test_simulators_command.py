@@ -130,6 +130,7 @@ def test_the_page_has_examples():
     assert len(examples()) >= 3
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_examples_of_the_page_run_as_they_stand(tmp_path):
     shutil.copytree(ROOT / 'config', tmp_path / 'config')

@@ -69,6 +69,7 @@ def executed(text, tmp_path, monkeypatch):
     return module
 
 
+@pytest.mark.long
 def test_isaac_lab_gets_gains_friction_and_limits(tmp_path, monkeypatch):
     joint = nearest_joint(servo(LOSSY[0], controller=LOOP), 'left knee', 'isaac', 1e-3,
                           duration=4.0).joint
@@ -87,6 +88,7 @@ def test_isaac_lab_gets_gains_friction_and_limits(tmp_path, monkeypatch):
     assert f'viscousFrictionCoefficient = {joint.damping * pi / 180.0:.9g}' in text
 
 
+@pytest.mark.long
 def test_a_slide_of_isaac_has_no_degrees(tmp_path, monkeypatch):
     joint = nearest_joint(MACHINES['slide'], '2nd', 'isaac', 1e-3, duration=1.0).joint
     text = isaac_text(joint, [])
@@ -94,6 +96,7 @@ def test_a_slide_of_isaac_has_no_degrees(tmp_path, monkeypatch):
     assert 'drive:linear:physics:stiffness = 400  # N/m' in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('form', ['urdf', 'isaac'])
 def test_what_only_mujoco_holds_is_lost_elsewhere(form):
     nearest = nearest_joint(MACHINES['spring'], 'j', form, 1e-3, duration=1.0)

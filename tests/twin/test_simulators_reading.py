@@ -227,6 +227,7 @@ def by_mujoco(model, name, control, start=0.2):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('actuators', 'joint', 'column'), [
     ('<motor name="a" joint="j" gear="9" ctrlrange="-1 1"/>',
      'armature="0.05" damping="0.4" stiffness="2" springref="0.3"', 'voltage'),
@@ -252,6 +253,7 @@ def test_its_twin_moves_as_mujoco_moves_it(actuators, joint, column):
     assert np.abs(y[:, 1] - truth).max() < 2e-3 * np.ptp(truth)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(mujoco.mjtGain, 'mjGAIN_DCMOTOR'), reason='no dcmotor')
 @pytest.mark.parametrize('beside', ['cogging="0.01 6 0.3"', 'lugre="2 0.002 0.02 0.03 4"'])
 def test_the_twin_of_a_dcmotor_moves_as_mujoco_moves_it(beside):

@@ -80,6 +80,7 @@ MACHINES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('name', MACHINES)
 def test_mujoco_moves_it_as_its_twin_does_where_nothing_is_lost(name):
@@ -187,6 +188,7 @@ def by_mujoco(machine, nearest, step=STEP):
     return compared(machine, nearest, 'MuJoCo', lambda joint, over: mujoco_run(text, joint, over))
 
 
+@pytest.mark.long
 def test_the_nearest_friction_is_nearer_than_none():
     machine = servo(*LOSSY, controller=LOOP)
     nearest = nearest_joint(machine, 'j', 'mjcf', STEP, duration=4.0)
@@ -208,6 +210,7 @@ def test_the_nearest_friction_of_dry_and_viscous_friction_is_itself():
     assert found.left < 1e-9 and found.stiction < 1e-6
 
 
+@pytest.mark.long
 def test_the_nearest_friction_is_the_least_squares_of_the_law_over_the_motion():
     machine = servo('  air: {effect: quadratic_drag, at: load, rise: 0.3}', controller=LOOP)
     over = excitation_for(joint_of_servo(machine, 'j')[0], 1e-3, duration=4.0)
@@ -228,6 +231,7 @@ def test_stiction_goes_to_isaac_alone():
     assert nearest_joint(machine, 'j', 'mjcf', 1e-3, duration=4.0).joint.stiction == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_names_everything_that_a_rigid_joint_has_no_place_for():
     machine = servo(
@@ -256,6 +260,7 @@ def test_it_names_everything_that_a_rigid_joint_has_no_place_for():
     assert nearest.rms == pytest.approx(np.sqrt(np.mean(again**2)), rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('file', sorted(SERVOS.glob('*.yaml')), ids=lambda f: f.stem)
 def test_every_shipped_servo_goes_over_or_says_why_not(file):

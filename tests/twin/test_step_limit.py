@@ -126,6 +126,7 @@ def test_a_drive_with_loops_of_its_own_is_not_stepped_past_them():
         loads(yaml.safe_dump(tree))
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(stiffness=st.floats(1e-3, 1e10), ratio=st.floats(1.0, 1e4), rotor=st.floats(1e-9, 1e3),
        load=st.floats(1e-9, 1e6), step=st.floats(1e-6, 1e-2))

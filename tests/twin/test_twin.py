@@ -208,6 +208,7 @@ def test_it_does_not_jump_when_the_ratio_is_changed():
     assert abs(after[1] - before[1]) < 1e-3
 
 
+@pytest.mark.long
 def test_it_keeps_its_state_when_another_servo_with_the_same_mechanism_is_loaded():
     twin = Twin(BENCH, PERIOD)
     twin.step(0, recording(200))

@@ -168,6 +168,7 @@ def test_it_listens_to_this_machine_alone(view):
         socket.create_connection(('127.0.0.2', view.port), 1.0)
 
 
+@pytest.mark.long
 def test_a_page_goes_on_after_a_restart_of_the_server(bag, browser):
     first = ViewProcess(bag)
     browser.open(first.url)

@@ -58,6 +58,7 @@ def faulty_rig(tmp_path):
         process.wait(60.0)
 
 
+@pytest.mark.long
 def test_it_follows_a_rig_moves_values_and_switches_faults(
         graph, faulty_rig, tmp_path):
     rig = graph('rig').ready()
@@ -140,6 +141,7 @@ def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):
             rig.close()
 
 
+@pytest.mark.long
 def test_a_diagnosis_says_what_it_takes_and_can_be_ended(graph, tmp_path):
     rig = graph('rig').ready()
     view = ViewProcess()
