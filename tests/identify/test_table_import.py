@@ -390,18 +390,15 @@ def test_an_hdf5_file_is_named_as_one(tmp_path):
         read_table(tmp_path / 'a.mat')
 
 
-@pytest.mark.parametrize('command', ['import', 'init'])
 @pytest.mark.parametrize(('named', 'text'), [
     ('.', "is a folder and no table; it holds tables, which are '"),
-    ('*.csv', 'names 2 files, and {} takes one, such as'),
+    ('*.csv', 'names 2 files, and init takes one, such as'),
     ('*.parquet', 'no file or folder has a name of this pattern')])
-def test_what_takes_one_table_says_so_of_a_folder_and_of_a_pattern(
-        tmp_path, capsys, command, named, text):
+def test_what_takes_one_table_says_so_of_a_folder_and_of_a_pattern(tmp_path, capsys, named, text):
     for name in 'ab':
         write_csv(tmp_path / f'{name}.csv', table())
-    servo = ['--servo', str(SERVO)] if command == 'import' else []
-    assert main([command, str(tmp_path / named), '-o', str(tmp_path / 'new'), *servo]) == 2
-    assert text.format(command) in capsys.readouterr().err
+    assert main(['init', str(tmp_path / named), '-o', str(tmp_path / 'new')]) == 2
+    assert text in capsys.readouterr().err
 
 
 def test_a_wrong_choice_is_answered_by_its_sentence_alone(capsys):
