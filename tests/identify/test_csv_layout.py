@@ -154,7 +154,7 @@ def test_a_last_row_that_breaks_off_is_left_out_and_said(tmp_path):
 def test_stamps_in_nanoseconds_of_today_keep_their_distance(tmp_path):
     path = tmp_path / 'a.csv'
     path.write_text('t [ns],motor_position,voltage\n' + ''.join(
-        f'{1730000000_000000000 + k * 20_000},{k},1\n' for k in range(50)))
+        f'{1730000000_000000000 + k * 20_000},{k / 2},1\n' for k in range(50)))
     recording = import_table(path, SERVO)
     assert (recording.period, recording.warnings) == (20e-6, ())
 

@@ -18,11 +18,14 @@ import argparse
 from pathlib import Path
 import shutil
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 
 from ..data.arguments import names_of, tables_of
+
+if TYPE_CHECKING:
+    from ..data.long_bags import Long
 
 IN_PARTS_FROM = 2**27  # bytes of memory from which on a table is not held whole, if it can be
 SAID_FROM = 2**30  # bytes of memory from which on they are said
@@ -128,6 +131,8 @@ def _say_notes(arguments: argparse.Namespace, made: dict[str, dict[str, Any]]) -
     for name, found in made.items():
         for line in found['note'].splitlines():
             lines.setdefault((line, line in found['warnings']), []).append(name)
+        for one in found['findings']:
+            print(f'warning: {one.sentence} What to do: {one.action}', file=sys.stderr)
     for (line, warned), names in lines.items():
         of = f' ({", ".join(names)})' if len(made) > 1 else ''
         if warned:
@@ -143,7 +148,6 @@ def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespa
 
     from ..data.import_in_parts import import_in_parts, NotPlain
     from ..data.import_memory import memory_of
-    from ..data.recording_facts import facts_of
     from ..data.table_import import import_table
 
     said = {'mapping': arguments.mapping, 'family': arguments.family, 'replicate': replicate,
@@ -153,7 +157,7 @@ def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespa
         try:
             head = import_in_parts(table, arguments.servo, place, arguments.block_size, **said)
             with open_recording(place) as whole:
-                return facts_of(output, whole) | {
+                return _facts(output, whole, arguments.servo) | {
                     'warnings': list(head.warnings), 'sha256': head.digest}
         except NotPlain:
             shutil.rmtree(place, ignore_errors=True)
@@ -162,4 +166,17 @@ def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespa
               f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
     recording = import_table(table, arguments.servo, **said)
     write_recording(place, recording, arguments.block_size)
-    return facts_of(output, recording)
+    return _facts(output, recording, arguments.servo)
+
+
+def _facts(output: Path, recording: Long, servo: Path) -> dict[str, Any]:
+    """Return what is in a bag, and what would be wrong of it as it is: ``findings``."""
+    from servo_twin.description import servo_file
+
+    from ..data.raw_encoder import wrapped_findings
+    from ..data.recording_facts import facts_of
+    from ..data.survey import survey
+
+    seen = survey(recording, servo_file.load(servo))
+    return facts_of(output, recording) | {
+        'findings': list(wrapped_findings(seen.name, seen.wrapped))}

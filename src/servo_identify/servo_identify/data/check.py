@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
-from .mistakes import TURN
+from .raw_encoder import wrapped_findings
 from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -91,12 +91,7 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
     found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an '
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
-    found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
-                      'encoder that wraps around at each turn.' if turn == TURN else
-                      f'{one.name}: {name} jumps back by {turn:.4g} rad, all of its range: a '
-                      'counter that wraps around.', 'unwrap it (numpy.unwrap), or give the round '
-                      'in the mapping, such as wraps: 360 of degrees, wraps: 65536 of counts')
-              for name, turn in one.wrapped.items()]
+    found += wrapped_findings(one.name, one.wrapped)
     found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:

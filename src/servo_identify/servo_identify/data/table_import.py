@@ -22,6 +22,7 @@ from .mapping import read_mapping
 from .message_files import holds_messages
 from .messages import read_messages
 from .plausibility import check_angles
+from .raw_encoder import check_counts
 from .tables import read_table, Table
 from .time_units import unit_of_times
 
@@ -71,6 +72,7 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     seen.add(columns)
     check_columns(path, seen, [*table.columns, *table.refused], warnings)
     if machine is not None:
+        check_counts(path, columns, machine)
         check_angles(path, columns, machine)
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
