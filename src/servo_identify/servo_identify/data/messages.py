@@ -175,8 +175,8 @@ def _numbers(at: Any, owners: list[Any]) -> Iterator[str]:
             yield from (f'[{index}]{rest}' for rest in _numbers(at[k], [*owners, at[k]]))
     else:
         for name in fields_in(at):
-            if name != 'header':
-                part = part_of(at, name)
+            part = part_of(at, name)
+            if name != 'header' and 'data_offset' not in fields_in(part):  # the layout of an array
                 yield from (f'.{name}{rest}' for rest in _numbers(part, [*owners, part]))
 
 
