@@ -92,8 +92,9 @@ def test_what_loggers_write_where_nothing_was_measured_is_no_number(tmp_path):
 
 def test_names_that_are_there_twice_are_numbered(tmp_path):
     path = tmp_path / 'a.csv'
-    path.write_text('time,u,time,i\ns,V,ms,A\n0,1,0,2\n0.1,1,100,2\n')
-    assert list(read_table(path).columns) == ['time (1) [s]', 'u [V]', 'time (2) [ms]', 'i [A]']
+    path.write_text('t,u,speed,speed\ns,V,rpm,rad/s\n0,1,0,2\n0.1,1,100,2\n')
+    assert list(read_table(path).columns) == ['t [s]', 'u [V]', 'speed (1) [rpm]',
+                                              'speed (2) [rad/s]']
 
 
 def test_names_without_a_column_and_columns_without_a_name_at_the_end_are_no_harm(tmp_path):

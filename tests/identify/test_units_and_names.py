@@ -84,6 +84,8 @@ def test_what_one_count_is_is_asked_for_in_the_quantity_of_the_column(wanted, ex
     ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
     ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
     ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
+    ('Commanded Position', '', 'reference_position'), ('Demand Speed', '', 'reference_velocity'),
+    ('fActCur', '', 'current'), ('fSetCur', '', 'current_reference'),
     ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
 def test_it_tells_columns_by_their_names(source, kind, column):
     assert looks_like(source, kind) == column

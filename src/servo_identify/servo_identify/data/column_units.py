@@ -13,6 +13,7 @@ from servo_twin.recording.recording import COLUMNS
 
 from .physical_units import factor_to
 from .tables import Table
+from .time_units import unit_of_stamps
 from .unit_symbols import UnitError
 
 NAMES = ('t', *COLUMNS)
@@ -54,6 +55,7 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
             continue
         if name in found:
             raise ValueError(f'{table.path}: column {name!r} is there twice')
+        unit = unit or name == 't' and unit_of_stamps(table.zeros.get(header, 0)) or ''
         factor = factor_of(f'{table.path}: column {header!r}', name, unit, servo)
         if factor != 1.0:
             into = 'A' if is_current(name, unit) else (

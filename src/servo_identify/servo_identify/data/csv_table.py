@@ -9,6 +9,8 @@ import re
 from typing import Any
 
 from .csv_layout import last_line, Layout, layout_of
+from .rows_in_time import timelines_of
+from .scope_export import is_stamp
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
 
@@ -42,7 +44,8 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
     if table.num_rows < 1 + bool(layout.unused) and (cut or layout.unused):
         raise ValueError(f'{path} is no table: its only row breaks off: '
                          f'{[*cut, layout.row][0].strip()!r}')
-    told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut]
+    told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
+            if text.strip() != 'EOF']  # as the Scope of TwinCAT ends a file
     if layout.unused:
         told.append(f'the rows end before {list(layout.unused)}: no number stands there')
     return table, tuple(told)
@@ -62,6 +65,8 @@ def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[A
     if layout.blanks:
         raise ArrowInvalid('blanks part the columns')
     columns = _names(path, layout, names)
+    if timelines_of(columns) or any(map(is_stamp, layout.row.split(layout.delimiter))):
+        raise ArrowInvalid('such times are held whole')
     options = _options(layout, columns)
     options['read_options'].block_size = block
     options['convert_options'].column_types = dict.fromkeys(columns, 'float64')

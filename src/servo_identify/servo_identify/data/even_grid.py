@@ -15,7 +15,8 @@ import numpy as np
 
 from servo_twin.recording.recording import RESAMPLED
 
-from .joining import HELD, HOLE
+from .joining import HELD
+from .rows_in_time import HOLE
 
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""

@@ -21,10 +21,10 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .joining import at_rows
 from .message_files import opened
 from .message_parts import fields_in, LACKING, part_of
 from .message_times import on_one_clock, stamp_of
+from .rows_in_time import at_rows
 from .tables import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')

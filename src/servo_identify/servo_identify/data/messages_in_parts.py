@@ -10,9 +10,9 @@ import tempfile
 
 import numpy as np
 
-from .joining import at_rows, period_between
 from .messages import Taken, taken
 from .on_disk import OnDisk
+from .rows_in_time import at_rows, period_between
 from .tables import Table
 
 

@@ -13,12 +13,13 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .arrow_columns import numbers_of
+from .arrow_columns import numbers_of, zero_of
 from .clock_times import seconds_of
 from .csv_layout import MINUS, TEXTS
 from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
 from .mat_file import load_mat
+from .rows_in_time import on_one_timeline
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
@@ -35,7 +36,8 @@ class Table:
 
     ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
     says of columns that hold text why they are no numbers; whoever asks for one is told.
-    ``warnings`` say what was left out of the file.
+    ``warnings`` say what was left out of the file. ``zeros`` is what was taken off whole numbers
+    that float64 cannot hold, stamps of a clock: their first, by column.
     """
 
     path: Path
@@ -43,6 +45,7 @@ class Table:
     facts: dict[str, Any] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    zeros: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lengths = {name: len(column) for name, column in self.columns.items()}
@@ -99,7 +102,9 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
 
 def _csv(path: Path, names: Sequence[str]) -> Table:
     found, warnings = read_csv(path, names)
-    return replace(from_arrow(path, found), warnings=warnings)
+    table, told = from_arrow(path, found), list(warnings)
+    columns = on_one_timeline(table.columns, told)
+    return replace(table, columns=columns, warnings=tuple(told))
 
 
 def _numpy(path: Path) -> Table:
@@ -163,14 +168,17 @@ def _feather(path: Path) -> Table:
 
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
-    columns, texts = dict[str, np.ndarray](), {}
+    columns, texts, zeros = dict[str, np.ndarray](), {}, dict[str, int]()
     for name, column in zip(found.column_names, found.columns, strict=True):
-        numbers = numbers_of(column)
+        zero = zero_of(column, next(iter(zeros.values()), 0))
+        if zero:
+            zeros[name] = zero
+        numbers = numbers_of(column, zero)
         if numbers is None:
             texts[name] = column.to_pylist()
         elif name or np.isfinite(numbers).any():  # else each line ends with what parts the columns
             columns[name] = numbers
-    return _with_texts(Table(path, columns), texts)
+    return _with_texts(Table(path, columns, zeros=zeros), texts)
 
 
 def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:

@@ -25,7 +25,7 @@ class Offered:
     ``units`` are those that a header or a type of message gives, ``kinds`` the types of messages.
     ``numbers`` are the columns of a table, empty for messages. ``rows`` and ``names`` are what a
     mapping file must say of the file as a whole. ``refused`` says of other columns why they
-    hold no numbers.
+    hold no numbers. ``stamps`` is what was taken off columns of large whole numbers.
     """
 
     path: Path
@@ -36,6 +36,7 @@ class Offered:
     rows: str = ''
     names: tuple[str, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
+    stamps: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def messages(self) -> bool:
@@ -62,7 +63,7 @@ def offered(path: Path) -> Offered:
     table = read_table(path, rows, names)
     return Offered(path, tuple(table.columns), {name: unit for name in table.columns
                                                 if (unit := split(name)[1])},
-                   {}, table.columns, rows, names, table.refused)
+                   {}, table.columns, rows, names, table.refused, table.zeros)
 
 
 def _unit_of(source: str, kind: str) -> str:
