@@ -209,3 +209,51 @@ def test_a_mapping_names_the_columns_of_a_bare_table_and_brings_units_to_si(tmp_
     one = import_table(tmp_path / 'bare.csv', SERVO, mapping=mapping)
     assert one.period == 0.002 and one['voltage'][0] == 1.5
     assert one['motor_position'][0] == pytest.approx(2.0 * np.pi)
+
+
+@pytest.mark.parametrize('end', [',,\n,,\n', '\n  \n\t\n'], ids=['no cell', 'blanks'])
+def test_empty_rows_at_the_end_are_left_out(tmp_path, end):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join(NAMES), *lines()]) + '\n' + end)
+    found = import_table(path, SERVO)
+    assert (len(found), found.warnings) == (3, ())
+
+
+@pytest.mark.parametrize('multi', [False, True])
+def test_labview_files_have_their_times_and_units(tmp_path, multi):
+    path, gap = tmp_path / 'a.lvm', '\t\t' if multi else '\t'
+    end = '***End_of_Header***'
+    names = ['X_Value', 'voltage', *['X_Value'] * multi, 'motor_position', 'Comment']
+    rows = ['\t'.join(f'{x:g}' for x in (2e-3 * k, k - 9, *[2e-3 * k] * multi, k / 4)) + '\t'
+            for k in range(40)]
+    path.write_text('\n'.join([
+        'LabVIEW Measurement\t', 'X_Columns\tOne', 'Time_Pref\tRelative', f'{end}\t', '\t',
+        f'Channels\t2{gap}\t', f'Samples\t40{gap}40\t', f'Y_Unit_Label\tVolts{gap}Degrees\t',
+        f'X_Dimension\tTime{gap}Time\t', f'{end}{gap}\t', '\t'.join(names), *rows]))
+    found = import_table(path, SERVO)
+    assert (found.period, found['voltage'].tolist()) == (0.002, list(range(-9, 31)))
+    assert found['motor_position'] == pytest.approx(np.radians(np.arange(40) / 4))
+
+
+@pytest.mark.parametrize(('index', 'name'), [
+    (('0', '1', '2'), ''),
+    (('0 days 00:00:00', '0 days 00:00:00.002', '0 days 00:00:00.004'), 'time'),
+    (('2026-03-02 14:03:22.000', '2026-03-02 14:03:22.002', '2026-03-02 14:03:22.004'), 'time'),
+    (('5.5', '6.5', '7.5'), 'index')])
+def test_the_index_of_a_frame_is_the_time_where_it_is_one(tmp_path, index, name):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([',voltage,motor_position', *(
+        f'{one},{u},{q}' for one, (_, u, q) in zip(index, ROWS, strict=True))]))
+    assert sorted(read_table(path).columns) == sorted(filter(None, (*NAMES[1:], name)))
+    if name == 'time':
+        assert import_table(path, SERVO).period == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize(('order', 'advice'), [
+    ((0, 1, 2, 0, 1, 2), 'A second recording begins there'),
+    ((0, 2, 1), 'Sort the rows by their time')])
+def test_it_says_what_to_do_where_the_time_runs_backwards(tmp_path, order, advice):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join(NAMES), *(lines()[k] for k in order)]))
+    with pytest.raises(ValueError, match=advice):
+        import_table(path, SERVO)

@@ -369,6 +369,13 @@ def test_a_short_name_is_refused_with_the_name_that_is_meant(tmp_path, header, m
         named_columns(read_table(table), None, [])
 
 
+def test_what_was_commanded_is_not_taken_for_a_measured_angle(tmp_path):
+    table = tmp_path / 'drive.csv'
+    table.write_text('time,Commanded Position,Actual Motor Position\n0,1,2\n')
+    with pytest.raises(ValueError, match="'Commanded Position': is it 'reference_position'"):
+        named_columns(read_table(table), None, [])
+
+
 def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
     table = tmp_path / 'short.csv'
     table.write_text('time,u,i,theta\n0,1,2,3\n')

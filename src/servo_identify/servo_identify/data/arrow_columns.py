@@ -40,6 +40,13 @@ def _seconds(column: Any) -> np.ndarray:
     return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
 
 
+def is_clock(column: Any) -> bool:
+    """Tell whether a column holds stamps of a calendar or durations."""
+    from pyarrow import types
+
+    return bool(types.is_timestamp(column.type) or types.is_duration(column.type))
+
+
 def zero_of(column: Any, near: int = 0) -> int:
     """
     Return what to take off whole numbers that float64 cannot hold: their first; 0 of others.

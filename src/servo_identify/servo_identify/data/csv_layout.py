@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
-from .scope_export import scope_names
+from .export_headers import scope_names, unit_labels
 from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
@@ -111,8 +111,10 @@ def layout_of(path: Path) -> Layout:
     if len(told) != columns.count or any(map(is_number, told)):
         told = []
     over = [lines[k] for k in shown[:at]]
-    names, units = scope_names([columns.cells(line) for line in over], columns.cells(lines[row]))
+    cells = [columns.cells(line) for line in over]
+    names, units = scope_names(cells, columns.cells(lines[row]))
     names = _with_units(_numbered(names), units) or told or _names_in(columns, over)
+    names = _with_units(names, unit_labels(cells, len(names)))
     return Layout(encoding, columns.delimiter, columns.decimal, row,
                   tuple((names or columns.cells(lines[row]))[:columns.count]), not names,
                   bool(told), lines[row], lines[above[-1]] if above else '',
@@ -194,13 +196,13 @@ def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
     names = max(named, key=lambda cells: len({one for one in cells if one and not is_number(one)}))
     unit = next((cells for cells in units if cells is not names), [])
     unit = [*map(_bracketless, unit), *[''] * (len(names) - len(unit))]
-    return _with_units(_numbered(names), ['' if re.search(r'[\])]$', name) else one
-                                          for name, one in zip(names, unit, strict=False)])
+    return _with_units(_numbered(names), unit)
 
 
 def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
-    return [f'{name} [{unit}]' if unit else name
-            for name, unit in zip(names, units, strict=True)]
+    """Return names with their units behind them, but for those that have one."""
+    return [f'{name} [{unit}]' if unit and not re.search(r'[^\d\s(][\])]$', name) else name
+            for name, unit in zip(names, units, strict=False)]
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

@@ -9,8 +9,8 @@ import re
 from typing import Any
 
 from .csv_layout import last_line, Layout, layout_of
+from .export_headers import is_stamp
 from .rows_in_time import timelines_of
-from .scope_export import is_stamp
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
 
@@ -31,6 +31,8 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
     cut: list[str] = []
 
     def judge(row: Any) -> str:
+        if not row.text.strip():  # blanks alone
+            return 'skip'
         ends = not cut and row.text.strip() == last_line(path, layout.encoding).strip()
         cut.append(row.text)
         return 'skip' if ends and row.actual_columns < row.expected_columns else 'error'

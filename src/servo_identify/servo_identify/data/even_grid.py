@@ -100,7 +100,11 @@ def _check(path: Path, time: np.ndarray) -> None:
     if len(back):
         k = back[0]
         raise ValueError(f'{path}: time runs backwards from {time[k]:.9g} s in row {k + 1} to '
-                         f'{time[k + 1]:.9g} s in row {k + 2}')
+                         f'{time[k + 1]:.9g} s in row {k + 2}. ' + (
+                             'A second recording begins there: cut the file'
+                             if len(back) == 1 and time[k + 1] <= time[0] else
+                             'Sort the rows by their time, or cut the file where rows were '
+                             'written twice'))
 
 
 def own_period(first: float, last: float, samples: int) -> float:

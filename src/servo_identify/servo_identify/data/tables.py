@@ -13,7 +13,7 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .arrow_columns import numbers_of, zero_of
+from .arrow_columns import is_clock, numbers_of, zero_of
 from .clock_times import seconds_of
 from .csv_layout import MINUS, TEXTS
 from .csv_table import read_csv
@@ -103,8 +103,15 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
 def _csv(path: Path, names: Sequence[str]) -> Table:
     found, warnings = read_csv(path, names)
     table, told = from_arrow(path, found), list(warnings)
-    columns = on_one_timeline(table.columns, told)
+    columns = on_one_timeline(_without_end(table), told)
     return replace(table, columns=columns, warnings=tuple(told))
+
+
+def _without_end(table: Table) -> dict[str, np.ndarray]:
+    """Return columns without the empty rows at the end, as spreadsheets write them."""
+    known = [np.flatnonzero(np.isfinite(column)) for column in table.columns.values()]
+    end = max((rows[-1] + 1 for rows in known if len(rows)), default=None)
+    return {name: column[:end] for name, column in table.columns.items()}
 
 
 def _numpy(path: Path) -> Table:
@@ -176,9 +183,19 @@ def from_arrow(path: Path, found: Any) -> Table:
         numbers = numbers_of(column, zero)
         if numbers is None:
             texts[name] = column.to_pylist()
-        elif name or np.isfinite(numbers).any():  # else each line ends with what parts the columns
-            columns[name] = numbers
+        elif name or not _is_no_column(numbers):
+            columns[name or _index(columns, is_clock(column))] = numbers
     return _with_texts(Table(path, columns, zeros=zeros), texts)
+
+
+def _index(columns: dict[str, np.ndarray], clock: bool) -> str:
+    """Return what a column without a name is called: pandas writes the index of a frame so."""
+    return 'time' if clock and not {'t', 'time'} & set(columns) else 'index'
+
+
+def _is_no_column(numbers: np.ndarray) -> bool:
+    """Tell whether a column without a name is none: empty, or a count of the rows."""
+    return not np.isfinite(numbers).any() or np.array_equal(numbers, np.arange(len(numbers)))
 
 
 def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
@@ -186,6 +203,7 @@ def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
     for name, values in texts.items():
         try:
             clock = seconds_of(values)
+            name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
         except ValueError as problem:
             table.refused[name] = str(problem)

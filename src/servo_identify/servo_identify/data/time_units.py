@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .scope_export import LEAST_STAMP, MOST_STAMP
+from .export_headers import LEAST_STAMP, MOST_STAMP
 
 SHORTEST, LONGEST = 2e-5, 0.2  # s, between samples of a servo
 _UNITS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}

@@ -1,4 +1,4 @@
-"""The lines above the numbers in a text file that the Scope of TwinCAT exported."""
+"""Lines above the numbers as known programs write them: the Scope of TwinCAT, LabVIEW."""
 
 from __future__ import annotations
 
@@ -42,3 +42,9 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
 def is_stamp(cell: str) -> bool:
     """Tell whether a cell is a count of 100 ns since 1601, as the clock of Windows has it."""
     return cell.isdigit() and LEAST_STAMP < int(cell) < MOST_STAMP
+
+
+def unit_labels(lines: Sequence[Sequence[str]], count: int) -> list[str]:
+    """Return the units of so many columns that LabVIEW writes far above their names, or ''."""
+    cells = next((one[1:] for one in lines if one[:1] == ['Y_Unit_Label']), [])
+    return ['', *cells, *[''] * count][:count]
