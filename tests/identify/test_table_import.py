@@ -372,7 +372,7 @@ def test_a_short_name_is_refused_with_the_name_that_is_meant(tmp_path, header, m
 def test_what_was_commanded_is_not_taken_for_a_measured_angle(tmp_path):
     table = tmp_path / 'drive.csv'
     table.write_text('time,Commanded Position,Actual Motor Position\n0,1,2\n')
-    with pytest.raises(ValueError, match="'Commanded Position': is it 'reference_position'"):
+    with pytest.raises(ValueError, match="'Commanded Position'; is it 'reference_position'"):
         named_columns(read_table(table), None, [])
 
 

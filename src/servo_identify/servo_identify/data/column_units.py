@@ -12,7 +12,7 @@ from servo_twin.physics.straight_units import straightened
 from servo_twin.recording.recording import COLUMNS
 
 from .physical_units import factor_to
-from .tables import Table
+from .table import Table
 from .time_units import unit_of_stamps
 from .unit_symbols import UnitError
 

@@ -31,8 +31,8 @@ from .messages_in_parts import long_messages, NotInOrder
 from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
+from .table import from_arrow, Table
 from .table_import import beside, check_columns, described, Seen
-from .tables import from_arrow, Table
 
 ROWS = 100_000  # that are held at once, about
 LOOKED_AT = 100_000  # rows at least by which angles are held against each other

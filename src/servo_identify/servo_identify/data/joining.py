@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .rows_in_time import at_rows
-from .tables import Table
+from .table import Table
 
 HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity',
         'added_command')

@@ -31,7 +31,7 @@ from servo_twin.physics.servo import Servo
 
 from .column_units import factor_of, NAMES
 from .joining import HELD, joined
-from .tables import Table
+from .table import Table
 
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
         'recording': dict, 'period': (int, float), 'drive_on': str}

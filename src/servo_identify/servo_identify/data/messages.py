@@ -25,7 +25,7 @@ from .message_files import opened
 from .message_parts import fields_in, LACKING, part_of
 from .message_times import on_one_clock, stamp_of
 from .rows_in_time import at_rows
-from .tables import Table
+from .table import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')

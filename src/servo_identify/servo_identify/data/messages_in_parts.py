@@ -13,7 +13,7 @@ import numpy as np
 from .messages import Taken, taken
 from .on_disk import OnDisk
 from .rows_in_time import at_rows, period_between
-from .tables import Table
+from .table import Table
 
 
 class NotInOrder(Exception):

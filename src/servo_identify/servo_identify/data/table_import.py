@@ -23,7 +23,8 @@ from .message_files import holds_messages
 from .messages import read_messages
 from .plausibility import check_angles
 from .raw_encoder import check_counts
-from .tables import read_table, Table
+from .table import Table
+from .tables import read_table
 from .time_units import unit_of_times
 
 LISTING = 'recordings.yaml'
