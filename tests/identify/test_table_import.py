@@ -299,7 +299,7 @@ def test_it_reads_feather_and_single_arrays_of_numpy(tmp_path):
     ('a.csv', '', 'has no rows'), ('a.csv', 't,voltage,motor_position\n', 'has no rows'),
     ('a.csv', 't,voltage,motor_position\n1,2\n', 'is no table'),
     ('a.csv', 't,t,motor_position\n1,2,3\n', r"no column t; it has \['t \(1\)', 't \(2\)'"),
-    ('a.xlsx', 'x', "suffix '.xlsx' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
+    ('a.xyz', 'x', "suffix '.xyz' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
     ('a.json', '[]', 'has no rows'), ('nowhere.csv', None, 'does not exist')])
 def test_it_says_what_is_no_table(tmp_path, name, content, text):
     if content is not None:
@@ -389,12 +389,6 @@ def test_a_frame_of_pandas_in_json_is_read_column_by_column(tmp_path):
     path.write_text(json.dumps({name: {str(k): float(x) for k, x in enumerate(column)}
                                 for name, column in table().items()}))
     assert np.array_equal(import_table(path, SERVO)['motor_position'], TIME**2)
-
-
-def test_an_hdf5_file_is_named_as_one(tmp_path):
-    (tmp_path / 'a.mat').write_bytes(b'\x89HDF\r\n\x1a\n' + bytes(600))
-    with pytest.raises(ValueError, match=r"is an HDF5 file, .* save it with '-v7'"):
-        read_table(tmp_path / 'a.mat')
 
 
 @pytest.mark.parametrize(('named', 'text'), [

@@ -34,9 +34,9 @@ SAID_FROM = 2**30  # bytes of memory from which on they are said
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     parser.add_argument('files', type=Path, nargs='+', metavar='file',
-                        help='table: .csv, .parquet, .npz, .mat or .json; or a rosbag2 folder or '
-                        'MCAP of any messages, with a mapping; several, a pattern or a folder of '
-                        'tables make a bag each')
+                        help='table: .csv, .parquet, .npz, .mat, .h5, .xlsx or .json; or a '
+                        'rosbag2 folder or MCAP of any messages, with a mapping; several, a '
+                        'pattern or a folder of tables make a bag each')
     parser.add_argument('--servo', type=named_servo, required=True,
                         help='servo file of the machine, or the name of a shipped one')
     parser.add_argument('-o', '--output', type=Path, required=True,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+import tempfile
 from typing import Any
 from zipfile import BadZipFile
 
@@ -17,20 +18,36 @@ from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
 from .mat_file import load_mat
 from .rows_in_time import on_one_timeline
+from .spreadsheet import sheet_text
 from .table import from_arrow, Table, with_texts, without_end
 
-SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json', *LINES)
+_HDF5 = ('.h5', '.hdf5')
+_SHEETS = ('.xlsx', '.xlsm')
+_ELSEWHERE = {
+    **dict.fromkeys(('.xls', '.xlsb', '.ods'), 'save the sheet as XLSX or CSV'),
+    '.tdms': 'export it as CSV, or with nptdms: '
+             'TdmsFile.read(FILE).as_dataframe(time_index=True).to_csv(NEW)',
+    **dict.fromkeys(('.mf4', '.mdf'), 'export it as CSV, or with asammdf: '
+                    'MDF(FILE).to_dataframe(raster=0.001, time_from_zero=True).to_csv(NEW), with '
+                    'the period of yours'),
+    **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
+    **dict.fromkeys(('.pkl', '.pickle'), 'a pickle may run code and is not read: save the frame '
+                    'as Parquet or CSV')}
+"""Kinds of files that are not read, and what to do about each."""
+
+SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', *_HDF5,
+            *_SHEETS, '.json', *LINES)
 
 
 def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     """
-    Read a file of text (CSV), Parquet, Feather, NumPy, MAT or JSON.
+    Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON.
 
-    ``rows`` names the list of records in a JSON file, where it is not the whole; ``names`` the
-    columns of a text file that has no line of names. The columns of an array of two dimensions
-    are called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError
-    for another suffix, a file that does not parse, text among numbers and columns of unequal
-    length, OSError for a file that cannot be read.
+    ``rows`` names the list of records in a JSON file, where it is not the whole, or the sheet of a
+    spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
+    array of two dimensions are called ``name[0]``, ``name[1]`` ...; those of a structure
+    ``name.field``. Raises ValueError for another suffix, a file that does not parse, text among
+    numbers and columns of unequal length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
@@ -38,19 +55,23 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
         raise ValueError(f'{path} is a folder and no table; ' + (
             'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
             if ends else 'name a file in it'))
+    if suffix in _ELSEWHERE and path.exists():
+        raise ValueError(f'{path}: {suffix[1:].upper()} is not read here; {_ELSEWHERE[suffix]}')
     if suffix not in SUFFIXES:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
                          'rosbag2 folders and .mcap. Save it as CSV, or read it with pandas and '
                          'give the frame to servo_identify.read')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    reader = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.mat': _mat,
-              '.npz': _numpy, '.npy': _numpy}.get(suffix)
+    readers = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.npz': _numpy,
+              '.npy': _numpy} | dict.fromkeys(('.mat', *_HDF5), _mat)
+    reader = readers.get(suffix)
     try:
         if reader is not None:
             table = reader(path)
         else:
-            table = _json(path, rows) if suffix in ('.json', *LINES) else _csv(path, names)
+            table = (_json(path, rows) if suffix in ('.json', *LINES) else
+                     _sheet(path, rows, names) if suffix in _SHEETS else _csv(path, names))
     except (ValueError, OSError):
         raise
     except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
@@ -66,6 +87,19 @@ def _csv(path: Path, names: Sequence[str]) -> Table:
     table, told = from_arrow(path, found), list(warnings)
     columns = on_one_timeline(without_end(table), told)
     return replace(table, columns=columns, warnings=tuple(told))
+
+
+def _sheet(path: Path, named: str, names: Sequence[str]) -> Table:
+    text, told = sheet_text(path, named)
+    with tempfile.TemporaryDirectory(prefix='servo_identify_') as folder:
+        scratch = Path(folder) / 'sheet.txt'
+        scratch.write_text(text, 'utf8')
+        try:
+            table = _csv(scratch, names)
+        except ValueError as problem:
+            raise ValueError(str(problem).replace(str(scratch), str(path))) from None
+    return replace(table, path=path, warnings=(*told, *table.warnings), refused={
+        name: why.replace(str(scratch), str(path)) for name, why in table.refused.items()})
 
 
 def _numpy(path: Path) -> Table:
