@@ -32,6 +32,8 @@ READER = {
     'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
+    'times of their own': 'nothing where that is fine enough; else export with one time for all',
+    'which has most rows of numbers': 'nothing, where that is the sheet; else rows: NAME',
     'is unusual; is t in': 'give the unit of the time in the header or the mapping, as in t [ms]',
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
@@ -92,6 +94,10 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
     found += wrapped_findings(one.name, one.wrapped)
+    found += [Finding('amber', f'{one.name}: {name} jumps within a sample, first at t = '
+                      f'{first:.6g} s, in {count} rows: a sensor or a link that dropped out?',
+                      'leave those rows empty, or cut them') for name, (count, first) in
+              one.jumps.items()]
     found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
