@@ -257,3 +257,21 @@ def test_it_says_what_to_do_where_the_time_runs_backwards(tmp_path, order, advic
     path.write_text('\n'.join([','.join(NAMES), *(lines()[k] for k in order)]))
     with pytest.raises(ValueError, match=advice):
         import_table(path, SERVO)
+
+
+def test_a_clock_of_32_bit_that_wraps_around_is_named_and_mended_by_a_mapping(tmp_path):
+    path, mapping = tmp_path / 'a.csv', tmp_path / 'm.yaml'
+    path.write_text('t [us],voltage,motor_position\n' + ''.join(
+        f'{(2**32 - 20_500 + 2000 * k) % 2**32},1,{k / 8}\n' for k in range(40)))
+    with pytest.raises(ValueError, match='counter of 32 bit wrapped around .* wraps: 4294967296'):
+        import_table(path, SERVO)
+    mapping.write_text('time: {source: "t [us]", wraps: 4294967296, unit: us}\n'
+                       'columns: {motor_position: {source: motor_position}}\n')
+    assert import_table(path, SERVO, mapping=mapping).period == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize('name', ['Time', 'TIME', 'time'])
+def test_the_time_may_be_written_in_large_letters(tmp_path, name):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join([name, *NAMES[1:]]), *lines()]))
+    assert import_table(path, SERVO).period == 0.002

@@ -33,8 +33,10 @@ def convert(path: Path, *words: object) -> int:
 @pytest.mark.parametrize(('counts', 'words'), [
     (np.round(ANGLE * 65536 / (2 * np.pi)) % 65536,
      ("'motor_position [1/65536 rev]'", 'unit: 1/65536 rev', 'wraps: 65536')),
+    (np.round(ANGLE * 500) % 2**32,
+     ("'motor_position [1/4096 rev]'", 'from 0', 'wraps: 4294967296')),
     (np.round(ANGLE * 500), ("'motor_position [1/4096 rev]'", 'from -4500 to 4500'))],
-    ids=['a counter of one turn', 'counts that go on'])
+    ids=['a counter of one turn', 'one of 32 bit', 'counts that go on'])
 def test_counts_without_a_unit_are_refused_with_what_to_give(
         tmp_path, monkeypatch, capsys, least, uneven, counts, words):
     monkeypatch.setattr(import_table, 'IN_PARTS_FROM', least)

@@ -95,7 +95,8 @@ def test_a_long_one_is_imported_as_a_short_one(tmp_path, monkeypatch, stamps):
 
 
 @pytest.mark.parametrize(('first', 'step', 'unit'), [
-    (START, 20_000, '100 ns'), (1_730_000_000_000_000_000, 2_000_000, 'ns')])
+    (START, 20_000, '100 ns'), (1_730_000_000_000_000_000, 2_000_000, 'ns'),
+    (1_730_000_000_000_000, 2_000, 'us'), (1_730_000_000_000, 2, 'ms')])
 def test_stamps_of_a_clock_need_no_unit(tmp_path, first, step, unit):
     path = tmp_path / 'a.csv'
     path.write_text('t,voltage,motor_position\n' + ''.join(

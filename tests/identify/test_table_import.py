@@ -206,7 +206,7 @@ def test_stamps_that_are_coarser_than_the_rows_are_refused_above_a_half(tmp_path
 
 
 @pytest.mark.parametrize('time, unit', [
-    (1_709_287_200e9 + 1e9 * TIME, 'ns'), (1e3 * TIME, 'ms'), (1e6 * TIME, 'us'),
+    (1e9 * TIME, 'ns'), (1e3 * TIME, 'ms'), (1e6 * TIME, 'us'),
     (45_352.4 + 2.0 * TIME / 86_400.0, 'days')])
 def test_it_asks_for_the_unit_of_the_time_that_its_size_tells(tmp_path, time, unit):
     path = write_csv(tmp_path / 'a.csv', table(t=time))

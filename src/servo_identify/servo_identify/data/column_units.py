@@ -19,8 +19,8 @@ from .unit_symbols import UnitError
 NAMES = ('t', *COLUMNS)
 
 UNIT = {'t': 's'} | COLUMNS
-TIMES = ('time', '__time', 'X_Value')
-"""Other names of the time that leave no doubt."""
+TIMES = ('time', '__time', 'x_value')
+"""Other names of the time that leave no doubt, in small letters."""
 ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
         'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
         'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
@@ -52,14 +52,14 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     plain = {split(header)[0] for header in headers}
     for header in headers:
         name, unit = split(header)
-        if name in TIMES and 't' not in plain:
+        if name.lower() in TIMES and 't' not in plain:
             name = 't'
         if name not in NAMES:
             strangers.append(header)
             continue
         if name in found:
             raise ValueError(f'{table.path}: column {name!r} is there twice')
-        unit = unit or name == 't' and unit_of_stamps(table.zeros.get(header, 0)) or ''
+        unit = unit or name == 't' and unit_of_stamps(table.first(header)) or ''
         factor = factor_of(f'{table.path}: column {header!r}', name, unit, servo)
         if factor != 1.0:
             into = 'A' if is_current(name, unit) else (

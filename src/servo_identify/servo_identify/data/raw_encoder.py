@@ -14,6 +14,7 @@ from .mistakes import TURN
 from .signals import ANGLES
 from .survey import FEWEST_COUNTS, round_of
 
+_LARGEST = 1 << 20  # counts of a turn: what counts further counts turns as well
 _NEAR = 0.05  # of a power of two, within which a range is that of a counter
 
 
@@ -36,7 +37,7 @@ def check_counts(path: Path, columns: Mapping[str, np.ndarray], servo: Servo) ->
                              'or by unit: 0.5 um in a mapping file')
         turn = _power_of_two(high - low)
         wraps = bool(round_of(values))
-        unit = f'1/{turn if wraps and turn else 4096} rev'
+        unit = f'1/{turn if wraps and 0 < turn <= _LARGEST else 4096} rev'
         raise ValueError(
             f"{said}Give the counts of a turn, as in the header '{name} [{unit}]', or by unit: "
             f'{unit} in a mapping file' + (

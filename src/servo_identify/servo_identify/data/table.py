@@ -52,6 +52,12 @@ class Table:
                              f'{or_what(name, self.columns, "it has")}')
         return self.columns[name]
 
+    def first(self, name: str) -> float:
+        """Return the first number of a column as it stands in the file; 0 of one without any."""
+        known = self.columns.get(name, np.empty(0))
+        known = known[np.isfinite(known)]
+        return float(known[0]) + self.zeros.get(name, 0) if len(known) else 0.0
+
 
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""

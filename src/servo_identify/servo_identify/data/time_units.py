@@ -8,7 +8,7 @@ SHORTEST, LONGEST = 2e-5, 0.2  # s, between samples of a servo
 _UNITS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
 WORDS = {'ms': 'milliseconds', 'us': 'microseconds', 'ns': 'nanoseconds', 'days': 'days',
          '100 ns': 'steps of 100 ns (FILETIME)'}
-_SINCE_1970 = (6e17, 4e18)  # ns, from 1989 to 2096
+_SINCE_1970 = (6e8, 4e9)  # s, from 1989 to 2096
 _SERIAL_DAYS = (2e4, 1e5)  # since 1900, of a spreadsheet: from 1954 to 2173
 
 
@@ -29,9 +29,14 @@ def unit_of_times(step: float, start: float = 0.0) -> str:
     return 'days' if least < start < most and SHORTEST <= step * 86400.0 <= LONGEST else ''
 
 
-def unit_of_stamps(zero: int) -> str:
-    """Return the unit of whole stamps that begin with ``zero``, or '' where they are none."""
-    if LEAST_STAMP < zero < MOST_STAMP:
+def unit_of_stamps(first: float) -> str:
+    """
+    Return the unit of stamps of a calendar that begin with ``first``, or '' where they are none.
+
+    They count from 1970, or 100 ns from 1601, and are no seconds: those are smaller by far.
+    """
+    if LEAST_STAMP < first < MOST_STAMP:
         return '100 ns'
     least, most = _SINCE_1970
-    return 'ns' if least < zero < most else ''
+    return next((unit for unit, factor in _UNITS.items()
+                 if unit != 's' and least < first * factor < most), '')

@@ -54,7 +54,7 @@ def looks_like(source: str, kind: str = '') -> str:
     if name in NAMES:
         return name
     words = _words(name)
-    if name in TIMES or words & _TIME and not words & _POSITION:
+    if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
     if words & {'temp', 'temperature', 'temperatur'}:
         return 'temperature'
@@ -101,7 +101,7 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
         column = looks_like(source, of.kinds.get(source, ''))
         if column:
             unit = (of.units.get(source) or _unit_behind(source, column)
-                    or unit_of_stamps(of.stamps.get(source, 0))
+                    or column == 't' and unit_of_stamps(of.firsts.get(source, 0.0))
                     or (UNIT[column] if source in NAMES else ''))
             if column == 't' and not unit:
                 unit = unit_of_time(of.numbers.get(source))
@@ -160,7 +160,7 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
         if one.wraps:
             return True
         name, unit = split(one.source)
-        if name != column and not (column == 't' and name in TIMES):
+        if name != column and not (column == 't' and name.lower() in TIMES):
             return True
         if one.unit not in (unit, '' if unit else UNIT[column]):
             return True
