@@ -111,7 +111,7 @@ def test_it_asks_of_an_angle_that_jumps_whether_a_sensor_dropped_out(good, rows)
     at = int(np.argmax(angle > 0.6 * angle.max()))  # on its way up
     angle[at:at + rows] = 0.0
     found, = said(changed(good, motor_position=angle))
-    assert f'first at t = {good.time[at]:.6g} s' in found.sentence and 'empty' in found.action
+    assert f'first after {good.time[at]:.6g} s' in found.sentence and 'empty' in found.action
     angle[at:at + rows] = np.nan
     assert not said(changed(good, motor_position=angle))
 

@@ -29,6 +29,7 @@ SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; on such rows the controller is not judged',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
+    'sampled less often': 'join: true in a mapping file holds a command and interpolates angles',
     'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
@@ -94,7 +95,7 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
     found += wrapped_findings(one.name, one.wrapped)
-    found += [Finding('amber', f'{one.name}: {name} jumps within a sample, first at t = '
+    found += [Finding('amber', f'{one.name}: {name} jumps within a sample, first after '
                       f'{first:.6g} s, in {count} rows: a sensor or a link that dropped out?',
                       'leave those rows empty, or cut them') for name, (count, first) in
               one.jumps.items()]

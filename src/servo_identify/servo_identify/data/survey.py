@@ -18,6 +18,7 @@ from .signals import ANGLES
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 _BESIDE = 4  # samples before and behind a jump that say how the angle goes on
 _FAR = 10.0  # times the largest tenth of all steps, and those beside it, is a jump
+_SEAM = 4  # samples of a part that the next one is to see, so that each jump is seen once
 _COUNTED = 5000  # samples of which the different ones are counted
 
 
@@ -29,7 +30,7 @@ class Survey:
     ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
     that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` the round, in
     rad, of those that jump back by it. ``jumps`` tells of another angle how often it jumps within
-    a sample, and when first, s. ``still`` of ``parts`` show no motion. ``command`` and
+    a sample, and after how many s first. ``still`` of ``parts`` show no motion. ``command`` and
     ``current`` are their least and largest value. ``at_limit`` is the share of commands at the
     servo's limit.
     """
@@ -65,7 +66,7 @@ def survey(one: Long, servo: Servo) -> Survey:
     """Look at all samples of a recording, part by part."""
     known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
     wrapped, ranges = dict[str, float](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
-    jumps = dict[str, tuple[int, float]]()
+    jumps, ends = dict[str, tuple[int, float]](), dict.fromkeys(ANGLES, np.empty(0))
     still = at_limit = parts = 0
     limit = limit_of(servo)
     for part in parts_of(one):
@@ -79,9 +80,11 @@ def survey(one: Long, servo: Servo) -> Survey:
                 counts.add(name)
             if not servo.straight(name) and (turn := round_of(values)):
                 wrapped[name] = turn
-            elif len(at := jumps_of(part[name])):
-                count, first = jumps.get(name, (0, float(part.time[at[0]])))
+            elif len(at := jumps_of(np.concatenate([ends[name], part[name]]))):
+                begins = part.start - one.start + (at[0] - len(ends[name])) * part.period
+                count, first = jumps.get(name, (0, float(begins)))
                 jumps[name] = count + len(at), first
+            ends[name] = part[name][-_SEAM:]
         for name, (least, most) in ranges.items():
             x = part[name][np.isfinite(part[name])]
             ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))

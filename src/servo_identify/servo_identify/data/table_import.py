@@ -27,6 +27,8 @@ from .table import Table
 from .tables import read_table
 from .time_units import unit_of_times
 
+MANY = 0.3
+"""Share of the rows without a number from which on a column may be sampled less often."""
 LISTING = 'recordings.yaml'
 """The file beside recordings that names their families."""
 
@@ -156,7 +158,9 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
                 f'{name} begins in row {count + 1}; the rows before stay NaN'
                 if count == seen.begin[name] else
                 f'{name} is missing in {count} row{"s" * (count != 1)}, the first is row '
-                f'{first + 1}; they stay NaN')
+                f'{first + 1}; they stay NaN' + (
+                    '. Where it is sampled less often: join: true in a mapping file'
+                    if count > MANY * seen.rows else ''))
 
 
 def beside(path: Path) -> dict[str, Any]:
