@@ -235,6 +235,19 @@ def test_labview_files_have_their_times_and_units(tmp_path, multi):
     assert found['motor_position'] == pytest.approx(np.radians(np.arange(40) / 4))
 
 
+def test_labview_files_without_times_are_counted_in_their_period(tmp_path):
+    path = tmp_path / 'a.lvm'
+    path.write_text('\n'.join([
+        'LabVIEW Measurement\t', 'X_Columns\tNo', '***End_of_Header***\t', '\t',
+        'Channels\t2\t\t', 'Y_Unit_Label\tVolts\tDegrees\t', 'X0\t0,0\t0,0\t',
+        'Delta_X\t0,002000\t0,002000\t', '***End_of_Header***\t\t\t',
+        '\tvoltage\tmotor_position\tComment',
+        *(f'\t{k - 9},5\t{k / 4:.2f}'.replace('.', ',') for k in range(60))]))
+    found = import_table(path, SERVO)
+    assert found.period == 0.002 and found['voltage'][:2].tolist() == [-9.5, -8.5]
+    assert 'they are counted in the 0.002 s of Delta_X' in found.note
+
+
 @pytest.mark.parametrize(('index', 'name'), [
     (('0', '1', '2'), ''),
     (('0 days 00:00:00', '0 days 00:00:00.002', '0 days 00:00:00.004'), 'time'),

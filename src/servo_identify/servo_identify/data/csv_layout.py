@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
-from .export_headers import scope_names, unit_labels
+from .export_headers import period_without_times, scope_names, unit_labels
 from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
@@ -33,7 +33,7 @@ class Layout:
     that it has none: they are the numbers of the first row then. ``remark``: they stand behind
     the mark of a comment. ``decimal`` is the sign between whole and fraction. ``row`` is the
     first line of numbers, ``above`` the line over it, '' where there is none. ``unused`` are names
-    of columns that the rows do not have.
+    of columns that the rows do not have. ``period``, s, is that of rows without times, else 0.
     """
 
     encoding: str
@@ -46,6 +46,7 @@ class Layout:
     row: str
     above: str
     unused: tuple[str, ...]
+    period: float
 
     @property
     def blanks(self) -> bool:
@@ -118,7 +119,7 @@ def layout_of(path: Path) -> Layout:
     return Layout(encoding, columns.delimiter, columns.decimal, row,
                   tuple((names or columns.cells(lines[row]))[:columns.count]), not names,
                   bool(told), lines[row], lines[above[-1]] if above else '',
-                  tuple(names[columns.count:]))
+                  tuple(names[columns.count:]), period_without_times(cells))
 
 
 def is_number(text: str) -> bool:

@@ -8,6 +8,8 @@ from pathlib import Path
 import re
 from typing import Any
 
+import numpy as np
+
 from .csv_layout import last_line, Layout, layout_of
 from .export_headers import is_stamp
 from .rows_in_time import timelines_of
@@ -48,6 +50,10 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
                          f'{[*cut, layout.row][0].strip()!r}')
     told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
             if text.strip() != 'EOF']  # as the Scope of TwinCAT ends a file
+    if layout.period and 'time' not in table.column_names:
+        table = table.append_column('time', [layout.period * np.arange(table.num_rows)])
+        told.append(f'the rows have no time: they are counted in the {layout.period:g} s of '
+                    'Delta_X')
     if layout.unused:
         told.append(f'the rows end before {list(layout.unused)}: no number stands there')
     return table, tuple(told)
@@ -67,7 +73,8 @@ def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[A
     if layout.blanks:
         raise ArrowInvalid('blanks part the columns')
     columns = _names(path, layout, names)
-    if timelines_of(columns) or any(map(is_stamp, layout.row.split(layout.delimiter))):
+    stamps = any(map(is_stamp, layout.row.split(layout.delimiter)))
+    if timelines_of(columns) or layout.period or stamps:
         raise ArrowInvalid('such times are held whole')
     options = _options(layout, columns)
     options['read_options'].block_size = block

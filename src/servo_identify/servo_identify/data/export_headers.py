@@ -41,10 +41,21 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
 
 def is_stamp(cell: str) -> bool:
     """Tell whether a cell is a count of 100 ns since 1601, as the clock of Windows has it."""
-    return cell.isdigit() and LEAST_STAMP < int(cell) < MOST_STAMP
+    return len(cell) == 18 and cell.isdecimal() and LEAST_STAMP < int(cell) < MOST_STAMP
 
 
 def unit_labels(lines: Sequence[Sequence[str]], count: int) -> list[str]:
     """Return the units of so many columns that LabVIEW writes far above their names, or ''."""
     cells = next((one[1:] for one in lines if one[:1] == ['Y_Unit_Label']), [])
     return ['', *cells, *[''] * count][:count]
+
+
+def period_without_times(lines: Sequence[Sequence[str]]) -> float:
+    """Return the period, s, of a file of LabVIEW without a column of times; 0 of any other."""
+    if not any(cells[:2] == ['X_Columns', 'No'] for cells in lines):
+        return 0.0
+    told = next((cells[1:] for cells in lines if cells[:1] == ['Delta_X']), [])
+    try:
+        return max(0.0, float(next(filter(None, told), '0').replace(',', '.')))
+    except ValueError:
+        return 0.0
