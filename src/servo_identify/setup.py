@@ -23,6 +23,7 @@ REQUIRES = [
 ]
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
+    'files': ['h5py', 'openpyxl'],  # HDF5, MAT files of version 7.3, spreadsheets
     'fmu': ['servo_twin[fmu]'],  # mechanisms that are FMUs
     'frames': ['pandas', 'xarray'],  # recordings as frames and data sets
     'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks

@@ -11,10 +11,12 @@ import pytest
 SOURCES = Path(__file__).resolve().parents[2] / 'src'
 PACKAGES = sorted(path.parent.name for path in SOURCES.glob('*/setup.py'))
 KEYS = {'can': 'python3-can', 'canopen': 'canopen-pip',
-        'cantools': 'python3-cantools-pip', 'jinja2': 'python3-jinja2',
+        'cantools': 'python3-cantools-pip', 'h5py': 'python3-h5py',
+        'jinja2': 'python3-jinja2',
         'matplotlib': 'python3-matplotlib', 'mujoco': 'python3-mujoco-pip',
         'numba': 'python3-numba', 'numpy': 'python3-numpy', 'rich': 'python3-rich',
-        'pandas': 'python3-pandas', 'rosbags': 'python3-rosbags-pip',
+        'openpyxl': 'python3-openpyxl', 'pandas': 'python3-pandas',
+        'rosbags': 'python3-rosbags-pip',
         'ruamel': 'python3-ruamel.yaml',
         'scipy': 'python3-scipy', 'sklearn': 'python3-sklearn',
          'torch': 'python3-torch', 'tornado': 'python3-tornado', 'xarray': 'python3-xarray',

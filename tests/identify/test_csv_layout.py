@@ -92,8 +92,9 @@ def test_what_loggers_write_where_nothing_was_measured_is_no_number(tmp_path):
 
 def test_names_that_are_there_twice_are_numbered(tmp_path):
     path = tmp_path / 'a.csv'
-    path.write_text('time,u,time,i\ns,V,ms,A\n0,1,0,2\n0.1,1,100,2\n')
-    assert list(read_table(path).columns) == ['time (1) [s]', 'u [V]', 'time (2) [ms]', 'i [A]']
+    path.write_text('t,u,speed,speed\ns,V,rpm,rad/s\n0,1,0,2\n0.1,1,100,2\n')
+    assert list(read_table(path).columns) == ['t [s]', 'u [V]', 'speed (1) [rpm]',
+                                              'speed (2) [rad/s]']
 
 
 def test_names_without_a_column_and_columns_without_a_name_at_the_end_are_no_harm(tmp_path):
@@ -154,7 +155,7 @@ def test_a_last_row_that_breaks_off_is_left_out_and_said(tmp_path):
 def test_stamps_in_nanoseconds_of_today_keep_their_distance(tmp_path):
     path = tmp_path / 'a.csv'
     path.write_text('t [ns],motor_position,voltage\n' + ''.join(
-        f'{1730000000_000000000 + k * 20_000},{k},1\n' for k in range(50)))
+        f'{1730000000_000000000 + k * 20_000},{k / 2},1\n' for k in range(50)))
     recording = import_table(path, SERVO)
     assert (recording.period, recording.warnings) == (20e-6, ())
 
@@ -208,3 +209,82 @@ def test_a_mapping_names_the_columns_of_a_bare_table_and_brings_units_to_si(tmp_
     one = import_table(tmp_path / 'bare.csv', SERVO, mapping=mapping)
     assert one.period == 0.002 and one['voltage'][0] == 1.5
     assert one['motor_position'][0] == pytest.approx(2.0 * np.pi)
+
+
+@pytest.mark.parametrize('end', [',,\n,,\n', '\n  \n\t\n'], ids=['no cell', 'blanks'])
+def test_empty_rows_at_the_end_are_left_out(tmp_path, end):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join(NAMES), *lines()]) + '\n' + end)
+    found = import_table(path, SERVO)
+    assert (len(found), found.warnings) == (3, ())
+
+
+@pytest.mark.parametrize('multi', [False, True])
+def test_labview_files_have_their_times_and_units(tmp_path, multi):
+    path, gap = tmp_path / 'a.lvm', '\t\t' if multi else '\t'
+    end = '***End_of_Header***'
+    names = ['X_Value', 'voltage', *['X_Value'] * multi, 'motor_position', 'Comment']
+    rows = ['\t'.join(f'{x:g}' for x in (2e-3 * k, k - 9, *[2e-3 * k] * multi, k / 4)) + '\t'
+            for k in range(40)]
+    path.write_text('\n'.join([
+        'LabVIEW Measurement\t', 'X_Columns\tOne', 'Time_Pref\tRelative', f'{end}\t', '\t',
+        f'Channels\t2{gap}\t', f'Samples\t40{gap}40\t', f'Y_Unit_Label\tVolts{gap}Degrees\t',
+        f'X_Dimension\tTime{gap}Time\t', f'{end}{gap}\t', '\t'.join(names), *rows]))
+    found = import_table(path, SERVO)
+    assert (found.period, found['voltage'].tolist()) == (0.002, list(range(-9, 31)))
+    assert found['motor_position'] == pytest.approx(np.radians(np.arange(40) / 4))
+
+
+def test_labview_files_without_times_are_counted_in_their_period(tmp_path):
+    path = tmp_path / 'a.lvm'
+    path.write_text('\n'.join([
+        'LabVIEW Measurement\t', 'X_Columns\tNo', '***End_of_Header***\t', '\t',
+        'Channels\t2\t\t', 'Y_Unit_Label\tVolts\tDegrees\t', 'X0\t0,0\t0,0\t',
+        'Delta_X\t0,002000\t0,002000\t', '***End_of_Header***\t\t\t',
+        '\tvoltage\tmotor_position\tComment',
+        *(f'\t{k - 9},5\t{k / 4:.2f}'.replace('.', ',') for k in range(60))]))
+    found = import_table(path, SERVO)
+    assert found.period == 0.002 and found['voltage'][:2].tolist() == [-9.5, -8.5]
+    assert 'they are counted in the 0.002 s of Delta_X' in found.note
+
+
+@pytest.mark.parametrize(('index', 'name'), [
+    (('0', '1', '2'), ''),
+    (('0 days 00:00:00', '0 days 00:00:00.002', '0 days 00:00:00.004'), 'time'),
+    (('2026-03-02 14:03:22.000', '2026-03-02 14:03:22.002', '2026-03-02 14:03:22.004'), 'time'),
+    (('5.5', '6.5', '7.5'), 'index')])
+def test_the_index_of_a_frame_is_the_time_where_it_is_one(tmp_path, index, name):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([',voltage,motor_position', *(
+        f'{one},{u},{q}' for one, (_, u, q) in zip(index, ROWS, strict=True))]))
+    assert sorted(read_table(path).columns) == sorted(filter(None, (*NAMES[1:], name)))
+    if name == 'time':
+        assert import_table(path, SERVO).period == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize(('order', 'advice'), [
+    ((0, 1, 2, 0, 1, 2), 'A second recording begins there'),
+    ((0, 2, 1), 'Sort the rows by their time')])
+def test_it_says_what_to_do_where_the_time_runs_backwards(tmp_path, order, advice):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join(NAMES), *(lines()[k] for k in order)]))
+    with pytest.raises(ValueError, match=advice):
+        import_table(path, SERVO)
+
+
+def test_a_clock_of_32_bit_that_wraps_around_is_named_and_mended_by_a_mapping(tmp_path):
+    path, mapping = tmp_path / 'a.csv', tmp_path / 'm.yaml'
+    path.write_text('t [us],voltage,motor_position\n' + ''.join(
+        f'{(2**32 - 20_500 + 2000 * k) % 2**32},1,{k / 8}\n' for k in range(40)))
+    with pytest.raises(ValueError, match='counter of 32 bit wrapped around .* wraps: 4294967296'):
+        import_table(path, SERVO)
+    mapping.write_text('time: {source: "t [us]", wraps: 4294967296, unit: us}\n'
+                       'columns: {motor_position: {source: motor_position}}\n')
+    assert import_table(path, SERVO, mapping=mapping).period == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize('name', ['Time', 'TIME', 'time'])
+def test_the_time_may_be_written_in_large_letters(tmp_path, name):
+    path = tmp_path / 'a.csv'
+    path.write_text('\n'.join([','.join([name, *NAMES[1:]]), *lines()]))
+    assert import_table(path, SERVO).period == 0.002

@@ -355,3 +355,25 @@ def test_ctrl_c_while_a_command_is_loaded_is_told_by_the_exit_status_alone(monke
     monkeypatch.setattr('servo_twin.cli.import_module', interrupted)
     assert main(['check', 'run.csv', '--servo', 'rv_bench']) == 130
     assert capsys.readouterr().err == ''
+
+
+def test_the_scope_of_a_drive_has_its_reference_at_the_motor(run, tmp_path, capsys):
+    counts = np.round(run['theta'] / COUNT)
+    data = write(tmp_path / 'scope.csv', {
+        'Time (ms)': 1e3 * run['time'], 'Actual Motor Position (counts)': counts,
+        'Commanded Position (counts)': counts + 2.0, 'Actual Current (A)': run['i'],
+        'Voltage Command (V)': run['u']})
+    motor = ['--column', 'motor_position=Actual Motor Position (counts):1/4096 rev', '--column']
+    assert init(data, tmp_path, *motor[:2]) == 2
+    assert 'or --column reference_position= without it' in capsys.readouterr().err
+    given = 'reference_position=Commanded Position (counts):1/{} rev'
+    assert init(data, tmp_path, *motor, given.format(4096)) == 2
+    assert f'1/4096 rev becomes 1/{4096 * 50} rev' in capsys.readouterr().err
+    assert init(data, tmp_path, *motor, given.format(4096 * 50)) == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert np.allclose(one['reference_position'], run['theta'] / 50.0, atol=1e-3)
+    capsys.readouterr()
+    assert init(data, tmp_path, *motor, 'reference_position=', '--force') == 0
+    assert "left out             'Commanded Position (counts)'" in capsys.readouterr().out
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert not one.has('reference_position')

@@ -122,3 +122,15 @@ def test_a_mapping_is_refused_that_says_a_thing_twice_or_endlessly(tmp_path, tex
     (tmp_path / 'mapping.yaml').write_text(text)
     with pytest.raises(ValueError, match=word):
         read_mapping(tmp_path / 'mapping.yaml')
+
+
+def test_a_command_that_is_written_less_often_is_held_as_the_warning_says(tmp_path):
+    path, mapping = tmp_path / 'a.csv', tmp_path / 'm.yaml'
+    path.write_text('t,voltage,motor_position\n' + ''.join(
+        f'{k * 0.002:g},{k / 5 if k % 5 == 0 else ""},{k / 8}\n' for k in range(100)))
+    said, = import_table(path, SERVO).warnings
+    assert 'voltage is missing in 80 rows' in said and 'join: true in a mapping file' in said
+    mapping.write_text('join: true\ntime: {source: t}\ncolumns:\n  voltage: {source: voltage}\n'
+                       '  motor_position: {source: motor_position}\n')
+    found = import_table(path, SERVO, mapping=mapping)
+    assert found['voltage'].tolist() == [k // 5 for k in range(100)] and not found.warnings

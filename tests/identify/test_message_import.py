@@ -229,7 +229,7 @@ def test_a_stamp_may_be_a_number_of_the_calendar(unit):
 
 
 def test_nothing_is_made_up_where_a_topic_was_silent(tmp_path):
-    from servo_identify.data.joining import at_rows
+    from servo_identify.data.rows_in_time import at_rows
     times = np.concatenate([np.arange(0.0, 0.1, 0.01), np.arange(0.5, 0.6, 0.01)])
     found = at_rows(np.array([0.055, 0.3, 0.555]), times, times, held=False)
     assert found[0] == pytest.approx(0.055) and np.isnan(found[1])

@@ -9,6 +9,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
+from servo_identify.data.messages import fields_of
 from servo_identify.data.reading import read_recordings
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -156,3 +157,15 @@ def test_a_folder_of_several_files_is_read_whole(tmp_path, store):
                    '  load_position: {source: "/joint_states.position[joint]"}\n')
     assert len(one) == COUNT and not one.has('torque')
     assert all(a < b for a, b in pairwise(one.time))
+
+
+def test_the_layout_of_an_array_is_no_source(tmp_path, store):
+    multi, layout, dimension = (store.types[f'std_msgs/msg/{one}'] for one in (
+        'Float64MultiArray', 'MultiArrayLayout', 'MultiArrayDimension'))
+    with Writer(tmp_path / 'bag', version=9) as writer:
+        made = writer.add_connection('/commands', multi.__msgtype__, typestore=store)
+        told = multi(layout=layout(dim=[dimension(label='joint', size=2, stride=2)],
+                                   data_offset=0), data=np.array([0.5, 1.5]))
+        writer.write(made, START, store.serialize_cdr(told, multi.__msgtype__))
+    assert list(fields_of(tmp_path / 'bag')) == ['/commands.stamp', '/commands.data[0]',
+                                                 '/commands.data[1]']

@@ -101,6 +101,21 @@ def test_it_asks_whether_a_channel_is_that_of_the_supply(good, channel, spoil, w
     assert 'motor' in found.action
 
 
+@pytest.mark.parametrize('rows', [1, 40], ids=['a spike', 'a while'])
+def test_it_asks_of_an_angle_that_jumps_whether_a_sensor_dropped_out(good, rows):
+    def said(recording):
+        return [one for one in of_level('amber', recording) if 'dropped out' in one.sentence]
+
+    assert not said(good)
+    angle = good['motor_position'].copy()
+    at = int(np.argmax(angle > 0.6 * angle.max()))  # on its way up
+    angle[at:at + rows] = 0.0
+    found, = said(changed(good, motor_position=angle))
+    assert f'first after {good.time[at]:.6g} s' in found.sentence and 'empty' in found.action
+    angle[at:at + rows] = np.nan
+    assert not said(changed(good, motor_position=angle))
+
+
 def test_it_warns_of_lost_samples_missing_channels_and_single_recordings(good):
     nothing = np.full(len(good), np.nan)
     lacking = changed(without(good, slice(500, 700)), load_position=nothing, torque=nothing,

@@ -25,6 +25,14 @@ def test_it_understands_units_as_people_write_them(text, wanted, value):
     assert value_in(text, wanted) == pytest.approx(value, rel=1e-6)
 
 
+@pytest.mark.parametrize(('unit', 'wanted', 'factor'), [
+    ('Grad', 'rad', np.pi / 180), ('Degrees', 'rad', np.pi / 180), ('Volts', 'V', 1.0),
+    ('amps', 'A', 1.0), ('RPM', 'rad/s', np.pi / 30), ('U/min', 'rad/s', np.pi / 30),
+    ('Newton-meters', 'N m', 1.0), ('Degrees/second', 'rad/s', np.pi / 180)])
+def test_a_unit_may_be_a_word_in_english_or_german(unit, wanted, factor):
+    assert factor_to(unit, wanted) == pytest.approx(factor)
+
+
 @pytest.mark.parametrize(('text', 'wanted', 'word'), [
     ('2.1', 'ohm', 'no unit; say 2.1 ohm'), ('2.1 mH', 'ohm', "'mH' is no unit of ohm"),
     ('1 furlong', 'm', 'no unit that is known'), ('much', 'ohm', 'no number')])
@@ -84,6 +92,8 @@ def test_what_one_count_is_is_asked_for_in_the_quantity_of_the_column(wanted, ex
     ('/joint_states.position[a]', 'sensor_msgs/msg/JointState', 'load_position'),
     ('/motor.q', 'Motor', ANGLE), ('target_position', '', 'reference_position'),
     ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
+    ('Commanded Position', '', 'reference_position'), ('Demand Speed', '', 'reference_velocity'),
+    ('fActCur', '', 'current'), ('fSetCur', '', 'current_reference'),
     ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
 def test_it_tells_columns_by_their_names(source, kind, column):
     assert looks_like(source, kind) == column

@@ -10,7 +10,7 @@ COMMANDS = {
     'init': ('.commands.init', 'look at a recording; write a servo file and a mapping file'),
     'schema': ('.commands.schema', 'print the JSON schema of servo, mapping or rig files'),
     'import': ('.commands.import_table',
-               'make a bag of a table: CSV, Parquet, or MAT and JSON by a mapping'),
+               'make a bag of a table, or of each of several: CSV, Parquet, MAT, XLSX ...'),
     'info': ('.commands.info',
              'say what bags hold: duration, rate, channels, ranges, gaps, warnings'),
     'check': ('.commands.check',

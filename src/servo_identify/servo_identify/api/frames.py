@@ -11,7 +11,7 @@ import numpy as np
 from servo_twin.recording.recording import COLUMNS, Recording
 
 from ..data.column_units import TIMES
-from ..data.tables import Table
+from ..data.table import Table
 
 
 def table_in(held: Any, name: str) -> Table:

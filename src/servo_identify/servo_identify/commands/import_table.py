@@ -1,5 +1,5 @@
 """
-Make a bag of a table.
+Make a bag of a table, or of each of several.
 
 Columns carry the names t, voltage, current_reference, current, motor_position, load_position,
 torque, external_torque, reference_position, reference_velocity, temperature, coupled_position,
@@ -7,6 +7,9 @@ added_command, in SI units; what is missing is NaN. A header may say a unit: 'mo
 [deg]'. Other names and messages need a mapping file, which `servo-identify init` writes. Family
 and replicate come from the options, a recordings.yaml beside the table, or the mapping file,
 whichever is found first.
+
+Of several tables, a pattern of them or a folder, each becomes a bag of its own name in the folder
+-o. One that cannot be is left out with its reason, and the exit status is 1 then.
 """
 
 from __future__ import annotations
@@ -15,11 +18,14 @@ import argparse
 from pathlib import Path
 import shutil
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 
-from ..data.arguments import one_file
+from ..data.arguments import names_of, tables_of
+
+if TYPE_CHECKING:
+    from ..data.long_bags import Long
 
 IN_PARTS_FROM = 2**27  # bytes of memory from which on a table is not held whole, if it can be
 SAID_FROM = 2**30  # bytes of memory from which on they are said
@@ -27,15 +33,19 @@ SAID_FROM = 2**30  # bytes of memory from which on they are said
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
-    parser.add_argument('file', type=Path, help='table: .csv, .parquet, .npz, .mat or .json; or a '
-                        'rosbag2 folder or MCAP of any messages, with a mapping')
+    parser.add_argument('files', type=Path, nargs='+', metavar='file',
+                        help='table: .csv, .parquet, .npz, .mat, .h5, .xlsx or .json; or a '
+                        'rosbag2 folder or MCAP of any messages, with a mapping; several, a '
+                        'pattern or a folder of tables make a bag each')
     parser.add_argument('--servo', type=named_servo, required=True,
                         help='servo file of the machine, or the name of a shipped one')
-    parser.add_argument('-o', '--output', type=Path, required=True, help='bag to create')
+    parser.add_argument('-o', '--output', type=Path, required=True,
+                        help='bag to create; of several tables the folder of their bags')
     parser.add_argument('--mapping', type=Path, help='how columns become those of a recording; '
                         'config/imports has some')
     parser.add_argument('--family', help='excitation family, such as speed_ladder')
-    parser.add_argument('--replicate', type=int, help='1, 2, 3 ... of the same excitation')
+    parser.add_argument('--replicate', type=int, help='1, 2, 3 ... of the same excitation; of '
+                        'several tables that of the first, and one more for each that follows')
     parser.add_argument('--note', help='free text')
     parser.add_argument('--period', type=float, default=0.0,
                         help='s, resample to it; left out, the period of the times')
@@ -43,43 +53,111 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Make the bag and say what is in it."""
+    """Make the bags and say what is in them; 1 where one was left out, 2 where all were."""
     if arguments.block_size < 1:
         raise ValueError(f'--block-size = {arguments.block_size}, it must be at least 1')
-    arguments.file = one_file(arguments.file, 'import')
-    new_bag(arguments.output, arguments.force)
-    with whole_bag(arguments.output) as place:
-        found = _written(place, arguments)
-    for line in found['note'].splitlines():
-        if line in found['warnings']:
-            print(f'warning: {line}', file=sys.stderr)
+    tables = tables_of(arguments.files)
+    if len(tables) == 1 and not _in_folder(arguments):
+        table, = tables
+        found = _bag_of(table, arguments.output, arguments, arguments.replicate)
+        _say_notes(arguments, {table.stem: found})
+        say(arguments, _sentence(arguments.output, found))
+        tell(arguments, recording=found, written=[arguments.output])
+        return 0
+    return _several(tables, arguments)
+
+
+def _in_folder(arguments: argparse.Namespace) -> bool:
+    """Tell whether a folder of tables was named, so that -o is a folder however many it holds."""
+    from ..data.message_files import holds_messages
+
+    return any(path.is_dir() and not holds_messages(path) for path in arguments.files)
+
+
+def _several(tables: list[Path], arguments: argparse.Namespace) -> int:
+    """Make a bag of each table; one that cannot be is said at once, and the rest go on."""
+    from servo_twin.description import servo_file
+
+    from ..data.mapping import read_mapping
+    from ..data.message_files import holds_messages
+
+    folder = arguments.output
+    if folder.is_file() or holds_messages(folder):
+        raise ValueError(f'{folder} is a {"file" if folder.is_file() else "bag"}, and the bags of '
+                         f'{len(tables)} tables need a folder; choose another -o')
+    servo_file.load(arguments.servo)  # what is wrong in either is wrong for all
+    if arguments.mapping:
+        read_mapping(arguments.mapping)
+    made, left = dict[str, dict[str, Any]](), dict[str, str]()
+    for k, (table, name) in enumerate(zip(tables, names_of(tables), strict=True)):
+        number = None if arguments.replicate is None else arguments.replicate + k
+        try:
+            made[name] = _bag_of(table, folder / name, arguments, number)
+        except (ValueError, OSError) as problem:
+            said = str(problem)
+            left[str(table)] = said
+            print(f'servo-identify import: {said if str(table) in said else f"{table}: {said}"}',
+                  file=sys.stderr)
+        else:
+            say(arguments, _sentence(folder / name, made[name]))
+    _say_notes(arguments, made)
+    written = [folder / name for name in made]
+    tell(arguments, recordings=list(made.values()), left_out=left, written=written)
+    summary = f'{len(made)} of {len(tables)} tables are bags in {folder}'
+    if left:
+        print(f'{summary}; left out, for the reasons above: {", ".join(left)}', file=sys.stderr)
+    else:
+        say(arguments, summary)
+    return 2 if not made else int(bool(left))
+
+
+def _bag_of(table: Path, output: Path, arguments: argparse.Namespace,
+            replicate: int | None) -> dict[str, Any]:
+    """Write the bag of one table and return what is in it."""
+    new_bag(output, arguments.force)
+    with whole_bag(output) as place:
+        return _written(table, place, output, arguments, replicate)
+
+
+def _sentence(output: Path, found: dict[str, Any]) -> str:
+    return (f'{output}: {found["samples"]} samples of {found["period"]:.9g} s '
+            f'({found["duration"]:.6g} s), {", ".join(found["channels"])}'
+            + (f'; family {found["family"]}' if found['family'] else ''))
+
+
+def _say_notes(arguments: argparse.Namespace, made: dict[str, dict[str, Any]]) -> None:
+    """Print what was changed or is to be minded: each line once, with the tables it is of."""
+    lines = dict[tuple[str, bool], list[str]]()
+    for name, found in made.items():
+        for line in found['note'].splitlines():
+            lines.setdefault((line, line in found['warnings']), []).append(name)
+        for one in found['findings']:
+            print(f'warning: {one.sentence} What to do: {one.action}', file=sys.stderr)
+    for (line, warned), names in lines.items():
+        of = f' ({", ".join(names)})' if len(made) > 1 else ''
+        if warned:
+            print(f'warning: {line}{of}', file=sys.stderr)
         elif not arguments.quiet:
-            print(f'note: {line}', file=sys.stderr)
-    say(arguments, f'{arguments.output}: {found["samples"]} samples of {found["period"]:.9g} s '
-        f'({found["duration"]:.6g} s), {", ".join(found["channels"])}'
-        + (f'; family {found["family"]}' if found['family'] else ''))
-    tell(arguments, recording=found, written=[arguments.output])
-    return 0
+            print(f'note: {line}{of}', file=sys.stderr)
 
 
-def _written(place: Path, arguments: argparse.Namespace) -> dict[str, Any]:
+def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespace,
+             replicate: int | None) -> dict[str, Any]:
     """Write the bag, part by part where that can be, and return what is in it."""
     from servo_twin.bag import open_recording, write_recording
 
     from ..data.import_in_parts import import_in_parts, NotPlain
     from ..data.import_memory import memory_of
-    from ..data.recording_facts import facts_of
     from ..data.table_import import import_table
 
-    table, said = arguments.file, {
-        'mapping': arguments.mapping, 'family': arguments.family,
-        'replicate': arguments.replicate, 'note': arguments.note, 'period': arguments.period}
+    said = {'mapping': arguments.mapping, 'family': arguments.family, 'replicate': replicate,
+            'note': arguments.note, 'period': arguments.period}
     needed = memory_of(table) if table.exists() else 0.0
     if needed > IN_PARTS_FROM:
         try:
             head = import_in_parts(table, arguments.servo, place, arguments.block_size, **said)
             with open_recording(place) as whole:
-                return facts_of(arguments.output, whole) | {
+                return _facts(output, whole, arguments.servo) | {
                     'warnings': list(head.warnings), 'sha256': head.digest}
         except NotPlain:
             shutil.rmtree(place, ignore_errors=True)
@@ -88,4 +166,17 @@ def _written(place: Path, arguments: argparse.Namespace) -> dict[str, Any]:
               f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
     recording = import_table(table, arguments.servo, **said)
     write_recording(place, recording, arguments.block_size)
-    return facts_of(arguments.output, recording)
+    return _facts(output, recording, arguments.servo)
+
+
+def _facts(output: Path, recording: Long, servo: Path) -> dict[str, Any]:
+    """Return what is in a bag, and what would be wrong of it as it is: ``findings``."""
+    from servo_twin.description import servo_file
+
+    from ..data.raw_encoder import wrapped_findings
+    from ..data.recording_facts import facts_of
+    from ..data.survey import survey
+
+    seen = survey(recording, servo_file.load(servo))
+    return facts_of(output, recording) | {
+        'findings': list(wrapped_findings(seen.name, seen.wrapped))}

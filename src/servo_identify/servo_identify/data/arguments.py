@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -69,8 +69,49 @@ def one_file(path: Path, command: str) -> Path:
     found = files([path])
     if len(found) > 1:
         raise ValueError(f'{path} names {len(found)} files, and {command} takes one, such as '
-                         f'{found[0]}; check, fit and diagnose take the pattern as it is')
+                         f'{found[0]}; import, check, fit and diagnose take the pattern as it is')
     return found[0]
+
+
+def tables_of(paths: Iterable[str | Path]) -> list[Path]:
+    """
+    Return the files that paths, patterns and folders of tables name, each once.
+
+    Raises FileNotFoundError for what is not there, ValueError for a folder without a table.
+    """
+    from .message_files import holds_messages
+    from .table_import import LISTING
+    from .tables import SUFFIXES
+
+    found = list[Path]()
+    for path in files(paths):
+        if not path.is_dir() or holds_messages(path):
+            if path.name != LISTING:  # as a shell has it among all files of a folder
+                found.append(path)
+            continue
+        held = sorted(one for one in path.iterdir() if one.suffix.lower() in SUFFIXES
+                      and one.is_file())
+        if not held:
+            raise ValueError(f'{path} is a folder without a table; known are {list(SUFFIXES)}. '
+                             'Bags in it are named by a pattern')
+        found += held
+    return list(dict.fromkeys(found))
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """
+    Return a name for each of several files: its own without the suffix.
+
+    Where two are alike the suffix tells them apart, or else the folder: ``a_run`` and ``b_run`` of
+    a/run.csv and b/run.csv.
+    """
+    names = [path.stem for path in paths]
+    for longer in (lambda path: path.name.replace('.', '_'),
+                   lambda path: f'{path.absolute().parent.name}_{path.stem}',
+                   lambda path: '_'.join(path.absolute().parts[1:]).replace('.', '_')):
+        names = [longer(path) if names.count(name) > 1 else name
+                 for path, name in zip(paths, names, strict=True)]
+    return names
 
 
 def files(paths: Iterable[str | Path]) -> list[Path]:

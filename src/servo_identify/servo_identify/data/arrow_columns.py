@@ -6,9 +6,15 @@ from typing import Any
 
 import numpy as np
 
+_HELD = 2**52  # whole numbers up to here float64 holds, and their differences
 
-def numbers_of(column: Any) -> np.ndarray | None:
-    """Return a column as float64, stamps and durations in s; None for what may be text."""
+
+def numbers_of(column: Any, zero: int = 0) -> np.ndarray | None:
+    """
+    Return a column as float64, stamps and durations in s; None for what may be text.
+
+    ``zero`` is taken off whole numbers.
+    """
     from pyarrow import types
 
     kind = column.type
@@ -19,7 +25,7 @@ def numbers_of(column: Any) -> np.ndarray | None:
     if types.is_duration(kind):
         return np.asarray(column.to_numpy() / np.timedelta64(1, 's'))
     if types.is_integer(kind):
-        return _whole(column)
+        return _whole(column, zero)
     if types.is_floating(kind) or types.is_boolean(kind):
         return np.asarray(column.cast('float64').to_numpy())
     return None
@@ -34,12 +40,34 @@ def _seconds(column: Any) -> np.ndarray:
     return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
 
 
-def _whole(column: Any) -> np.ndarray:
-    """Return whole numbers; those that float64 cannot hold, stamps in ns, since the first."""
-    from pyarrow import ArrowInvalid, compute
+def is_clock(column: Any) -> bool:
+    """Tell whether a column holds stamps of a calendar or durations."""
+    from pyarrow import types
 
+    return bool(types.is_timestamp(column.type) or types.is_duration(column.type))
+
+
+def zero_of(column: Any, near: int = 0) -> int:
+    """
+    Return what to take off whole numbers that float64 cannot hold: their first; 0 of others.
+
+    Where it serves as well ``near`` is returned, the zero of another column.
+    """
+    from pyarrow import ArrowInvalid, types
+
+    if not types.is_integer(column.type):
+        return 0
     try:
-        return np.asarray(column.cast('float64').to_numpy())
+        column.cast('float64')
     except ArrowInvalid:
-        first = next(one for one in column if one.is_valid)
-        return np.asarray(compute.subtract(column, first).cast('float64', safe=False).to_numpy())
+        first = int(next(one for one in column if one.is_valid).as_py())
+        return near if near and abs(first - near) < _HELD else first
+    return 0
+
+
+def _whole(column: Any, zero: int) -> np.ndarray:
+    """Return whole numbers as float64, less a zero."""
+    from pyarrow import compute, scalar
+
+    less = compute.subtract(column, scalar(zero, column.type)) if zero else column
+    return np.asarray(less.cast('float64', safe=False).to_numpy())

@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
-from .mistakes import TURN
+from .raw_encoder import wrapped_findings
 from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -29,9 +29,13 @@ SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; on such rows the controller is not judged',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
+    'sampled less often': 'join: true in a mapping file holds a command and interpolates angles',
+    'of Delta_X': 'nothing, where no row is missing',
     'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',
+    'times of their own': 'nothing where that is fine enough; else export with one time for all',
+    'which has most rows of numbers': 'nothing, where that is the sheet; else rows: NAME',
     'is unusual; is t in': 'give the unit of the time in the header or the mapping, as in t [ms]',
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
@@ -91,12 +95,11 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
     found += [Finding('red', f'{one.name}: {name} holds whole numbers alone: counts of an '
                       'encoder?', 'give counts a turn in the header or the mapping: '
                       f'{name} [1/4096 rev]') for name in one.whole_numbers]
-    found += [Finding('red', f'{one.name}: {name} stays within one turn and jumps back by it: an '
-                      'encoder that wraps around at each turn.' if turn == TURN else
-                      f'{one.name}: {name} jumps back by {turn:.4g} rad, all of its range: a '
-                      'counter that wraps around.', 'unwrap it (numpy.unwrap), or give the round '
-                      'in the mapping, such as wraps: 360 of degrees, wraps: 65536 of counts')
-              for name, turn in one.wrapped.items()]
+    found += wrapped_findings(one.name, one.wrapped)
+    found += [Finding('amber', f'{one.name}: {name} jumps within a sample, first after '
+                      f'{first:.6g} s, in {count} rows: a sensor or a link that dropped out?',
+                      'leave those rows empty, or cut them') for name, (count, first) in
+              one.jumps.items()]
     found += _signs(one)
     limit = limit_of(servo)
     if one.at_limit > SATURATED:

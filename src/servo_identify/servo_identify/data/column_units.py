@@ -12,21 +12,26 @@ from servo_twin.physics.straight_units import straightened
 from servo_twin.recording.recording import COLUMNS
 
 from .physical_units import factor_to
-from .tables import Table
+from .table import Table
+from .time_units import unit_of_stamps
 from .unit_symbols import UnitError
 
 NAMES = ('t', *COLUMNS)
 
 UNIT = {'t': 's'} | COLUMNS
-TIMES = ('time', '__time')
-"""Other names of the time that leave no doubt."""
+TIMES = ('time', '__time', 'x_value')
+"""Other names of the time that leave no doubt, in small letters."""
 ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
+        'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
         'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
         'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',
         'tau': 'torque', 'q_ref': 'reference_position'}
 """What others call a column, and it may be another one as well."""
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
+_REFERENCE = 'reference_position'
+_TOLD = {'command', 'commanded', 'cmd', 'demand', 'demanded', 'set', 'setpoint', 'target', 'soll',
+         'desired'}
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
              'rad/s': 'deg/s, rpm, Hz (turns a second)', 'A': 'mA',
              'V': 'mV (a command may also be in A or mA)',
@@ -47,13 +52,14 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     plain = {split(header)[0] for header in headers}
     for header in headers:
         name, unit = split(header)
-        if name in TIMES and 't' not in plain:
+        if name.lower() in TIMES and 't' not in plain:
             name = 't'
         if name not in NAMES:
             strangers.append(header)
             continue
         if name in found:
             raise ValueError(f'{table.path}: column {name!r} is there twice')
+        unit = unit or name == 't' and unit_of_stamps(table.first(header)) or ''
         factor = factor_of(f'{table.path}: column {header!r}', name, unit, servo)
         if factor != 1.0:
             into = 'A' if is_current(name, unit) else (
@@ -126,6 +132,11 @@ def likely(name: str, missing: list[str]) -> str:
     also = ALSO.get(lower) or ('t' if lower in TIMES else None)
     if also in missing:
         return str(also)
+    told = set(re.split('[^a-z]+', lower))
+    if told & _TOLD:  # what was commanded is no measured angle
+        missing = [one for one in missing if not one.endswith('_position') or one == _REFERENCE]
+        if told & {'position', 'angle', 'pos'} and _REFERENCE in missing:
+            return _REFERENCE
     near = get_close_matches(lower, missing, 1, 0.7)
     words = set(lower.split('_')) - {'reference', 'position'}
     return next(iter([*near, *(one for one in missing if words & set(one.split('_')))]), '')

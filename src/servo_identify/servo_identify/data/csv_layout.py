@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
+from .export_headers import period_without_times, scope_names, unit_labels
 from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
@@ -32,7 +33,7 @@ class Layout:
     that it has none: they are the numbers of the first row then. ``remark``: they stand behind
     the mark of a comment. ``decimal`` is the sign between whole and fraction. ``row`` is the
     first line of numbers, ``above`` the line over it, '' where there is none. ``unused`` are names
-    of columns that the rows do not have.
+    of columns that the rows do not have. ``period``, s, is that of rows without times, else 0.
     """
 
     encoding: str
@@ -45,6 +46,7 @@ class Layout:
     row: str
     above: str
     unused: tuple[str, ...]
+    period: float
 
     @property
     def blanks(self) -> bool:
@@ -109,11 +111,15 @@ def layout_of(path: Path) -> Layout:
     told = columns.cells(lines[above[-1]][remark.end():]) if remark else []
     if len(told) != columns.count or any(map(is_number, told)):
         told = []
-    names = told or _names_in(columns, [lines[k] for k in shown[:at]])
+    over = [lines[k] for k in shown[:at]]
+    cells = [columns.cells(line) for line in over]
+    names, units = scope_names(cells, columns.cells(lines[row]))
+    names = _with_units(_numbered(names), units) or told or _names_in(columns, over)
+    names = _with_units(names, unit_labels(cells, len(names)))
     return Layout(encoding, columns.delimiter, columns.decimal, row,
                   tuple((names or columns.cells(lines[row]))[:columns.count]), not names,
                   bool(told), lines[row], lines[above[-1]] if above else '',
-                  tuple(names[columns.count:]))
+                  tuple(names[columns.count:]), period_without_times(cells))
 
 
 def is_number(text: str) -> bool:
@@ -191,8 +197,13 @@ def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
     names = max(named, key=lambda cells: len({one for one in cells if one and not is_number(one)}))
     unit = next((cells for cells in units if cells is not names), [])
     unit = [*map(_bracketless, unit), *[''] * (len(names) - len(unit))]
-    return [f'{told} [{one}]' if one and not re.search(r'[\])]$', name) else told
-            for name, told, one in zip(names, _numbered(names), unit, strict=False)]
+    return _with_units(_numbered(names), unit)
+
+
+def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Return names with their units behind them, but for those that have one."""
+    return [f'{name} [{unit}]' if unit and not re.search(r'[^\d\s(][\])]$', name) else name
+            for name, unit in zip(names, units, strict=False)]
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

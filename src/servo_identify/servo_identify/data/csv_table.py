@@ -8,7 +8,11 @@ from pathlib import Path
 import re
 from typing import Any
 
+import numpy as np
+
 from .csv_layout import last_line, Layout, layout_of
+from .export_headers import is_stamp
+from .rows_in_time import timelines_of
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
 
@@ -29,6 +33,8 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
     cut: list[str] = []
 
     def judge(row: Any) -> str:
+        if not row.text.strip():  # blanks alone
+            return 'skip'
         ends = not cut and row.text.strip() == last_line(path, layout.encoding).strip()
         cut.append(row.text)
         return 'skip' if ends and row.actual_columns < row.expected_columns else 'error'
@@ -42,7 +48,12 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
     if table.num_rows < 1 + bool(layout.unused) and (cut or layout.unused):
         raise ValueError(f'{path} is no table: its only row breaks off: '
                          f'{[*cut, layout.row][0].strip()!r}')
-    told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut]
+    told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
+            if text.strip() != 'EOF']  # as the Scope of TwinCAT ends a file
+    if layout.period and 'time' not in table.column_names:
+        table = table.append_column('time', [layout.period * np.arange(table.num_rows)])
+        told.append(f'the rows have no time: they are counted in the {layout.period:g} s of '
+                    'Delta_X')
     if layout.unused:
         told.append(f'the rows end before {list(layout.unused)}: no number stands there')
     return table, tuple(told)
@@ -62,6 +73,9 @@ def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[A
     if layout.blanks:
         raise ArrowInvalid('blanks part the columns')
     columns = _names(path, layout, names)
+    stamps = any(map(is_stamp, layout.row.split(layout.delimiter)))
+    if timelines_of(columns) or layout.period or stamps:
+        raise ArrowInvalid('such times are held whole')
     options = _options(layout, columns)
     options['read_options'].block_size = block
     options['convert_options'].column_types = dict.fromkeys(columns, 'float64')

@@ -15,7 +15,8 @@ import numpy as np
 
 from servo_twin.recording.recording import RESAMPLED
 
-from .joining import HELD, HOLE
+from .joining import HELD
+from .rows_in_time import HOLE
 
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
@@ -25,6 +26,9 @@ MOST_HOLES = 1000
 
 MOST_REPEATED = 0.5
 """Share of the rows that may repeat a time and are left out; of more too little would be left."""
+
+_COUNTERS = [(bits, unit) for bits in (16, 32) for unit in (1.0, 1e-3, 1e-6)]
+"""Bits of a counter of time that wraps around, and the s of one count."""
 
 _AT_ONCE = 100_000  # samples whose places are looked up together
 
@@ -99,7 +103,19 @@ def _check(path: Path, time: np.ndarray) -> None:
     if len(back):
         k = back[0]
         raise ValueError(f'{path}: time runs backwards from {time[k]:.9g} s in row {k + 1} to '
-                         f'{time[k + 1]:.9g} s in row {k + 2}')
+                         f'{time[k + 1]:.9g} s in row {k + 2}. ' + _advice(time, back))
+
+
+def _advice(time: np.ndarray, back: np.ndarray) -> str:
+    """Say what to do where times run backwards behind some rows."""
+    last, first, step = time[back[0]], time[back[0] + 1], float(np.median(np.abs(np.diff(time))))
+    for bits, unit in _COUNTERS:
+        if 0.0 <= first < 2.0 * step and 0.0 <= 2**bits * unit - last < 2.0 * step:
+            return (f'The counter of {bits} bit wrapped around there: map the time with '
+                    f'wraps: {2**bits}')
+    if len(back) == 1 and first <= time[0]:
+        return 'A second recording begins there: cut the file'
+    return 'Sort the rows by their time, or cut the file where rows were written twice'
 
 
 def own_period(first: float, last: float, samples: int) -> float:

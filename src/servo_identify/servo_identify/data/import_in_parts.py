@@ -30,8 +30,9 @@ from .message_files import holds_messages
 from .messages_in_parts import long_messages, NotInOrder
 from .on_disk import OnDisk
 from .plausibility import check_angles
+from .raw_encoder import check_counts
+from .table import from_arrow, Table
 from .table_import import beside, check_columns, described, Seen
-from .tables import from_arrow, Table
 
 ROWS = 100_000  # that are held at once, about
 LOOKED_AT = 100_000  # rows at least by which angles are held against each other
@@ -81,6 +82,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
         times = OnDisk(file, 'd')
         seen, some = _looked_over(parts(), times)
         check_columns(path, seen, list(seen.finite), warnings)
+        check_counts(path, some, machine)
         check_angles(path, some, machine)
         start, = times.part(0, 1)
         wanted = period or (plan.period if plan else 0.0)

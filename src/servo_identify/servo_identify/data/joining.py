@@ -1,4 +1,4 @@
-"""Columns that were sampled at times of their own, brought to the same rows."""
+"""Tables whose rows belong to several topics, brought to the rows of one of them."""
 
 from __future__ import annotations
 
@@ -7,46 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from .tables import Table
+from .rows_in_time import at_rows
+from .table import Table
 
 HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity',
         'added_command')
 """Columns that hold from their sample to the next."""
-
-HOLE = 3.0
-"""Periods between two samples beyond which nothing is interpolated."""
-
-
-def at_rows(rows: np.ndarray, times: np.ndarray, values: np.ndarray, held: bool,
-            usual: float = 0.0) -> np.ndarray:
-    """
-    Return values that were taken at other times at the times of the rows, s.
-
-    NaN before the first of them. ``held`` values stay till the next; others are interpolated, and
-    NaN after the last one and in holes of more than three of their periods. ``usual`` is that
-    period, s, of the whole where these are a part; 0 takes it from the times.
-    """
-    if not len(times):
-        return np.full(len(rows), np.nan)
-    order = np.argsort(times, kind='stable')
-    times, values = times[order], values[order]
-    last = np.searchsorted(times, rows, 'right') - 1
-    if held:
-        return np.where(last < 0, np.nan, values[np.maximum(last, 0)])
-    found = np.interp(rows, times, values, left=np.nan, right=np.nan)
-    usual = usual or period_between(times)
-    if len(times) > 1:
-        last = np.clip(last, 0, len(times) - 2)
-        gap = times[last + 1] - times[last]
-        found[(gap > HOLE * usual) & (rows > times[last])
-              & (rows < times[last + 1])] = np.nan
-    return found
-
-
-def period_between(times: np.ndarray) -> float:
-    """Return the usual time between two samples, s; inf where there are too few to tell."""
-    return float(np.median(np.diff(times))) if len(times) > 2 else np.inf
-
 
 def joined(table: Table, time: str, leading: str, used: Collection[str],
            held: Collection[str]) -> Table:

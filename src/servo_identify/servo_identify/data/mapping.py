@@ -31,7 +31,7 @@ from servo_twin.physics.servo import Servo
 
 from .column_units import factor_of, NAMES
 from .joining import HELD, joined
-from .tables import Table
+from .table import Table
 
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
         'recording': dict, 'period': (int, float), 'drive_on': str}
@@ -51,12 +51,12 @@ class Mapping:
     """
     A mapping file, checked.
 
-    ``rows`` names the list of records in a JSON file, ``names`` the columns of a text file that
-    has no line of names; ``join`` says that each row belongs to one of several topics and leaves
-    the columns of the others empty. ``period``, s, is the grid to resample to,
-    0 to take it from the times; ``drive_on`` names a column that is 0 while the drive is switched
-    off; ``recording`` gives family, replicate and note, in which {name} stands for what the file
-    says of it.
+    ``rows`` names the list of records in a JSON file or the sheet of a spreadsheet, ``names`` the
+    columns of a text file that has no line of names; ``join`` says that each row belongs to one
+    of several topics and leaves the columns of the others empty. ``period``, s, is the grid to
+    resample to, 0 to take it from the times; ``drive_on`` names a column that is 0 while the
+    drive is switched off; ``recording`` gives family, replicate and note, in which {name} stands
+    for what the file says of it.
     """
 
     path: Path

@@ -16,7 +16,7 @@ from .mapping import FACTS, KEYS, STEPS, ZEROS
 
 _KINDS = {str: 'string', bool: 'boolean', int: 'integer', list: 'array', dict: 'object'}
 _MEANINGS = {
-    'rows': 'The list of records in a JSON file.',
+    'rows': 'The list of records in a JSON file, or the sheet of a spreadsheet.',
     'names': 'The columns of a text file that has no line of names.',
     'join': 'Each row belongs to one of several topics and leaves the others empty.',
     'period': 'The grid to resample to, s.',

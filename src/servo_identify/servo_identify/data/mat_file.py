@@ -1,5 +1,5 @@
 """
-Reads a MAT file in a process of its own: a damaged one brings scipy's reader down, not ours.
+Reads a MAT or HDF5 file in a process of its own: a damaged one brings that reader down, not ours.
 
 Run as a program, this file does the reading. It imports nothing of ours.
 """
@@ -7,6 +7,7 @@ Run as a program, this file does the reading. It imports nothing of ours.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 import io
 from pathlib import Path
 import resource
@@ -19,58 +20,99 @@ import numpy as np
 _SECONDS = 120.0  # for the largest file that one would keep as MAT
 _BYTES = 8 << 30  # of memory: a damaged length may ask for any
 _HDF5 = b'\x89HDF\r\n\x1a\n'  # how such a file begins
-_LATER = 3  # the status for a MAT file of version 7.3
 
 
 def load_mat(path: Path) -> dict[str, Any]:
     """
-    Return the variables of a MAT file (up to version 7) that are numbers, texts or arrays of them.
+    Return the variables of a MAT or HDF5 file that are numbers, texts or arrays of them.
 
-    Arrays lose axes of length one, the fields of a structure ``s`` are ``s.field``, and the
-    elements of a list of them ``s[0].field``.
-    Raises ValueError for a file that is none or is damaged.
+    Arrays lose axes of length one, the fields of a structure or group ``s`` are ``s.field``, and
+    the elements of a list of structures ``s[0].field``. An attribute ``unit`` of HDF5 stands
+    behind the name: ``angle [deg]``.
+    Raises ValueError for a file that is none or is damaged, and where h5py lacks for an HDF5 file.
     """
-    with path.open('rb') as file:
-        if file.read(len(_HDF5)) == _HDF5:
-            raise ValueError(f'{path} is an HDF5 file, as those of version 7.3 of MATLAB are '
-                             "within; save it with '-v7', or as CSV or NPZ")
+    if _is_hdf5(path) and find_spec('h5py') is None:
+        raise ValueError(f'{path} is an HDF5 file, as those of version 7.3 of MATLAB are within; '
+                         "reading it needs `pip install h5py`, or save it with '-v7', or as CSV "
+                         'or NPZ')
+    kind = 'HDF5' if _is_hdf5(path) else 'MAT'
     try:
         ran = subprocess.run([sys.executable, '-P', __file__, str(path)], capture_output=True,
                              timeout=_SECONDS, check=False)
     except subprocess.TimeoutExpired:
-        raise ValueError(f'{path} is no MAT file: its reading takes more than {_SECONDS:g} s') \
+        raise ValueError(f'{path} is no {kind} file: its reading takes more than {_SECONDS:g} s') \
             from None
-    if ran.returncode == _LATER:
-        raise ValueError(f"{path} is a MAT file of version 7.3; save it with '-v7'")
     if ran.returncode:
         said = ran.stderr.decode(errors='replace').strip().splitlines()
         why = said[-1] if said and ran.returncode > 0 else 'it is damaged, its reader broke down'
-        raise ValueError(f'{path} is no MAT file: {why}')
+        raise ValueError(f'{path} is no {kind} file: {why}')
     with np.load(io.BytesIO(ran.stdout), allow_pickle=False) as found:
         arrays = {name.removeprefix('v_'): found[name] for name in found.files}
     return {name: value.item() if value.ndim == 0 else value for name, value in arrays.items()}
 
 
-def _write(path: str) -> int:
-    """Write the variables of a MAT file to stdout as NPZ; return the status."""
-    from scipy.io import loadmat
+def _is_hdf5(path: str | Path) -> bool:
+    """Tell whether a file is HDF5: from its begin, or behind the 512 bytes of MATLAB."""
+    with Path(path).open('rb') as file:
+        begin = file.read(512 + len(_HDF5))
+    return begin.startswith(_HDF5) or begin[512:] == _HDF5
 
+
+def _write(path: str) -> int:
+    """Write the variables of a MAT or HDF5 file to stdout as NPZ; return the status."""
     resource.setrlimit(resource.RLIMIT_AS, (_BYTES, _BYTES))
     try:
-        found = loadmat(path, squeeze_me=True)
-    except NotImplementedError:
-        return _LATER
-    except Exception as error:  # of a damaged file scipy says what comes
+        found = dict(_of_hdf5(path) if _is_hdf5(path) else _of_mat(path))
+    except Exception as error:  # of a damaged file scipy and h5py say what comes
         print(f'{type(error).__name__}: {error}', file=sys.stderr)
         return 2
-    plain = {f'v_{path}': array for name, value in found.items()
-             if isinstance(name, str) and not name.startswith('__')
-             for path, array in _leaves(name, value)}
     memory = io.BytesIO()
-    np.savez(memory, **{name: value for name, value in plain.items()
+    np.savez(memory, **{f'v_{name}': value for name, value in found.items()
                         if value.dtype.kind in 'fiubcU'})
     sys.stdout.buffer.write(memory.getvalue())
     return 0
+
+
+def _of_mat(path: str) -> Iterator[tuple[str, np.ndarray]]:
+    from scipy.io import loadmat
+
+    for name, value in loadmat(path, squeeze_me=True).items():
+        if isinstance(name, str) and not name.startswith('__'):
+            yield from _leaves(name, value)
+
+
+def _of_hdf5(path: str) -> Iterator[tuple[str, np.ndarray]]:
+    import h5py
+
+    def below(path_to: tuple[Any, ...], above: str) -> Iterator[tuple[str, np.ndarray]]:
+        group = path_to[-1]
+        for name in group:
+            link = group.get(name, getlink=True)
+            if name.startswith('#') or not isinstance(link, h5py.HardLink):  # another file's
+                continue
+            one = group[name]
+            if isinstance(one, h5py.Group) and one not in path_to:  # which a link may lead back to
+                yield from below((*path_to, one), f'{above}{name}.')
+            elif isinstance(one, h5py.Dataset) and one.shape and not (
+                    one.is_virtual or one.external or 'MATLAB_empty' in one.attrs):
+                yield from _of_dataset(above + name, one)
+            elif isinstance(one, h5py.Dataset) and one.shape == () and one.dtype.kind in 'fiub':
+                yield above + name, np.asarray(one[()])
+
+    with h5py.File(path, 'r') as file:
+        yield from below((file['/'],), '')
+
+
+def _of_dataset(name: str, one: Any) -> Iterator[tuple[str, np.ndarray]]:
+    if one.attrs.get('MATLAB_class') == b'char':
+        yield name, np.asarray(''.join(map(chr, np.ravel(one[()]))))
+        return
+    unit = next((one.attrs[key] for key in ('unit', 'units', 'Unit') if key in one.attrs), '')
+    unit = unit.decode() if isinstance(unit, bytes) else unit
+    if one.dtype.kind in 'fiub':
+        yield f'{name} [{unit}]' if isinstance(unit, str) and unit else name, np.squeeze(one[()])
+    elif one.dtype.names:
+        yield from ((f'{name}.{field}', np.squeeze(one[field])) for field in one.dtype.names)
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:

@@ -21,11 +21,11 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .joining import at_rows
 from .message_files import opened
 from .message_parts import fields_in, LACKING, part_of
 from .message_times import on_one_clock, stamp_of
-from .tables import Table
+from .rows_in_time import at_rows
+from .table import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
@@ -175,8 +175,8 @@ def _numbers(at: Any, owners: list[Any]) -> Iterator[str]:
             yield from (f'[{index}]{rest}' for rest in _numbers(at[k], [*owners, at[k]]))
     else:
         for name in fields_in(at):
-            if name != 'header':
-                part = part_of(at, name)
+            part = part_of(at, name)
+            if name != 'header' and 'data_offset' not in fields_in(part):  # the layout of an array
                 yield from (f'.{name}{rest}' for rest in _numbers(part, [*owners, part]))
 
 

@@ -10,10 +10,10 @@ import tempfile
 
 import numpy as np
 
-from .joining import at_rows, period_between
 from .messages import Taken, taken
 from .on_disk import OnDisk
-from .tables import Table
+from .rows_in_time import at_rows, period_between
+from .table import Table
 
 
 class NotInOrder(Exception):

@@ -134,4 +134,12 @@ def _compare(path: Path, name: str, value: np.ndarray, other: str, base: np.ndar
             raise ValueError(
                 f'{path}: {name} moves {factor:.4g} times as far as {other} (ratio {ratio:g}): '
                 f'{meaning}. Angles are in rad, each on its own shaft; a header may give the '
-                "unit, as in 'load_position [deg]'")
+                "unit, as in 'load_position [deg]'" + _of_motor(name, factor, ratio))
+
+
+def _of_motor(name: str, factor: float, ratio: float) -> str:
+    """Say how a reference of the motor becomes that of the load, '' where it is none."""
+    if name != 'reference_position' or abs(factor / ratio - 1.0) > _NEAR:
+        return ''
+    return ('. A drive has the reference of its motor; divide that by the ratio: '
+            f'1/4096 rev becomes 1/{4096 * ratio:.9g} rev')

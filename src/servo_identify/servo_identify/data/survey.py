@@ -17,6 +17,8 @@ from .signals import ANGLES
 
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 _BESIDE = 4  # samples before and behind a jump that say how the angle goes on
+_FAR = 10.0  # times the largest tenth of all steps, and those beside it, is a jump
+_SEAM = 4  # samples of a part that the next one is to see, so that each jump is seen once
 _COUNTED = 5000  # samples of which the different ones are counted
 
 
@@ -27,7 +29,8 @@ class Survey:
 
     ``measured`` are the channels that hold a number, ``lost`` the share of samples of each angle
     that holds none, ``whole_numbers`` the angles that look like counts, ``wrapped`` the round, in
-    rad, of those that jump back by it. ``still`` of ``parts`` show no motion. ``command`` and
+    rad, of those that jump back by it. ``jumps`` tells of another angle how often it jumps within
+    a sample, and after how many s first. ``still`` of ``parts`` show no motion. ``command`` and
     ``current`` are their least and largest value. ``at_limit`` is the share of commands at the
     servo's limit.
     """
@@ -43,6 +46,7 @@ class Survey:
     lost: dict[str, float]
     whole_numbers: tuple[str, ...]
     wrapped: dict[str, float]
+    jumps: dict[str, tuple[int, float]]
     command: tuple[float, float]
     current: tuple[float, float]
     at_limit: float
@@ -62,6 +66,7 @@ def survey(one: Long, servo: Servo) -> Survey:
     """Look at all samples of a recording, part by part."""
     known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
     wrapped, ranges = dict[str, float](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
+    jumps, ends = dict[str, tuple[int, float]](), dict.fromkeys(ANGLES, np.empty(0))
     still = at_limit = parts = 0
     limit = limit_of(servo)
     for part in parts_of(one):
@@ -75,6 +80,11 @@ def survey(one: Long, servo: Servo) -> Survey:
                 counts.add(name)
             if not servo.straight(name) and (turn := round_of(values)):
                 wrapped[name] = turn
+            elif len(at := jumps_of(np.concatenate([ends[name], part[name]]))):
+                begins = part.start - one.start + (at[0] - len(ends[name])) * part.period
+                count, first = jumps.get(name, (0, float(begins)))
+                jumps[name] = count + len(at), first
+            ends[name] = part[name][-_SEAM:]
         for name, (least, most) in ranges.items():
             x = part[name][np.isfinite(part[name])]
             ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))
@@ -84,7 +94,7 @@ def survey(one: Long, servo: Servo) -> Survey:
         frozenset(name for name in COLUMNS if known[name]),
         {name: 1.0 - known[name] / max(1, len(one)) for name in ANGLES},
         tuple(name for name in ANGLES if whole[name] and name in counts),
-        wrapped,
+        wrapped, jumps,
         ranges['voltage'], ranges['current'],
         at_limit / max(1, known['voltage']))
 
@@ -114,6 +124,26 @@ def round_of(angle: np.ndarray) -> float:
     if not len(at) or np.mean(goes_on) < 0.7:
         return 0.0
     return float(np.median(np.abs(jumps[at] - 2.0 * slope)))
+
+
+def jumps_of(angle: np.ndarray) -> np.ndarray:
+    """
+    Return the rows before which an angle jumps: (jumps,), none of which a shaft can do.
+
+    A step counts that is far larger than most and than those before and behind it: what moves
+    gathers speed. The last count of an encoder is no such step.
+    """
+    steps = np.abs(np.diff(angle))
+    moved = steps[steps > 0.0]  # of NaN neither
+    if len(moved) < FEWEST_COUNTS:
+        return np.empty(0, dtype=int)
+    far = np.flatnonzero(steps > _FAR * np.quantile(moved, 0.9))
+    far = far[(far > 0) & (far < len(steps) - 2)]
+    least = steps[far] / _FAR
+    there = (steps[far + 1] < least) & (steps[far - 1] < least)
+    spike = (np.abs(angle[far + 2] - angle[far]) < least) & (steps[far - 1] < least) & (
+        steps[far + 2] < least)
+    return far[there | spike] + 1  # of a row that is NaN beside it nothing is known
 
 
 def limit_of(servo: Servo) -> float:

@@ -22,9 +22,13 @@ from .mapping import read_mapping
 from .message_files import holds_messages
 from .messages import read_messages
 from .plausibility import check_angles
-from .tables import read_table, Table
+from .raw_encoder import check_counts
+from .table import Table
+from .tables import read_table
 from .time_units import unit_of_times
 
+MANY = 0.3
+"""Share of the rows without a number from which on a column may be sampled less often."""
 LISTING = 'recordings.yaml'
 """The file beside recordings that names their families."""
 
@@ -71,6 +75,7 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     seen.add(columns)
     check_columns(path, seen, [*table.columns, *table.refused], warnings)
     if machine is not None:
+        check_counts(path, columns, machine)
         check_angles(path, columns, machine)
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
@@ -153,7 +158,9 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
                 f'{name} begins in row {count + 1}; the rows before stay NaN'
                 if count == seen.begin[name] else
                 f'{name} is missing in {count} row{"s" * (count != 1)}, the first is row '
-                f'{first + 1}; they stay NaN')
+                f'{first + 1}; they stay NaN' + (
+                    '. Where it is sampled less often: join: true in a mapping file'
+                    if count > MANY * seen.rows else ''))
 
 
 def beside(path: Path) -> dict[str, Any]:

@@ -1,11 +1,11 @@
-"""Tables as their files have them: names and numbers, not yet anybody's units."""
+"""Files of tables, whatever their kind, as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-import re
+import tempfile
 from typing import Any
 from zipfile import BadZipFile
 
@@ -13,60 +13,41 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .arrow_columns import numbers_of
-from .clock_times import seconds_of
-from .csv_layout import MINUS, TEXTS
+from .csv_layout import TEXTS
 from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
 from .mat_file import load_mat
+from .rows_in_time import on_one_timeline
+from .spreadsheet import sheet_text
+from .table import from_arrow, Table, with_texts, without_end
 
-_GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
-_SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
-          '1081,6 where semicolons or tabs part the columns')
-"""Why a number with a comma or an apostrophe is none."""
+_HDF5 = ('.h5', '.hdf5')
+_SHEETS = ('.xlsx', '.xlsm')
+_ELSEWHERE = {
+    **dict.fromkeys(('.xls', '.xlsb', '.ods'), 'save the sheet as XLSX or CSV'),
+    '.tdms': 'export it as CSV, or with nptdms: '
+             'TdmsFile.read(FILE).as_dataframe(time_index=True).to_csv(NEW)',
+    **dict.fromkeys(('.mf4', '.mdf'), 'export it as CSV, or with asammdf: '
+                    'MDF(FILE).to_dataframe(raster=0.001, time_from_zero=True).to_csv(NEW), with '
+                    'the period of yours'),
+    **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
+    **dict.fromkeys(('.pkl', '.pickle'), 'a pickle may run code and is not read: save the frame '
+                    'as Parquet or CSV')}
+"""Kinds of files that are not read, and what to do about each."""
 
-SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', '.json', *LINES)
-
-
-@dataclass(frozen=True)
-class Table:
-    """
-    A file's columns, float64 of shape (rows,), under the file's own names.
-
-    ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
-    says of columns that hold text why they are no numbers; whoever asks for one is told.
-    ``warnings`` say what was left out of the file.
-    """
-
-    path: Path
-    columns: dict[str, np.ndarray]
-    facts: dict[str, Any] = field(default_factory=dict)
-    refused: dict[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        lengths = {name: len(column) for name, column in self.columns.items()}
-        if len(set(lengths.values())) > 1:
-            raise ValueError(f'{self.path}: columns of different lengths, in rows: {lengths}')
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name in self.refused:
-            raise ValueError(self.refused[name])
-        if name not in self.columns:
-            raise ValueError(f'{self.path} has no column {name!r}; '
-                             f'{or_what(name, self.columns, "it has")}')
-        return self.columns[name]
+SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', *_HDF5,
+            *_SHEETS, '.json', *LINES)
 
 
 def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     """
-    Read a file of text (CSV), Parquet, Feather, NumPy, MAT or JSON.
+    Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON.
 
-    ``rows`` names the list of records in a JSON file, where it is not the whole; ``names`` the
-    columns of a text file that has no line of names. The columns of an array of two dimensions
-    are called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError
-    for another suffix, a file that does not parse, text among numbers and columns of unequal
-    length, OSError for a file that cannot be read.
+    ``rows`` names the list of records in a JSON file, where it is not the whole, or the sheet of a
+    spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
+    array of two dimensions are called ``name[0]``, ``name[1]`` ...; those of a structure
+    ``name.field``. Raises ValueError for another suffix, a file that does not parse, text among
+    numbers and columns of unequal length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
@@ -74,19 +55,23 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
         raise ValueError(f'{path} is a folder and no table; ' + (
             'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
             if ends else 'name a file in it'))
+    if suffix in _ELSEWHERE and path.exists():
+        raise ValueError(f'{path}: {suffix[1:].upper()} is not read here; {_ELSEWHERE[suffix]}')
     if suffix not in SUFFIXES:
         raise ValueError(f'{path}: suffix {suffix!r} is not a table; known are {list(SUFFIXES)}, '
                          'rosbag2 folders and .mcap. Save it as CSV, or read it with pandas and '
                          'give the frame to servo_identify.read')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    reader = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.mat': _mat,
-              '.npz': _numpy, '.npy': _numpy}.get(suffix)
+    readers = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.npz': _numpy,
+              '.npy': _numpy} | dict.fromkeys(('.mat', *_HDF5), _mat)
+    reader = readers.get(suffix)
     try:
         if reader is not None:
             table = reader(path)
         else:
-            table = _json(path, rows) if suffix in ('.json', *LINES) else _csv(path, names)
+            table = (_json(path, rows) if suffix in ('.json', *LINES) else
+                     _sheet(path, rows, names) if suffix in _SHEETS else _csv(path, names))
     except (ValueError, OSError):
         raise
     except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
@@ -99,7 +84,22 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
 
 def _csv(path: Path, names: Sequence[str]) -> Table:
     found, warnings = read_csv(path, names)
-    return replace(from_arrow(path, found), warnings=warnings)
+    table, told = from_arrow(path, found), list(warnings)
+    columns = on_one_timeline(without_end(table), told)
+    return replace(table, columns=columns, warnings=tuple(told))
+
+
+def _sheet(path: Path, named: str, names: Sequence[str]) -> Table:
+    text, told = sheet_text(path, named)
+    with tempfile.TemporaryDirectory(prefix='servo_identify_') as folder:
+        scratch = Path(folder) / 'sheet.txt'
+        scratch.write_text(text, 'utf8')
+        try:
+            table = _csv(scratch, names)
+        except ValueError as problem:
+            raise ValueError(str(problem).replace(str(scratch), str(path))) from None
+    return replace(table, path=path, warnings=(*told, *table.warnings), refused={
+        name: why.replace(str(scratch), str(path)) for name, why in table.refused.items()})
 
 
 def _numpy(path: Path) -> Table:
@@ -161,43 +161,6 @@ def _feather(path: Path) -> Table:
         raise ValueError(f'{path} is no Feather file: {error}') from None
 
 
-def from_arrow(path: Path, found: Any) -> Table:
-    """Return an Arrow table as a table."""
-    columns, texts = dict[str, np.ndarray](), {}
-    for name, column in zip(found.column_names, found.columns, strict=True):
-        numbers = numbers_of(column)
-        if numbers is None:
-            texts[name] = column.to_pylist()
-        elif name or np.isfinite(numbers).any():  # else each line ends with what parts the columns
-            columns[name] = numbers
-    return _with_texts(Table(path, columns), texts)
-
-
-def _with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
-    """Add columns that may be text: numbers or times of a clock, else the reason why not."""
-    for name, values in texts.items():
-        try:
-            clock = seconds_of(values)
-            table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
-        except ValueError as problem:
-            table.refused[name] = str(problem)
-    return table
-
-
-def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
-    column = np.empty(len(values))
-    for k, value in enumerate(values):
-        try:
-            column[k] = np.nan if value is None else float(
-                value.replace(MINUS, '-') if isinstance(value, str) else value)
-        except (TypeError, ValueError):
-            at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
-            why = _SIGNS if re.search(r"\d[,'\u2019 ]\d", str(values[at])) else ''
-            raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
-                             f'which is no number{why}') from None
-    return column
-
-
 def _mat(path: Path) -> Table:
     found = load_mat(path)
     if not any(np.ndim(value) for value in found.values()):
@@ -219,13 +182,13 @@ def _json(path: Path, rows: str) -> Table:
                                  f'{or_what(rows, content, "it has")}')
             content = content[rows]
     if isinstance(content, dict):
-        held = _with_texts(Table(path, {}), {name: value for name, value in content.items()
+        held = with_texts(Table(path, {}), {name: value for name, value in content.items()
                                              if isinstance(value, list)})
         return replace(_longest(path, held.columns, facts), refused=held.refused)
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
         raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
     records = [dict(flat(row)) for row in content]
-    return _with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
+    return with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
                                                 for name in (records[0] if records else ())})
 
 

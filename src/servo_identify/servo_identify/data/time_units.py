@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from .export_headers import LEAST_STAMP, MOST_STAMP
+
 SHORTEST, LONGEST = 2e-5, 0.2  # s, between samples of a servo
 _UNITS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
-WORDS = {'ms': 'milliseconds', 'us': 'microseconds', 'ns': 'nanoseconds', 'days': 'days'}
+WORDS = {'ms': 'milliseconds', 'us': 'microseconds', 'ns': 'nanoseconds', 'days': 'days',
+         '100 ns': 'steps of 100 ns (FILETIME)'}
+_SINCE_1970 = (6e8, 4e9)  # s, from 1989 to 2096
 _SERIAL_DAYS = (2e4, 1e5)  # since 1900, of a spreadsheet: from 1954 to 2173
 
 
@@ -13,10 +17,26 @@ def unit_of_times(step: float, start: float = 0.0) -> str:
     Return the unit in which times make a period of a servo (20 us to 0.2 s), or ''.
 
     ``step`` is the period and ``start`` the first time, in that unit. Days are those of a
-    spreadsheet, which counts them since 1900. Of two units that can be the larger is returned.
+    spreadsheet, which counts them since 1900, and steps of 100 ns since 1601 those of Windows.
+    Of two units that can be the larger is returned.
     """
+    if LEAST_STAMP < start < MOST_STAMP:
+        return '100 ns'
     for unit, factor in _UNITS.items():
         if SHORTEST <= step * factor <= LONGEST:
             return unit
     least, most = _SERIAL_DAYS
     return 'days' if least < start < most and SHORTEST <= step * 86400.0 <= LONGEST else ''
+
+
+def unit_of_stamps(first: float) -> str:
+    """
+    Return the unit of stamps of a calendar that begin with ``first``, or '' where they are none.
+
+    They count from 1970, or 100 ns from 1601, and are no seconds: those are smaller by far.
+    """
+    if LEAST_STAMP < first < MOST_STAMP:
+        return '100 ns'
+    least, most = _SINCE_1970
+    return next((unit for unit, factor in _UNITS.items()
+                 if unit != 's' and least < first * factor < most), '')

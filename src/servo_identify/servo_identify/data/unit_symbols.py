@@ -71,16 +71,23 @@ _PLAIN = {
     'ozf': Unit(0.27801385095, _NEWTON), '%': Unit(1e-2, _ONE.powers),
 }
 _PLAIN |= {'day': _PLAIN['days'],
-           '°': _PLAIN['deg'], 'degree': _PLAIN['deg'], 'degrees': _PLAIN['deg'],
+           '°': _PLAIN['deg'], 'Grad': _PLAIN['deg'],
            'rps': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
            'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
-           'sec': _PREFIXED['s'], 'seconds': _PREFIXED['s']}
+           'sec': _PREFIXED['s']}
+_SPELLED = {'volt': _PREFIXED['V'], 'amp': _PREFIXED['A'], 'ampere': _PREFIXED['A'],
+            'radian': _RAD, 'degree': _PLAIN['deg'], 'newton': _PREFIXED['N'],
+            'meter': _PREFIXED['m'], 'metre': _PREFIXED['m'], 'second': _PREFIXED['s'],
+            'millisecond': Unit(1e-3, (0, 0, 1, 0), timed=True),
+            'microsecond': Unit(1e-6, (0, 0, 1, 0), timed=True), 'rpm': _PREFIXED['rpm'],
+            'upm': _PREFIXED['rpm'], 'umdrehung': _PLAIN['rev'], 'umdrehungen': _PLAIN['rev']}
+"""Words in place of symbols, in one or many, in large or small letters."""
 _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
            'min': Unit(30 / pi, (0, 0, 1, 0), -1, timed=True)}
 """Symbols where turns are counted: 1 Hz is a turn each second, 1/min a turn each minute."""
 _NEVER_MEGA = ('g', 'm', 's', 'A', 'V', 'H', 'F', 'rad', 'rpm')
 """Symbols whose M is a misspelled m: no servo has a megaampere."""
-_COUNTS = ('counts', 'count', 'cnt', 'ticks', 'tick', 'inc', 'increments', 'lsb')
+_COUNTS = ('counts', 'count', 'cnt', 'cnts', 'ticks', 'tick', 'inc', 'incs', 'increments', 'lsb')
 _WHOLE = re.compile(r'\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![A-Za-z°])|[^\s·*./()^]+|\^|[·*]{1,2}|[/()]')
 
 
@@ -93,6 +100,7 @@ def parsed(text: str, turned: bool = False) -> Unit:
     plain = text.translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
     plain = re.sub(r'\^\s*|\*\*(?=-?\d)', '', plain).replace('/rad/s', '/(rad/s)')
     plain = re.sub(r'(?<=[A-Za-z])-(?=[A-Za-z])', ' ', plain)  # N-m
+    plain = re.sub(r'\bU/(?=min|s)', 'rev/', plain)  # as German has it
     words = _WHOLE.findall(plain)
     found, at = _product(text, words, 0, turned)
     if at != len(words) or not words:
@@ -143,6 +151,9 @@ def _symbols(text: str, word: str, turned: bool) -> Unit:
 
 
 def _symbol(word: str, turned: bool) -> Unit | None:
+    spoken = word.lower()
+    if spoken in _SPELLED or spoken.removesuffix('s') in _SPELLED and len(word) > 3:
+        return _SPELLED.get(spoken) or _SPELLED[spoken.removesuffix('s')]
     match = re.fullmatch(r'(\D+?)(-?\d)?', word)
     if not match:
         return None

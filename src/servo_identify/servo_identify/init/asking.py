@@ -21,7 +21,7 @@ ENCODERS = ('motor_position', 'load_position')
 
 
 def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
-    """Return columns that are given as COLUMN=SOURCE or COLUMN=SOURCE:UNIT."""
+    """Return columns that are given as COLUMN=SOURCE or COLUMN=SOURCE:UNIT; COLUMN= has none."""
     found = {}
     for text in texts:
         column, equals, rest = text.partition('=')
@@ -30,6 +30,9 @@ def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
         if column not in NAMES:
             raise ValueError(f'--column {text}: there is no column {column!r}; '
                              f'{or_what(column, NAMES)}')
+        if not rest:  # left out
+            found[column] = Proposal(column, '', '')
+            continue
         source, colon, unit = rest.rpartition(':')
         if not colon or rest in of.sources:
             source, unit = rest, of.units.get(rest, '')
@@ -69,6 +72,7 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--joint NAME (of {joints})' if joints else
                            f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
+    chosen = {column: one for column, one in chosen.items() if one.source}
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
         if ask:
@@ -107,7 +111,9 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[column] = Proposal(column, one.source, unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
-                f'({refused})' if refused else '(or --si for all)'))
+                f'({refused})' if refused else '(or --si for all)') + (
+                    '' if column in ('t', 'voltage', 'current', *ENCODERS) else
+                    f', or --column {column}= without it'))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
 
 

@@ -9,7 +9,7 @@ import re
 import numpy as np
 
 from ..data.column_units import factor_of, likely, NAMES, split, TIMES, UNIT
-from ..data.time_units import unit_of_times
+from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .sources import Offered
 
@@ -18,7 +18,9 @@ ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 _TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
 _SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'rpm', 'qd', 'dq', 'velocities'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
-_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere'}
+_TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
+"""What a drive was told; of an angle or a speed that is a reference."""
+_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
 _TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
 _COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung'}
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
@@ -52,7 +54,7 @@ def looks_like(source: str, kind: str = '') -> str:
     if name in NAMES:
         return name
     words = _words(name)
-    if name in TIMES or words & _TIME and not words & _POSITION:
+    if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
     if words & {'temp', 'temperature', 'temperatur'}:
         return 'temperature'
@@ -64,12 +66,14 @@ def looks_like(source: str, kind: str = '') -> str:
             if words & found:
                 return column
         return ''
+    if words & _TOLD and words & (_SPEED | _POSITION):
+        return 'reference_velocity' if words & _SPEED else 'reference_position'
     if words & _SPEED or words & _SUPPLY or words & {'effort', 'error', 'acceleration', 'force'}:
         return ''
     if words & _CURRENT:
-        return 'current' if not words & {'command', 'cmd'} else 'current_reference'
+        return 'current' if not words & _TOLD else 'current_reference'
     if words & _TORQUE:
-        if words & {'command', 'cmd'}:
+        if words & _TOLD:
             return ''  # what was told is no measured torque, and no drive is told N m
         return 'external_torque' if words & {'external', 'ext'} else 'torque'
     if words & _POSITION:
@@ -97,6 +101,7 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
         column = looks_like(source, of.kinds.get(source, ''))
         if column:
             unit = (of.units.get(source) or _unit_behind(source, column)
+                    or column == 't' and unit_of_stamps(of.firsts.get(source, 0.0))
                     or (UNIT[column] if source in NAMES else ''))
             if column == 't' and not unit:
                 unit = unit_of_time(of.numbers.get(source))
@@ -155,7 +160,7 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
         if one.wraps:
             return True
         name, unit = split(one.source)
-        if name != column and not (column == 't' and name in TIMES):
+        if name != column and not (column == 't' and name.lower() in TIMES):
             return True
         if one.unit not in (unit, '' if unit else UNIT[column]):
             return True

@@ -25,7 +25,7 @@ class Offered:
     ``units`` are those that a header or a type of message gives, ``kinds`` the types of messages.
     ``numbers`` are the columns of a table, empty for messages. ``rows`` and ``names`` are what a
     mapping file must say of the file as a whole. ``refused`` says of other columns why they
-    hold no numbers.
+    hold no numbers. ``firsts`` are the first numbers of columns as they stand in the file.
     """
 
     path: Path
@@ -36,6 +36,7 @@ class Offered:
     rows: str = ''
     names: tuple[str, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
+    firsts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def messages(self) -> bool:
@@ -62,7 +63,8 @@ def offered(path: Path) -> Offered:
     table = read_table(path, rows, names)
     return Offered(path, tuple(table.columns), {name: unit for name in table.columns
                                                 if (unit := split(name)[1])},
-                   {}, table.columns, rows, names, table.refused)
+                   {}, table.columns, rows, names, table.refused, {
+                        name: table.first(name) for name in table.columns})
 
 
 def _unit_of(source: str, kind: str) -> str:

@@ -1,0 +1,95 @@
+"""Columns that were sampled at times of their own, brought to the same rows."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+HOLE = 3.0
+"""Periods between two samples beyond which nothing is interpolated."""
+
+
+_NUMBERED = re.compile(r'(t|time|x_value|zeit) \((\d+)\)( \[[^\]]*\])?', re.IGNORECASE)
+"""A column of times that is there more than once, as csv_layout.py names it."""
+_ALIKE = 1e-3  # periods within which two times are one
+
+
+def at_rows(rows: np.ndarray, times: np.ndarray, values: np.ndarray, held: bool,
+            usual: float = 0.0) -> np.ndarray:
+    """
+    Return values that were taken at other times at the times of the rows, s.
+
+    NaN before the first of them. ``held`` values stay till the next; others are interpolated, and
+    NaN after the last one and in holes of more than three of their periods. ``usual`` is that
+    period, s, of the whole where these are a part; 0 takes it from the times.
+    """
+    if not len(times):
+        return np.full(len(rows), np.nan)
+    order = np.argsort(times, kind='stable')
+    times, values = times[order], values[order]
+    last = np.searchsorted(times, rows, 'right') - 1
+    if held:
+        return np.where(last < 0, np.nan, values[np.maximum(last, 0)])
+    found = np.interp(rows, times, values, left=np.nan, right=np.nan)
+    usual = usual or period_between(times)
+    if len(times) > 1:
+        last = np.clip(last, 0, len(times) - 2)
+        gap = times[last + 1] - times[last]
+        found[(gap > HOLE * usual) & (rows > times[last])
+              & (rows < times[last + 1])] = np.nan
+    return found
+
+
+def period_between(times: np.ndarray) -> float:
+    """Return the usual time between two samples, s; inf where there are too few to tell."""
+    return float(np.median(np.diff(times))) if len(times) > 2 else np.inf
+
+
+def timelines_of(names: list[str]) -> dict[str, list[str]]:
+    """
+    Return the columns of each of several times: those that stand between it and the next.
+
+    A scope that samples in several tasks writes such a table: ``time (1)``, ``u``, ``time (2)``,
+    ``i``. Empty where there are no two times with columns, or the first column is no time.
+    """
+    found = dict[str, list[str]]()
+    for name in names:
+        if _NUMBERED.fullmatch(name):
+            found[name] = []
+        elif not found:
+            return {}
+        else:
+            found[next(reversed(found))].append(name)
+    return found if len(found) > 1 and all(found.values()) else {}
+
+
+def on_one_timeline(columns: dict[str, np.ndarray], warnings: list[str]) -> dict[str, np.ndarray]:
+    """
+    Return columns of several times with those of the time that has most rows.
+
+    Times that are the same are joined as they are. Columns of another time are interpolated, which
+    ``warnings`` say. Times in different units are left as they are.
+    """
+    lines = timelines_of(list(columns))
+    units = {match[3] for name in lines if (match := _NUMBERED.fullmatch(name))}
+    if len(units) != 1:
+        return columns
+    leading = max(lines, key=lambda name: np.isfinite(columns[name]).sum())
+    rows = columns[leading]
+    rows = rows[np.isfinite(rows)]
+    near = _ALIKE * period_between(rows)
+    first = _NUMBERED.fullmatch(leading)
+    assert first is not None
+    found = {f'{first[1]}{first[3] or ""}': rows}
+    for time, names in lines.items():
+        own = columns[time][np.isfinite(columns[time])]
+        known = np.isfinite(columns[time])
+        same = len(own) == len(rows) and bool(np.abs(own - rows).max(initial=0.0) <= near)
+        for name in names:
+            values = columns[name][known]
+            found[name] = values if same else at_rows(rows, own, values, False)
+        if not same and names:
+            warnings.append(f'{names} have times of their own ({time!r}): they are interpolated '
+                            f'at those of {leading!r}')
+    return found

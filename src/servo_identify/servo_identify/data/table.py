@@ -1,0 +1,117 @@
+"""A table as its file has it: names and numbers, not yet anybody's units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+import re
+from typing import Any
+
+import numpy as np
+
+from servo_twin.description.nearest_name import or_what
+
+from .arrow_columns import is_clock, numbers_of, zero_of
+from .clock_times import seconds_of
+from .csv_layout import MINUS
+
+_GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+_SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
+          '1081,6 where semicolons or tabs part the columns')
+"""Why a number with a comma or an apostrophe is none."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    A file's columns, float64 of shape (rows,), under the file's own names.
+
+    ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
+    says of columns that hold text why they are no numbers; whoever asks for one is told.
+    ``warnings`` say what was left out of the file. ``zeros`` is what was taken off whole numbers
+    that float64 cannot hold, stamps of a clock: their first, by column.
+    """
+
+    path: Path
+    columns: dict[str, np.ndarray]
+    facts: dict[str, Any] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    zeros: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        lengths = {name: len(column) for name, column in self.columns.items()}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f'{self.path}: columns of different lengths, in rows: {lengths}')
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name in self.refused:
+            raise ValueError(self.refused[name])
+        if name not in self.columns:
+            raise ValueError(f'{self.path} has no column {name!r}; '
+                             f'{or_what(name, self.columns, "it has")}')
+        return self.columns[name]
+
+    def first(self, name: str) -> float:
+        """Return the first number of a column as it stands in the file; 0 of one without any."""
+        known = self.columns.get(name, np.empty(0))
+        known = known[np.isfinite(known)]
+        return float(known[0]) + self.zeros.get(name, 0) if len(known) else 0.0
+
+
+def from_arrow(path: Path, found: Any) -> Table:
+    """Return an Arrow table as a table."""
+    columns, texts, zeros = dict[str, np.ndarray](), {}, dict[str, int]()
+    for name, column in zip(found.column_names, found.columns, strict=True):
+        zero = zero_of(column, next(iter(zeros.values()), 0))
+        if zero:
+            zeros[name] = zero
+        numbers = numbers_of(column, zero)
+        if numbers is None:
+            texts[name] = column.to_pylist()
+        elif name or not _is_no_column(numbers):
+            columns[name or _index(columns, is_clock(column))] = numbers
+    return with_texts(Table(path, columns, zeros=zeros), texts)
+
+
+def _index(columns: dict[str, np.ndarray], clock: bool) -> str:
+    """Return what a column without a name is called: pandas writes the index of a frame so."""
+    return 'time' if clock and not {'t', 'time'} & set(columns) else 'index'
+
+
+def _is_no_column(numbers: np.ndarray) -> bool:
+    """Tell whether a column without a name is none: empty, or a count of the rows."""
+    return not np.isfinite(numbers).any() or np.array_equal(numbers, np.arange(len(numbers)))
+
+
+def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
+    """Add columns that may be text: numbers or times of a clock, else the reason why not."""
+    for name, values in texts.items():
+        try:
+            clock = seconds_of(values)
+            name = name or _index(table.columns, clock is not None)
+            table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
+        except ValueError as problem:
+            table.refused[name] = str(problem)
+    return table
+
+
+def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
+    column = np.empty(len(values))
+    for k, value in enumerate(values):
+        try:
+            column[k] = np.nan if value is None else float(
+                value.replace(MINUS, '-') if isinstance(value, str) else value)
+        except (TypeError, ValueError):
+            at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
+            why = _SIGNS if re.search(r"\d[,'\u2019 ]\d", str(values[at])) else ''
+            raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
+                             f'which is no number{why}') from None
+    return column
+
+
+def without_end(table: Table) -> dict[str, np.ndarray]:
+    """Return columns without the empty rows at the end, as spreadsheets write them."""
+    known = [np.flatnonzero(np.isfinite(column)) for column in table.columns.values()]
+    end = max((rows[-1] + 1 for rows in known if len(rows)), default=None)
+    return {name: column[:end] for name, column in table.columns.items()}

@@ -1,0 +1,120 @@
+"""Spreadsheets and HDF5, of MATLAB too, are read; of other kinds it says what to do."""
+
+from datetime import datetime, timedelta
+import sys
+
+import numpy as np
+import pytest
+
+from servo_identify.data.tables import read_table
+
+TIME = np.arange(100) * 2e-3
+ANGLE, VOLTAGE = np.sin(TIME) * 90.0, np.cos(TIME)
+COLUMNS = ('t [s]', 'voltage [V]', 'motor_position [deg]')
+
+
+@pytest.fixture
+def matlab(tmp_path):
+    """Return a file as MATLAB's save(..., '-v7.3') writes it."""
+    h5py = pytest.importorskip('h5py')
+    path = tmp_path / 'a.mat'
+    with h5py.File(path, 'w', userblock_size=512) as file:
+        for name, column in (('log/t', TIME), ('log/q', ANGLE), ('mass', np.array([1.5]))):
+            file.create_dataset(name, data=column[None, :]).attrs['MATLAB_class'] = b'double'
+        text = np.array([[ord(one)] for one in 'run 7'], dtype=np.uint16)
+        file.create_dataset('note', data=text).attrs['MATLAB_class'] = np.bytes_('char')
+        file.create_dataset('#refs#/a', data=TIME)
+    begin = b'MATLAB 7.3 MAT-file, Platform: GLNXA64'.ljust(124) + b'\0\2IM'
+    path.write_bytes(begin + path.read_bytes()[128:])
+    return path
+
+
+def test_it_reads_what_matlab_saves_as_version_7_3(matlab):
+    found = read_table(matlab)
+    assert sorted(found.columns) == ['log.q', 'log.t'] and np.array_equal(found['log.q'], ANGLE)
+    assert found.facts == {'mass': 1.5, 'note': 'run 7'}
+
+
+def test_it_reads_hdf5_with_its_units_and_never_another_file(tmp_path):
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(tmp_path / 'other.h5', 'w') as file:
+        file['secret'] = TIME
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        file['t'], file['run/angle'] = TIME, ANGLE
+        file['run/angle'].attrs['units'] = 'deg'
+        file['run/rows'] = np.array(list(zip(TIME, ANGLE, strict=True)),
+                                    dtype=[('t', float), ('q', float)])
+        file['run/again'] = file['run']
+        file['far'] = h5py.ExternalLink('other.h5', '/secret')
+    found = read_table(tmp_path / 'a.h5')
+    assert sorted(found.columns) == ['run.angle [deg]', 'run.rows.q', 'run.rows.t', 't']
+    assert np.array_equal(found['run.rows.q'], ANGLE)
+
+
+def test_a_damaged_hdf5_file_ends_in_a_sentence(matlab):
+    matlab.write_bytes(matlab.read_bytes()[:700])
+    with pytest.raises(ValueError, match='is no HDF5 file: '):
+        read_table(matlab)
+
+
+def spreadsheet(path, *sheets):
+    """Write sheets, each a name and its rows."""
+    book = pytest.importorskip('openpyxl').Workbook()
+    book.remove(book.active)
+    for name, rows in sheets:
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+    return path
+
+
+def test_it_reads_the_sheet_of_a_spreadsheet_that_holds_the_numbers(tmp_path):
+    rows = [['Test of 2 March', None, None], [], ['t', 'voltage', 'motor_position'],
+            ['s', 'V', 'deg'], *zip(TIME.tolist(), VOLTAGE.tolist(), ANGLE.tolist(), strict=True),
+            [None] * 3]
+    found = read_table(spreadsheet(tmp_path / 'a.xlsx', ('Info', [['Mass', 1.5]]), ('Data', rows)))
+    assert (tuple(found.columns), found.warnings) == (COLUMNS, ())
+    assert found['motor_position [deg]'] == pytest.approx(ANGLE)
+
+
+def test_stamps_of_a_spreadsheet_are_times_and_another_sheet_is_read_by_its_name(tmp_path):
+    start = datetime(2026, 3, 2, 14, 3, 22)
+    stamps = [start + timedelta(seconds=one) for one in TIME.tolist()]
+    sheets = [(name, [['time', 'voltage'], *zip(stamps, values, strict=True)])
+              for name, values in (('one', VOLTAGE.tolist()), ('two', ANGLE.tolist()))]
+    path = spreadsheet(tmp_path / 'a.xlsx', *sheets)
+    found = read_table(path)
+    assert found['time'] == pytest.approx(TIME, abs=1e-6) and found['voltage'][0] == 1.0
+    assert "the sheet 'one' is read" in found.warnings[0] and "['two']" in found.warnings[0]
+    assert read_table(path, 'two')['voltage'] == pytest.approx(ANGLE)
+    with pytest.raises(ValueError, match=r"no sheet 'three'; it has \['one', 'two'\]"):
+        read_table(path, 'three')
+
+
+def test_what_is_wrong_in_a_sheet_is_said_of_the_spreadsheet(tmp_path):
+    path = spreadsheet(tmp_path / 'a.xlsx', ('one', [[0.0, 1.0], [0.1, 2.0], [0.2, 3.0]]))
+    with pytest.raises(ValueError, match=r'a\.xlsx has no line of names'):
+        read_table(path)
+    path.write_bytes(b'no zip')
+    with pytest.raises(ValueError, match=r'a\.xlsx is no XLSX file'):
+        read_table(path)
+
+
+@pytest.mark.parametrize(('name', 'library'), [('a.mat', 'h5py'), ('a.h5', 'h5py'),
+                                               ('a.xlsx', 'openpyxl')])
+def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch, name, library):
+    (tmp_path / name).write_bytes(b'\x89HDF\r\n\x1a\n' + bytes(600))
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ValueError, match=f'`pip install {library}`'):
+        read_table(tmp_path / name)
+
+
+@pytest.mark.parametrize(('name', 'advice'), [
+    ('a.tdms', 'with nptdms: TdmsFile.read'), ('a.MF4', 'with asammdf: MDF'),
+    ('a.xls', 'save the sheet as XLSX or CSV'), ('a.pkl', 'a pickle may run code'),
+    ('a.svdx', 'export it from the Scope of TwinCAT as CSV')])
+def test_of_a_kind_that_is_not_read_it_says_what_to_do(tmp_path, name, advice):
+    (tmp_path / name).write_bytes(b'x')
+    with pytest.raises(ValueError, match=advice):
+        read_table(tmp_path / name)

@@ -1,0 +1,75 @@
+"""An import says of numbers that are no angle yet what they look like, and what to give."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from servo_identify.cli import main
+from servo_identify.commands import import_table
+from servo_identify.data.table_import import import_table as imported
+
+CONFIG = Path(__file__).parents[2] / 'config'
+SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
+TIME = np.arange(4000) * 1e-3
+ANGLE = 9.0 * np.sin(2.0 * TIME)  # rad
+
+
+def write(folder: Path, angle: np.ndarray, name: str = 'motor_position',
+          time: np.ndarray = TIME) -> Path:
+    path = folder / 'a.csv'
+    np.savetxt(path, np.stack([time, np.sin(time), angle], axis=1), '%.12g', ',',
+               header=f't,voltage,{name}', comments='')
+    return path
+
+
+def convert(path: Path, *words: object) -> int:
+    return main(['import', str(path), '--servo', str(SERVO), '-o', str(path.parent / 'bag'),
+                 *map(str, words)])
+
+
+@pytest.mark.parametrize('least', [np.inf, 0.0], ids=['whole', 'in parts'])
+@pytest.mark.parametrize('uneven', [0.0, 3e-4])
+@pytest.mark.parametrize(('counts', 'words'), [
+    (np.round(ANGLE * 65536 / (2 * np.pi)) % 65536,
+     ("'motor_position [1/65536 rev]'", 'unit: 1/65536 rev', 'wraps: 65536')),
+    (np.round(ANGLE * 500) % 2**32,
+     ("'motor_position [1/4096 rev]'", 'from 0', 'wraps: 4294967296')),
+    (np.round(ANGLE * 500), ("'motor_position [1/4096 rev]'", 'from -4500 to 4500'))],
+    ids=['a counter of one turn', 'one of 32 bit', 'counts that go on'])
+def test_counts_without_a_unit_are_refused_with_what_to_give(
+        tmp_path, monkeypatch, capsys, least, uneven, counts, words):
+    monkeypatch.setattr(import_table, 'IN_PARTS_FROM', least)
+    time = TIME + uneven * np.sin(1e4 * TIME)
+    assert convert(write(tmp_path, counts, time=time)) == 2
+    said = capsys.readouterr().err
+    assert 'motor_position holds whole numbers alone' in said
+    assert all(word in said for word in words) and ('wraps' in said) == (len(words) == 3)
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_what_the_refusal_of_counts_says_to_give_mends_it(tmp_path, capsys):
+    path = write(tmp_path, np.round(ANGLE * 65536 / (2 * np.pi)) % 65536)
+    (tmp_path / 'm.yaml').write_text(
+        'time: {source: t}\ncolumns:\n  voltage: {source: voltage}\n'
+        '  motor_position: {source: motor_position, wraps: 65536, unit: 1/65536 rev}\n')
+    assert convert(path, '--mapping', tmp_path / 'm.yaml') == 0
+    assert capsys.readouterr().err == ''
+    found = imported(path, SERVO, mapping=tmp_path / 'm.yaml')['motor_position']
+    assert np.allclose(found - found[0], ANGLE - ANGLE[0], atol=1e-4)
+
+
+def test_counts_of_a_scale_are_asked_for_their_length(tmp_path):
+    path = write(tmp_path, np.round(1e6 * np.sin(TIME)), 'load_position')
+    with pytest.raises(ValueError, match=r"as in the header 'load_position \[0.5 um\]'"):
+        imported(path, CONFIG / 'servos' / 'emps.yaml')
+
+
+@pytest.mark.parametrize('least', [np.inf, 0.0], ids=['whole', 'in parts'])
+def test_an_angle_that_wraps_around_is_imported_with_a_warning(
+        tmp_path, monkeypatch, capsys, least):
+    monkeypatch.setattr(import_table, 'IN_PARTS_FROM', least)
+    path = write(tmp_path, np.degrees(ANGLE) % 360.0, 'motor_position [deg]')
+    assert convert(path, '--quiet') == 0
+    said = capsys.readouterr().err
+    assert 'stays within one turn and jumps back by it' in said and 'wraps: 360' in said
