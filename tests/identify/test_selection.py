@@ -239,3 +239,13 @@ def test_an_error_of_many_numbers_is_found_over_the_turns_of_a_motor():
                       sine=(2e-5, -3e-5, 1e-5))
     assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
         ('transmission_error', 'mesh')}
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_coupling_that_is_stiffer_one_way_has_a_nonlinear_stiffness():
+    difference = 0.15 * SERVO.numbers['mechanism.stiffness']
+    rig = with_effect('one_sided_stiffness', 'mesh', difference=difference)
+    report = answered(rig)
+    assert [(one.effect, one.site) for one in report.which] == [('nonlinear_stiffness', 'mesh')]
+    assert report.which[0].parameters['difference']['value'] == pytest.approx(difference, rel=0.1)

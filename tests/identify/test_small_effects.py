@@ -28,6 +28,25 @@ sensors:
 effects:
   rubs: {effect: coulomb_friction, at: load, level: {value: 12.0, unit: N}}
 """)
+BELT = servo_file.loads("""
+servo: belt
+travel: linear
+step: 5.0e-5
+drive: {type: current, gain: 1.0, torque_constant: 0.6}
+mechanism:
+  type: two_inertia
+  rotor_inertia: 4.0e-3
+  load_inertia: {value: 24.0, unit: kg}
+  ratio: {value: 31.4, unit: rad/m}
+  stiffness: {value: 6.0e+5, unit: N/m}
+  damping: {value: 400.0, unit: N s/m}
+sensors:
+  motor_encoder: {noise: 1.0e-5}
+  load_encoder: {noise: {value: 5.0e-7, unit: m}}
+  current_sensor: {noise: 0.01}
+effects:
+  rubs: {effect: coulomb_friction, at: load, level: {value: 30.0, unit: N}}
+""")
 TABLE = servo_file.loads("""
 servo: table
 step: 1.0e-4
@@ -79,3 +98,11 @@ def test_the_one_encoder_of_a_direct_drive_may_be_eccentric():
     rig = added(TABLE, 'load_encoder_eccentricity', 'load_position', cosine=4e-3, sine=-4e-3)
     several = [without(turning(rig, seed, 0.8), 'motor_position', 'torque') for seed in (1, 2)]
     assert named_by_equations(several, TABLE) == {('load_encoder_eccentricity', 'load_position')}
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_belt_is_stiffer_at_one_end_of_an_axis():
+    rig = added(BELT, 'stiffness_ripple', 'mesh', order=8.0, cosine=(1e5,), sine=(5e4,))
+    several = [without(turning(rig, seed, 2.0), 'torque') for seed in (1, 2)]
+    assert named_by_equations(several, BELT) == {('stiffness_error', 'mesh')}

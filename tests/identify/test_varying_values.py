@@ -40,13 +40,15 @@ def test_an_inertia_that_varies_over_the_turn_is_the_loads_and_comes_with_its_la
     assert answer.report.gap['solved'] > 0.8
 
 
-def looped(rig, seed):
-    """Return a recording of a rig in its velocity loop."""
+def looped(rig, seed, fed=0.0):
+    """Return a recording of a rig in its loop; ``fed`` V s2/rad times the reference is added."""
     time = np.arange(6000) * PERIOD
     columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
     columns['reference_velocity'] = sum(0.2 * np.sin(2.0 * np.pi * f * time + seed)
                                         for f in (0.4, 1.1, 2.9))
-    y = simulate(rig, inputs_of(columns), PERIOD, initial_state(rig, 0.0, 0.0), 'closed_loop')
+    added = fed * np.gradient(columns['reference_velocity'], PERIOD)
+    y = simulate(rig, inputs_of({**columns, 'added_command': added}), PERIOD,
+                 initial_state(rig, 0.0, 0.0), 'closed_loop')
     columns |= dict(zip(OUTPUTS, y.T, strict=True))
     return Recording(f'loop {seed}', PERIOD, {n: np.ascontiguousarray(c) for n, c in
                                               columns.items()}, family='loop',
@@ -99,6 +101,14 @@ def test_a_filter_of_the_controller_far_from_the_files_is_the_controllers():
     assert [one.effect for one in answer.report.which] == ['controller_mismatch']
     for path, value in far.items():
         assert answer.augmented.numbers[path] == pytest.approx(value, rel=0.02)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_an_acceleration_that_a_firmware_feeds_forward_is_the_controllers():
+    report = diagnose([looped(SERVO, seed, fed=0.3) for seed in (1, 2, 3)], SERVO).report
+    assert [one.effect for one in report.which] == ['controller_mismatch']
+    assert report.which[0].change.startswith('it adds 0.3')
 
 
 @pytest.mark.long

@@ -212,8 +212,9 @@ def replicates(recordings: Sequence[Long]) -> list[Finding]:
     if not single:
         return [Finding('green', 'Each family has more than one recording.')]
     told = 'There is one recording only' if len(recordings) == 1 else (
-        f'One recording only of the families {single}')
-    return [Finding('amber', f'{told}: what repeats cannot be told from chance.',
+        f'One recording only of the families {", ".join(single)}')
+    cut = ' A diagnosis goes on with it, cut in time.' if len(recordings) == 1 else ''
+    return [Finding('amber', f'{told}: what repeats cannot be told from chance.{cut}',
                     f'record each motion {PURPOSES} times: a diagnosis selects, accepts and '
                     'reports')]
 

@@ -144,6 +144,8 @@ class Servo:
             numbers = tuple(float(v) for v in (value if parameter.row else (value,)))
         except (TypeError, ValueError):
             kind = 'a row of numbers' if parameter.row else 'a number'
+            if parameter.row and isinstance(value, int | float):
+                kind += f'; a row of one is written [{value}]'
             raise ServoError(f'{self.name}: {path} = {value!r} is not {kind}') from None
         for single in numbers:
             problem = parameter.refuse(single)

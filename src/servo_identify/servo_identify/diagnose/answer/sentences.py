@@ -140,20 +140,22 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
     Waves are told by their amplitudes; ``turn`` is the shaft whose turn they are counted in.
     """
     waves = _waves(parameters) if turn else []
+    first = [(name, p) for name, p in parameters.items()
+             if '[' not in name and _last(name) != 'order']
+    if first and waves and SURE * waves[0][2] > waves[0][1]:
+        waves = []  # of a value that may vary, the value is what is sure
     if waves:
         order, size, std, unit = waves[0]
         told = f'amplitude {_measured(size, std)} {unit}, {order:.4g} per turn of the {turn}'
         more = [f'{size:.2g} {unit} at {order:.4g}' for order, size, _, unit in waves[1:]]
         return f'{told}, and {_listed(more)}' if more else told
-    first = [(name, p) for name, p in parameters.items()
-             if '[' not in name and _last(name) != 'order']
     if curve and first and SURE * (first[0][1]['std'] or 0.0) > abs(first[0][1]['value']):
         first = []  # recordings that do not tell a value may tell the curve that it stands for
     if {'cosine', 'sine'} <= set(parameters):
         a, b = parameters['cosine'], parameters['sine']
         std = max(one['std'] or 0.0 for one in (a, b))
         return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
-    if first and not (curve and len(first) < len(parameters)):  # waves are told as their curve
+    if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
         name, p = first[0]
         value = f'{_measured(p["value"], p["std"])} {p["unit"]}'.strip()
         return f'{name.rpartition(".")[2].replace("_", " ")} {value}'

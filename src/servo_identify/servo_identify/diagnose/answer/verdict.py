@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
+from servo_twin.physics.servo import Servo
 
 from ..decisions import CALIBRATED, EVEN, SOLVED
 from ..handover.added import Added
@@ -177,8 +178,18 @@ def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
         added.law, drawn, alternatives,
-        str(one.wave) if one.wave else size_of(parameters, drawn, _turn(added)),
+        str(one.wave) if one.wave else _fed_forward(evidence, one) or size_of(
+            parameters, drawn, _turn(added, evidence.servo)),
         asdict(one.wave) if one.wave else None, round(stable, 3))
+
+
+def _fed_forward(evidence: Evidence, one: Finding) -> str:
+    """Return what a controller adds that no value of the file is, with its size; '' of others."""
+    of = evidence.found.hypotheses[one.part.number].detail.get('adds')
+    if not of:
+        return ''
+    unit = evidence.servo.reads('rad', 'load')
+    return f'it adds {one.part.amplitudes[0]:.3g} V per {unit}/s2 of {of}'
 
 
 def _stable(evidence: Evidence, one: Finding) -> float:
@@ -193,13 +204,13 @@ def _stable(evidence: Evidence, one: Finding) -> float:
                     *(rival.mechanism for rival in one.rivals))
 
 
-def _turn(added: Added) -> str:
-    """Return the shaft in whose turns the waves of an effect are counted; '' without waves."""
+def _turn(added: Added, servo: Servo) -> str:
+    """Return the shaft in whose turns the waves of an effect are counted; '' where in none."""
     effects = [(p.effect.name, p.site) for p in added.placed if 'order' in p.effect.parameters]
     if not effects or len(effects) < len(added.placed):
         return ''
-    return 'motor' if all(name == 'kinematic_error' or site.startswith('motor')
-                          for name, site in effects) else 'load'
+    motors = all(name == 'kinematic_error' or site.startswith('motor') for name, site in effects)
+    return 'motor' if motors else '' if servo.linear else 'load'
 
 
 def _drawn(evidence: Evidence, one: Finding, curve: Curve) -> dict[str, Any]:

@@ -112,6 +112,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     value = _value_of(found, part)
     if value:
         return Added(part, (), value, tuple(value), law='value' not in one.detail)
+    if 'adds' in one.detail:  # no controller of the catalogue has it
+        return Added(part)
     if name == 'controller_mismatch':
         return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
     if 'effect' in one.detail:

@@ -81,6 +81,9 @@ def lawful(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     """Return the law of the catalogue that is nearest to a curve; None where there is none."""
     if part.curve is None or part.mechanism.name not in names():
         return None
+    if servo.linear and part.mechanism.site != 'motor' and part.curve.variable == 'angle' and (
+            'order' in find(part.mechanism.name).parameters):
+        return None  # nothing turns there
     return _fitted(find(part.mechanism.name),
                    _at_its_port(part.mechanism, part.curve, servo, stiffness))
 

@@ -31,7 +31,7 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
     """Return the effects of a part and what comes with them; None where nothing does."""
     law, amplitudes = one.detail.get('law'), part.amplitudes
     if law == 'stiffness_ripple':
-        return _rippled(one.knots, amplitudes,
+        return _rippled(one.knots, amplitudes, one.detail.get('along', (0.0, 2.0 * np.pi)),
                         servo.numbers.get('mechanism.stiffness', np.inf))
     if law == 'linked_inertia':
         lever = servo.numbers['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
@@ -45,22 +45,24 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
     return None
 
 
-def _rippled(orders: Sequence[float], amplitudes: np.ndarray, stiffness: float) -> Together:
+def _rippled(orders: Sequence[float], amplitudes: np.ndarray, along: tuple[float, float],
+             stiffness: float) -> Together:
     """
-    Return a stiffness that varies over the turn, N m/rad, and its mean.
+    Return a stiffness that varies over the turn or ``along`` an axis, N m/rad, and its mean.
 
     ``amplitudes`` rad/(N m) are those of cosine and sine of the compliance, each of one of
     ``orders``; its mean has order 0. Where a compliance varies much, its mean is no measure of
     that of the stiffness.
     """
-    angle = np.linspace(0.0, 2.0 * np.pi, TURN, endpoint=False)
+    each = sorted({order for order in orders if order})
+    angle = np.linspace(*along, TURN, endpoint=False)
     table = waves(angle, dict.fromkeys(orders))
     compliance = 1.0 / stiffness + table[:, table.any(axis=0)] @ amplitudes
     stiff = 1.0 / np.maximum(compliance, 1.0 / (FAR * stiffness))
-    each = sorted({order for order in orders if order})
-    rows = 2.0 * waves(angle, each).T @ stiff / TURN
-    several = of_orders(find('stiffness_ripple'), tuple(np.repeat(each, 2)), rows)
-    return several, {'mechanism.stiffness': float(stiff.mean()) - stiffness}
+    mean, *rows = np.linalg.lstsq(np.column_stack((np.ones(TURN), waves(angle, each))), stiff,
+                                  rcond=None)[0]
+    several = of_orders(find('stiffness_ripple'), tuple(np.repeat(each, 2)), np.array(rows))
+    return several, {'mechanism.stiffness': float(mean) - stiffness}
 
 
 def _linked(orders: np.ndarray, amplitudes: np.ndarray, lever: float) -> Together:

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from servo_twin.physics.effect import Parameter
 
 from ..decisions import OPEN
+from ..residuals.equation_errors import EquationErrors
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
@@ -28,6 +29,7 @@ def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis
     samples, servo = builder.samples, builder.samples.servo
     if 'controller' not in samples.present:
         return
+    yield from filter(None, (_fed_forward(builder),))
     gains = {path: parameter for path, parameter in servo.declarations()
              if path.startswith('controller.') and parameter.off is not None
              and path not in servo.tolerance}
@@ -50,6 +52,22 @@ def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis
                              tuple(gains))
     if one:
         yield one
+
+
+def _fed_forward(builder: Builder) -> Hypothesis | None:
+    """What a firmware adds by the acceleration that its reference asks for."""
+    told = any(one.measured.recording.has('reference_velocity') for one in builder.samples.errors)
+
+    def rising(one: EquationErrors) -> np.ndarray:
+        measured = one.measured
+        speed = measured.column('reference_velocity', 0.0) if told else np.gradient(
+            measured.column('reference_position', 0.0), measured.period)
+        return np.gradient(speed, measured.period)[:, None]
+
+    mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('acceleration',),
+                          'odd')
+    return builder.hypothesis(mechanism, builder.place('controller_output', rising), [0],
+                              detail={'adds': 'the acceleration of the reference'})
 
 
 def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],

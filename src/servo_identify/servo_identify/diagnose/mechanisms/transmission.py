@@ -16,11 +16,12 @@ from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .memory import LOOPS, stop_operator
-from .orders import periodic
+from .orders import periodic, waves
 
 BENDS = (0.1, 0.2, 0.4, 0.7)  # shares of the largest torque at which it may bend
 SOFT = (0.025, 0.06)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
+SHARES = ((1.0,), (1.0, 2.0))  # half waves over the travel of an axis, by which it is stiffer
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
 
 
@@ -32,7 +33,8 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     if not builder.samples.servo.mechanism.compliant:
         yield from filter(None, (_compliance(builder),))
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
-        yield from filter(None, (_bent(builder, top), _hysteresis(builder, top),
+        yield from filter(None, (_bent(builder, top), _one_sided(builder),
+                                 _hysteresis(builder, top),
                                  _by_load(builder, top)))
         yield from _varying(builder, residual)
     if top > 0.0:
@@ -56,9 +58,26 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
 def _varying(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     """A stiffness that varies over the turn, as with the number of teeth that carry."""
     mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load', 'angle'), 'odd')
+    if not builder.turns('load_angle'):
+        yield from filter(None, (_along(builder, mechanism, waved) for waved in SHARES))
     for one in periodic(builder, mechanism, residual, 'transmission', 'load_angle', 'torsion',
                         'load', lambda one: one.transmitted(), 'rad/(N m)', mean=True):
         yield replace(one, detail={'law': 'stiffness_ripple'})
+
+
+def _along(builder: Builder, mechanism: Mechanism, shares: tuple[float, ...]
+           ) -> Hypothesis | None:
+    """A stiffness that varies along an axis, as that of a belt with its free length."""
+    low, high = builder.scales.travel('load_angle')
+    if not high > low:
+        return None
+    orders = (0.0, *(share * np.pi / (high - low) for share in shares))
+    form = Form('angle', 'rad', 'rad/(N m)', lambda one: one.motion['load_angle'],
+                lambda x: waves(x, orders))
+    columns = _torsion(builder, lambda one: one.transmitted()[:, None] * form.shape(form.of(one)))
+    knots = tuple(order for order in orders for _ in range(2))
+    return builder.hypothesis(mechanism, columns, [0] * len(knots), knots, form=form,
+                              detail={'law': 'stiffness_ripple', 'along': (low, high)})
 
 
 def _without_energy(builder: Builder, one: Hypothesis) -> Hypothesis:
@@ -139,6 +158,16 @@ def _bent(builder: Builder, top: float) -> Hypothesis | None:
     form = Form('load', 'N m', 'rad', lambda one: one.transmitted(), torsion)
     return builder.hypothesis(mechanism, builder.of_form('torsion', form), [1] * len(BENDS),
                               tuple(s * top for s in BENDS), either=True, form=form)
+
+
+def _one_sided(builder: Builder) -> Hypothesis | None:
+    """A stiffness that differs by direction."""
+    mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'even')
+    form = Form('load', 'N m', 'rad', lambda one: one.transmitted(),
+                lambda x: np.abs(x)[:, None])
+    stiffness = builder.samples.servo.numbers['mechanism.stiffness']
+    return builder.hypothesis(mechanism, builder.of_form('torsion', form), [0], form=form,
+                              detail={'law': 'one_sided_stiffness', 'stiffness': stiffness})
 
 
 def _by_load(builder: Builder, top: float) -> Hypothesis | None:

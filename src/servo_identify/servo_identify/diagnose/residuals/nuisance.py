@@ -10,7 +10,7 @@ from ..decisions import SAMPLING
 from .samples import ResidualSamples
 from .sampling_instants import late_channels, sampling_columns
 
-CONVENTION = (-1.1, 0.2)  # sample periods: a reading may be taken before or after the command acts
+CONVENTION = (-0.6, 0.2)  # sample periods: a reading may be taken before or after the command acts
 STEPPED = (-0.5, 0.5)  # of the jump by which a current is read after or before it, from its mean
 STEP = 0.25  # share of a tolerance over which a slope is taken
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
