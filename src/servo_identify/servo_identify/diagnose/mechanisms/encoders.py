@@ -83,7 +83,7 @@ def _motors_eccentric(builder: Builder, residual: np.ndarray,
         if not only or of is None:
             yield one
             continue
-        load = builder.place('load_position', of, -1.0 / ratio)
+        load = builder.place('load_position', of, 1.0 / ratio)
         both = replace(one.columns, table=one.columns.whole() + load.table, rows=None)
         yield replace(one, columns=both.packed())
 
