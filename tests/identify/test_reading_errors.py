@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from test_selection import named_by_equations, recorded, SERVO, with_effect, without
+from test_selection import named_by_equations, recorded, SERVO, with_effect
 
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.orders import strongest
@@ -40,15 +40,6 @@ def test_an_error_over_the_turn_of_the_motors_encoder_keeps_its_size_though_the_
     assert found['effects.motor_encoder_eccentricity.cosine'][0] == pytest.approx(6e-3, rel=0.03)
     assert found['effects.motor_encoder_eccentricity.sine'][0] == pytest.approx(-4e-3, rel=0.03)
     assert 'per turn of the motor' in answer.report.which[0].change
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_the_only_encoder_may_be_that_of_the_motor():
-    rig = with_effect('motor_encoder_eccentricity', 'motor_position', order=2.0,
-                      cosine=(0.02,), sine=(0.01,))
-    several = [without(recorded(rig, seed), 'load_position', 'torque') for seed in (1, 2)]
-    assert named_by_equations(several) == {MOTOR}
 
 
 @pytest.mark.slow

@@ -7,6 +7,8 @@ import pytest
 from synthetic_recordings import PERIOD, sampled
 from test_selection import named_by_equations, without
 
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -47,7 +49,7 @@ sensors:
 effects:
   rubs: {effect: coulomb_friction, at: load, level: {value: 30.0, unit: N}}
 """)
-TABLE = servo_file.loads("""
+TURNING = """
 servo: table
 step: 1.0e-4
 drive: {type: current, gain: 1.0, torque_constant: 0.35}
@@ -58,7 +60,8 @@ sensors:
 effects:
   rubs: {effect: coulomb_friction, at: load, level: 0.05}
   drags: {effect: viscous_friction, at: load, slope: 0.01}
-""")
+"""
+TABLE = servo_file.loads(TURNING)
 RIPPLE = 0.05 * TABLE.numbers['drive.torque_constant']  # N m/A
 
 
@@ -98,6 +101,20 @@ def test_the_one_encoder_of_a_direct_drive_may_be_eccentric():
     rig = added(TABLE, 'load_encoder_eccentricity', 'load_position', cosine=4e-3, sine=-4e-3)
     several = [without(turning(rig, seed, 0.8), 'motor_position', 'torque') for seed in (1, 2)]
     assert named_by_equations(several, TABLE) == {('load_encoder_eccentricity', 'load_position')}
+
+
+@pytest.mark.slow
+def test_the_one_encoder_of_a_direct_drive_may_be_on_the_motor():
+    table = servo_file.loads(TURNING.replace('load_encoder', 'motor_encoder'))
+    rig = added(table, 'motor_encoder_eccentricity', 'motor_position', order=2.0,
+                cosine=(4e-3,), sine=(-3e-3,))
+    several = [without(turning(rig, seed, 0.8), 'load_position', 'torque') for seed in (1, 2)]
+    found = explained(residual_samples(several, table))
+    assert [one.mechanism.name for one in found.chosen] == ['motor_encoder_eccentricity']
+    number = found.explanation.smallest.choice.numbers[0]
+    sizes = dict(zip(found.hypotheses[number].knots[::2],
+                     found.amplitudes(number).reshape(-1, 2), strict=True))
+    assert sizes[2.0] == pytest.approx((4e-3, -3e-3), rel=0.1)
 
 
 @pytest.mark.long
