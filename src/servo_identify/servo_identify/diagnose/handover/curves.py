@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ..mechanisms.hypothesis import Mechanism
+from ..mechanisms.hypothesis import Hypothesis, Mechanism
 from ..selection.explain import Explained
 
 POINTS = 41  # of a curve
+PER_WAVE, MOST_POINTS = 12, 721  # of one that waves, so that its highest order shows
 ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
 BAND = (5.0, 95.0)  # percentiles of the redrawn curves
 
@@ -110,7 +111,7 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
         ends = (0.0, 2.0 * np.pi)
     else:
         ends = np.percentile(seen, ENDS)
-    x = np.linspace(*ends, POINTS)
+    x = np.linspace(*ends, _points(one, float(ends[1] - ends[0])))
     table = one.form.shape(x)
     several = table @ draws.T
     low, high = np.percentile(several, BAND, axis=1)
@@ -119,3 +120,11 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
     density = np.histogram(seen, np.append(x - half, x[-1] + half))[0].astype(float)
     return Curve(one.form.variable, one.form.unit, one.form.y_unit, x, y, np.minimum(low, y),
                  np.maximum(high, y), density + 0.01 * density.mean())
+
+
+def _points(one: Hypothesis, span: float) -> int:
+    """Return at how many points a curve is drawn over a span, rad, of its variable."""
+    if one.form is None or one.form.variable != 'angle' or one.tried < 2 or not one.knots:
+        return POINTS
+    waves = max(map(float, one.knots)) * span / (2.0 * np.pi)
+    return int(np.clip(PER_WAVE * waves, POINTS, MOST_POINTS))
