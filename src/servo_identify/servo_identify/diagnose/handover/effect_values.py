@@ -76,11 +76,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name == 'payload_resonance':
         values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
                   'damping': float(one.detail['damping'])}
-    elif name == 'hysteresis' and one.detail.get('form') != 'curve':
+    elif name in ('hysteresis', 'torque_sensor_hysteresis') and one.detail.get('form') != 'curve':
         return _loops(part, one)
-    elif name == 'torque_sensor_hysteresis':
-        level, over = float(a.sum()), float(a @ np.asarray(one.knots))
-        values = {'level': level, 'travel': 2.0 * over / (level or 1.0)}
     elif name == 'backlash':
         values = {'width': part.curve.y[-1] if one.mechanism.name == name and (
             part.curve is not None) else float(a[0])}
@@ -145,15 +142,14 @@ def one_way(curve: Curve, way: float) -> list[Formed]:
 
 def _loops(part: Part, one: Hypothesis) -> Formed:
     """
-    Return hysteresis in torque over torsion, from its angle lost over torque.
+    Return hysteresis of a reading, or in torque over torsion from its angle lost over torque.
 
     Elements that lose the angle ``a`` over the torque ``w`` are, seen from the torsion, elements
-    of the torque K a that slip over about w / K.
+    of the torque K a that slip over about w / K. A reading has no K.
     """
-    effect = find('hysteresis')
     stiffness = float(one.detail.get('stiffness', 1.0))
     a, widths = np.abs(part.amplitudes), np.asarray(one.knots)
-    lost = float(a.sum())
-    travel = 2.0 * float(a @ widths) / max(lost, 1e-300) / stiffness
-    return Formed(effect, {'level': stiffness * lost, 'travel': max(travel, 1e-9)},
+    level = stiffness * float(part.amplitudes.sum())
+    travel = 2.0 * float(a @ widths) / max(float(a.sum()), 1e-300) / stiffness
+    return Formed(find(part.mechanism.name), {'level': level, 'travel': max(travel, 1e-9)},
                   ('level', 'travel'), True)

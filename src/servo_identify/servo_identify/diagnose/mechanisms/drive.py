@@ -56,8 +56,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         return np.column_stack((command, np.abs(command)))
 
     def ceiling(command: np.ndarray) -> np.ndarray:
-        return -np.sign(command)[:, None] * np.column_stack(
-            [np.maximum(np.abs(command) - s * top, 0.0) for s in CEILINGS])
+        return _beyond(command, tuple(s * top for s in CEILINGS))
 
     yield from filter(None, (
         shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
@@ -114,17 +113,13 @@ def _limited(builder: Builder) -> Hypothesis | None:
     knots = tuple(share * top for share in CEILINGS)
 
     def lost(current: np.ndarray) -> np.ndarray:
-        return -np.sign(current)[:, None] * np.column_stack(
-            [np.maximum(np.abs(current) - knot, 0.0) for knot in knots])
-
-    def inner(one: EquationErrors) -> np.ndarray:
-        reach = one.motion.test.reach
-        return driven(one)[reach:reach + len(one.motion.rows)]
+        return _beyond(current, knots)
 
     mechanism = Mechanism('drive_saturation', 'drive', 'current', ('current',), 'odd')
     columns = _of_current(builder, lambda one: lost(driven(one)))
     return builder.hypothesis(mechanism, columns, [1] * len(knots), knots,
-                              form=Form('current', 'A', 'A', inner, lost),
+                              form=Form('current', 'A', 'A', lambda one: _inner(one, driven(one)),
+                                        lost),
                               detail={'law': 'current_limit'})
 
 
@@ -141,8 +136,19 @@ def _change(late: Callable[[np.ndarray, float, float], np.ndarray], times: tuple
 
 
 def _command(one: EquationErrors) -> np.ndarray:
+    return _inner(one, one.regressor_command)
+
+
+def _inner(one: EquationErrors, series: np.ndarray) -> np.ndarray:
+    """Return a series of every sample at the inner ones of the motion."""
     reach = one.motion.test.reach
-    return one.regressor_command[reach:reach + len(one.motion.rows)]
+    return series[reach:reach + len(one.motion.rows)]
+
+
+def _beyond(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
+    """Return what lies beyond each of some sizes, as it is lost, (samples, knots)."""
+    return -np.sign(x)[:, None] * np.column_stack(
+        [np.maximum(np.abs(x) - knot, 0.0) for knot in knots])
 
 
 def _through(builder: Builder, change: Callable[[EquationErrors], np.ndarray]) -> Columns:

@@ -84,8 +84,7 @@ def _motors_eccentric(builder: Builder, residual: np.ndarray,
             yield one
             continue
         load = builder.place('load_position', of, 1.0 / ratio)
-        both = replace(one.columns, table=one.columns.whole() + load.table, rows=None)
-        yield replace(one, columns=both.packed())
+        yield replace(one, columns=one.columns.plus(load).packed())
 
 
 def _only_encoder_eccentric(builder: Builder, order: float) -> Hypothesis | None:
@@ -101,9 +100,8 @@ def _only_encoder_eccentric(builder: Builder, order: float) -> Hypothesis | None
     wave = partial(_once_a_turn, order)
     columns = builder.place('load_position', wave, -1.0)
     motor = builder.place('motor_position', wave, -ratio)
-    return builder.hypothesis(
-        mechanism, replace(columns, table=columns.table + motor.table), (0, 0), (order, order),
-        tried=len(ORDERS))
+    return builder.hypothesis(mechanism, columns.plus(motor), (0, 0), (order, order),
+                              tried=len(ORDERS))
 
 
 def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:

@@ -73,6 +73,10 @@ class Columns:
         chosen = None if of is None else (lambda one: of(one)[:, kept])
         return replace(self, table=np.asfortranarray(self.table[:, kept]), of=chosen)
 
+    def plus(self, other: Columns) -> Columns:
+        """Return the columns with what another signal does as they move; it is their signal."""
+        return replace(self, table=self.whole() + other.whole(), rows=None, samples=0)
+
     def packed(self) -> Columns:
         """Return the columns with the samples that they move: most move one equation of five."""
         if self.rows is not None:

@@ -96,8 +96,8 @@ def _without_energy(builder: Builder, one: Hypothesis) -> Hypothesis:
         return errors.transmitted()[:, None] * slopes
 
     back = builder.place('motor_torque', torque)
-    both = replace(one.columns, table=one.columns.whole() + back.table, rows=None)
-    return replace(one, columns=both.packed(), detail={'law': 'kinematic_error'})
+    return replace(one, columns=one.columns.plus(back).packed(),
+                   detail={'law': 'kinematic_error'})
 
 
 def _torsion(builder: Builder, of: Series) -> Columns:

@@ -1,6 +1,7 @@
 """A transmission whose torque depends on where the torsion last turned round."""
 
 from ..effect import Parameter
+from ..maxwell_slip import slipped
 from ..ports import Mesh
 
 
@@ -28,9 +29,4 @@ class Hysteresis(Mesh):
     def law(p, s, motion, h):
         moved = motion.angle - s[4]
         s[4] = motion.angle
-        total = 0.0
-        for i in range(4):
-            slip = 0.25 * (i + 1) * p.travel
-            s[i] = min(max(s[i] + moved, -slip), slip)
-            total += s[i] / slip
-        return 0.25 * p.level * total
+        return 0.25 * p.level * slipped(s, moved, p.travel)

@@ -1,6 +1,7 @@
 """A torque sensor that reads another torque while it rises than while it falls."""
 
 from ..effect import Parameter
+from ..maxwell_slip import slipped
 from ..ports import Sensor
 
 
@@ -30,9 +31,4 @@ class TorqueSensorHysteresis(Sensor):
     def law(p, s, motion, h):
         moved = (motion.value - s[4]) * s[5]
         s[4], s[5] = motion.value, 1.0
-        total = 0.0
-        for i in range(4):
-            slip = 0.25 * (i + 1) * p.travel
-            s[i] = min(max(s[i] + moved, -slip), slip)
-            total += s[i] / slip
-        return motion.value + 0.25 * p.level * total
+        return motion.value + 0.25 * p.level * slipped(s, moved, p.travel)
