@@ -82,6 +82,15 @@ def test_contacts_that_have_not_slipped_are_a_spring_and_a_damper():
     assert longest_step(servo) == pytest.approx(2.0 / np.sqrt(5e4 / 0.05), rel=0.01)
 
 
+def test_a_loop_of_the_transmission_is_a_spring_before_it_slips():
+    level, travel = 3.0, 1e-3
+    loop = Placed('loop', find('hysteresis'), 'mesh')
+    slipping = machine().with_effects(loop, values={
+        'effects.loop.level': level, 'effects.loop.travel': travel})
+    stiffer = 0.25 * level * sum(1.0 / (0.25 * (i + 1) * travel) for i in range(4))
+    assert longest_step(slipping) == pytest.approx(longest_step(machine(200.0 + stiffer)))
+
+
 def test_two_masses_bear_two_over_their_highest_frequency():
     assert longest_step(machine()) == pytest.approx(
         2.0 / np.sqrt(200.0 * (1.0 / 0.02 + 1.0 / 0.05)), rel=1e-6)

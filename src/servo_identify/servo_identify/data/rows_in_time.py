@@ -83,8 +83,8 @@ def on_one_timeline(columns: dict[str, np.ndarray], warnings: list[str]) -> dict
     assert first is not None
     found = {f'{first[1]}{first[3] or ""}': rows}
     for time, names in lines.items():
-        own = columns[time][np.isfinite(columns[time])]
         known = np.isfinite(columns[time])
+        own = columns[time][known]
         same = len(own) == len(rows) and bool(np.abs(own - rows).max(initial=0.0) <= near)
         for name in names:
             values = columns[name][known]

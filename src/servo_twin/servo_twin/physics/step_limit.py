@@ -24,6 +24,7 @@ from numba.core.dispatcher import Dispatcher
 import numpy as np
 
 from .effect import Effect
+from .maxwell_slip import slipped
 from .servo import Placed, Servo, ServoError
 from .servo_parts import DigitalDrive
 
@@ -32,7 +33,7 @@ _ROUNDING = 1e-6  # by which the free turning of a machine seems to grow, as its
 _TORSION, _ANGLE, _SPEED, _ROLLING = 1e-12, 1e-6, 1e-9, 1e-6
 _PLAIN: dict[str, Callable[..., object]] = {
     'exp': math.exp, 'sqrt': math.sqrt,
-    'cos_sin': lambda angle: (math.cos(angle), math.sin(angle))}
+    'cos_sin': lambda angle: (math.cos(angle), math.sin(angle)), 'slipped': slipped.py_func}
 
 
 @dataclass(frozen=True)
