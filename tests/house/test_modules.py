@@ -6,7 +6,6 @@ SOURCES = Path(__file__).parents[2] / 'src'
 MOST = 250  # lines
 
 LONGER = {
-    'servo_identify/diagnose/answer/verdict.py': 'one function for each field of the report',
     'servo_identify/diagnose/handover/laws.py': 'one curve, as law, harmonics or spline',
     'servo_identify/diagnose/residuals/equation_errors.py': 'one class: equations of a recording',
     'servo_identify/fit/output_error.py': 'one fit from start to standard deviations',

@@ -122,6 +122,8 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
     'payload_resonance': ('frequency', 'gain', lambda: (
         F, _resonance(0.75, 0.1) + 0.4 * _resonance(0.35, 0.06)),
         lambda: (F, _resonance(0.75, 0.1))),
+    'external_torque': ('time', 'torque', lambda: (
+        TIME, 0.5 * np.sin(16 * TIME) + 0.2 * np.sin(32 * TIME)), lambda: (TIME, 0.0 * TIME)),
     'controller_mismatch': ('time', 'command', lambda: (
         TIME, 1.0 - np.exp(-4 * TIME) * np.cos(16 * TIME)),
         lambda: (TIME, 1.0 - np.exp(-7 * TIME))),

@@ -177,7 +177,7 @@ def _evidence(found: Explained, named: Sequence[Finding], one: Finding) -> float
 
 def _waved(one: Finding, found: Explained) -> Finding:
     """Return a finding with the wave behind the controller, where that is what it stands for."""
-    told = 'adds' in found.hypotheses[one.part.number].detail
+    told = 'told' in found.hypotheses[one.part.number].detail
     if one.part.mechanism.site != 'controller' or told:
         return one
     wave = added_input(found.samples.errors)

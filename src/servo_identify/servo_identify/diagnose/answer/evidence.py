@@ -63,7 +63,7 @@ class Evidence:
         taken = {id(one.part) for one in self.handover.added}
         several = [one for one in self.findings
                    if id(one.part) in taken and one.part.mechanism.name != UNKNOWN]
-        return sorted(several, key=lambda one: one.part.mechanism.site == 'controller')
+        return sorted(several, key=lambda one: one.part.mechanism.outside)
 
     @property
     def worse(self) -> bool:

@@ -8,6 +8,7 @@ from math import floor, hypot, isfinite, log10
 from typing import Any
 
 from ..decisions import EVEN, SOLVED, WORTH
+from ..mechanisms.hypothesis import BY_RECORDING, EXTERNAL
 from .report import Alternative, MissingEffect
 
 PLACES = {
@@ -15,7 +16,8 @@ PLACES = {
     'load': 'load-side torque balance', 'torque': 'torque balance of motor and load',
     'controller': 'controller'}
 SITES = {'motor': 'motor shaft', 'load': 'load shaft', 'mesh': 'transmission',
-         'command': 'command', 'drive': 'drive', 'controller': 'controller'}
+         'command': 'command', 'drive': 'drive', 'controller': 'controller',
+         'torque': 'torque sensor'}
 SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('transmission',),
          'command': ('drive',), 'drive': ('drive',), 'current': ('drive',),
          'controller': ('controller',)}
@@ -74,11 +76,15 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     gone = round(100.0 * gap['shrink'])
     it = 'it' if len(which) == 1 else 'them'
     it = f'Adding {it}' if lacks else f'Taking {it} over'
-    if gone > 0:
+    apart = [one for one in which if _remedy(one)]
+    if len(apart) == len(which):
+        text += f' No effect of a twin can hold {"it" if len(which) == 1 else "them"}.'
+    elif gone > 0:
         text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
         text += (f' {it} alone does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
+    text += ''.join(f' {_remedy(one)}' for one in apart)
     least = min(which, key=lambda one: one.confidence['mechanism'])
     text += f' Confidence: {round(100.0 * least.confidence["mechanism"])} %.'
     if least.named_in < EVEN:  # what else could stand there is said below
@@ -89,7 +95,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         text += ' These recordings do not tell which.'
     elif others:
         text += f' These recordings do not exclude {_listed(others, "or")}.'
-    if status != 'explained':
+    if status != 'explained' and len(apart) < len(which):
         refitted = gap.get('refitted_solved', 0.0)
         left = f'{round(100.0 * (1.0 - gap["solved"]))} %'
         if gone <= 0 and refitted - gap['solved'] > WORTH:
@@ -104,6 +110,17 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
                 text += (f' Moving other values within their tolerances as well would remove '
                          f'{round(100.0 * refitted)} % (--refit).')
     return text
+
+
+def _remedy(one: MissingEffect) -> str:
+    """Return what to do about what no effect of a twin can hold; '' of others."""
+    if one.effect == EXTERNAL:
+        return f'Measured, it comes in as the column {EXTERNAL}.'
+    if BY_RECORDING not in one.mechanism['variables']:
+        return ''
+    if one.mechanism['port'] == 'sensor':
+        return f'Take the zero of the {one.site} before each recording.'
+    return 'Let the machine warm up before it is recorded, or record its temperature.'
 
 
 def _is_value(effect: str) -> bool:

@@ -45,6 +45,7 @@ SHOWN_BY = {
     'torque_sensor_offset': 'the load taken off',
     'torque_sensor_hysteresis': 'known loads up and down: the reading alone has a loop',
     'motor_encoder_eccentricity': 'slow turns of the motor: it stays the same under any load',
+    'external_torque': 'standstill: it goes on while the axis rests',
     'payload_resonance': 'a chirp: the load shaft alone shows the resonance',
     'controller_mismatch': 'the same reference in open loop',
 }

@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
-from servo_twin.physics.servo import Servo
 
-from ..decisions import CALIBRATED, EVEN, SOLVED
-from ..handover.added import Added
-from ..handover.curves import Curve
+from ..decisions import CALIBRATED, SOLVED
 from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.choice import Fitted
-from ..selection.stability import share_of
-from .evidence import Evidence, Finding
-from .report import Alternative, GapReport, Located, MissingEffect, RUNGS
+from .evidence import Evidence
+from .missing_effect import drawn_curve, missing_effect, stable
+from .report import GapReport, Located, MissingEffect
 from .row_instants import told_late
-from .sentences import sentence, size_of
-from .shown_units import channel_unit, curve_units
-from .telling import confirmations, tell
+from .sentences import sentence
+from .shown_units import channel_unit
+from .telling import confirmations
 
 
 def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str],
               timing: dict[str, float]) -> GapReport:
     """Put the evidence into a report."""
     located, squares = _where(evidence)
-    named = {one.part.mechanism.key: _stable(evidence, one) for one in evidence.findings
+    named = {one.part.mechanism.key: stable(evidence, one) for one in evidence.findings
              if one.part.mechanism.name != UNKNOWN}
-    which = tuple(_effect(evidence, one) for one in evidence.named)
+    which = tuple(missing_effect(evidence, one) for one in evidence.named)
     gap = _gap(evidence)
     balance = _place(evidence, located)
     unknown = _unknown(evidence, located)
@@ -139,128 +135,6 @@ def _closed_all(evidence: Evidence) -> bool:
     return bool(np.all(quiet | (after <= (1.0 - SOLVED) * before)))
 
 
-def _effect(evidence: Evidence, one: Finding) -> MissingEffect:
-    mechanism, curve, added = one.part.mechanism, one.part.curve, one.added
-    stable = _stable(evidence, one)
-    sure = min(one.confidence, max(stable, 0.5 * one.confidence))
-    place = min(1.0, sure + sum(r.confidence for r in one.rivals
-                                if r.mechanism.site == mechanism.site))
-    # the same mechanism may act at another shaft: then it is known better than its place
-    sure = min(1.0, sure + sum(r.confidence for r in one.rivals
-                               if r.mechanism.name == mechanism.name))
-    confidence = {'place': place, 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
-    if curve is not None:
-        confidence['curve'] = sure * curve.certain()
-    if added.law:
-        confidence['law'] = confidence['curve'] if curve is not None else sure
-    rung = 'place' if sure < EVEN else 'law' if added.law else (
-        'curve' if curve is not None else 'mechanism')
-    reported, dropped = evidence.reported, evidence.dropped[id(one.part)].gap
-    full = reported['given'].gap.total() or 1.0
-    realised = (dropped.total() - reported['patch'].gap.total()) / full
-    interval = shrink_interval(dropped, reported['patch'].gap)
-    predicted = evidence.accepted[id(one.part)]
-    if evidence.worse:  # nothing is handed over, so nothing shrinks
-        realised, interval = 0.0, (min(0.0, interval[0]), 0.0)
-    if mechanism.site == 'controller':  # no simulation under the recorded command shows it
-        predicted = realised = _closed(evidence, 'controller')
-        interval = (realised, realised)
-    parameters = _parameters(evidence, added)
-    drawn = None if curve is None else _drawn(evidence, one, curve)
-    alternatives = tuple(Alternative(r.mechanism.name, r.mechanism.site, round(r.confidence, 3),
-                                     tell(mechanism.name, r.mechanism.name))
-                         for r in one.rivals)
-    return MissingEffect(
-        mechanism.name, mechanism.site, parameters, predicted, realised,
-        interval,
-        tuple(a.effect for a in alternatives), rung,
-        {name: round(confidence[name], 3) for name in RUNGS},
-        {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
-         'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
-        added.law, drawn, alternatives,
-        str(one.wave) if one.wave else _fed_forward(evidence, one) or size_of(
-            parameters, drawn, _turn(added, evidence.servo)),
-        asdict(one.wave) if one.wave else None, round(stable, 3))
-
-
-def _fed_forward(evidence: Evidence, one: Finding) -> str:
-    """Return what a controller adds that no value of the file is, with its size; '' of others."""
-    of = evidence.found.hypotheses[one.part.number].detail.get('adds')
-    if not of:
-        return ''
-    unit = evidence.servo.reads('rad', 'load')
-    return f'it adds {one.part.amplitudes[0]:.3g} V per {unit}/s2 of {of}'
-
-
-def _stable(evidence: Evidence, one: Finding) -> float:
-    """
-    Return in how many of the halves a finding came out.
-
-    By its own name, by that of the hypothesis that it is a part of, or by that of a rival: what
-    these recordings do not tell apart, its confidence says already.
-    """
-    whole = evidence.found.hypotheses[one.part.number].mechanism
-    return share_of(evidence.halves, one.part.mechanism, whole,
-                    *(rival.mechanism for rival in one.rivals))
-
-
-def _turn(added: Added, servo: Servo) -> str:
-    """Return the shaft in whose turns the waves of an effect are counted; '' where in none."""
-    effects = [(p.effect.name, p.site) for p in added.placed if 'order' in p.effect.parameters]
-    if not effects or len(effects) < len(added.placed):
-        return ''
-    motors = all(name == 'kinematic_error' or site.startswith('motor') for name, site in effects)
-    return 'motor' if motors else '' if servo.linear else 'load'
-
-
-def _drawn(evidence: Evidence, one: Finding, curve: Curve) -> dict[str, Any]:
-    """Return the curve of a finding with its band, in the units of its place."""
-    mechanism = one.part.mechanism
-    law = evidence.found.hypotheses[one.part.number].detail.get('law', mechanism.name)
-    unit, y_unit = curve_units(evidence.servo, replace(mechanism, name=law), curve)
-    return {'variable': curve.variable, 'unit': unit, 'y_unit': y_unit,
-            'x': curve.x, 'y': curve.y, 'low': curve.low, 'high': curve.high}
-
-
-def _closed(evidence: Evidence, equation: str) -> float:
-    """Return the share of the gap of one equation that the explanation closes."""
-    at = evidence.found.search.regression.equations.index(EQUATIONS.index(equation))
-    search, fit = evidence.found.search, evidence.found.explanation.smallest
-    before, after = (search.excess(one)[at] for one in (search.nothing, fit))
-    return float(1.0 - after / before) if before > 0.0 else 0.0
-
-
-def _parameters(evidence: Evidence, added: Added) -> dict[str, dict[str, Any]]:
-    """
-    Return the values of a missing effect: value, standard deviation and unit.
-
-    What is added comes first, then the values of the file: what changes most in proportion first.
-    """
-    patch, found, given = evidence.handover.patch, {}, evidence.servo.numbers
-
-    def change(path: str) -> float:
-        if path not in given:
-            return np.inf
-        return abs(float(patch.numbers[path]) - given[path]) / max(abs(given[path]), 1e-12)
-
-    for path in sorted(added.free, key=change, reverse=True):
-        value, unit = patch.values[path], patch.unit(path)
-        several = [(f'[{i}]', v) for i, v in enumerate(value)] if isinstance(value, tuple) else [
-            ('', value)]
-        for index, v in several:
-            std = evidence.handover.chosen.get(path + index)
-            std = None if std is None or not np.isfinite(std) else float(std)
-            short = path.rpartition('.')[2] + index
-            name = path + index if short in found else short
-            found[name] = {'value': float(v), 'std': std, 'unit': unit}
-    for placed in added.placed:  # of waves, how often they repeat in a turn
-        path = f'effects.{placed.name}.order'
-        if path in added.values and path not in added.free:
-            found['order' if 'order' not in found else path] = {
-                'value': float(patch.numbers[path]), 'std': None, 'unit': patch.unit(path)}
-    return found
-
-
 def _gap(evidence: Evidence) -> dict[str, Any]:
     gaps = {name: one.gap for name, one in evidence.reported.items()}
     given, after = gaps['given'], evidence.handed.gap
@@ -344,7 +218,7 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]
         'memory': 'travel since reversal' in variables,
         'drift': bool({'time', 'temperature'} & set(variables))}
     if curve is not None:
-        drawn = _drawn(evidence, evidence.unnamed[0], curve)
+        drawn = drawn_curve(evidence, evidence.unnamed[0], curve)
         known |= {'size': f'{curve.size():.2g} {drawn["y_unit"]}', 'curve': drawn}
     return known
 

@@ -17,6 +17,7 @@ from ..mechanisms.hypothesis import UNKNOWN
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
+from .drawn_values import by_path, stds_of, with_others
 from .effect_values import by_orders, direct, one_way, wave_stds
 from .laws import Formed, formed, lawful
 from .with_values import with_values
@@ -112,7 +113,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     value = _value_of(found, part)
     if value:
         return Added(part, (), value, tuple(value), law='value' not in one.detail)
-    if 'adds' in one.detail:  # no controller of the catalogue has it
+    if 'told' in one.detail:  # nothing of the catalogue has it
         return Added(part)
     if name == 'controller_mismatch':
         return _changed(servo, part, dict(zip(one.knots, map(float, amplitudes), strict=True)))
@@ -127,7 +128,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         effects = _placed(part, both[0], site, taken)
         own = _changed(now, part, both[1])
         return replace(effects, values={**effects.values, **own.values},
-                       free=(*effects.free, *own.free))
+                       free=(*effects.free, *own.free), stds=stds_of(part, lambda drawn: (
+                           with_others(drawn, one, now, effects.placed))))
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     if name == 'stiffness_error':
         return _sprung(servo, part, amplitudes)
@@ -146,7 +148,9 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         return _placed(part, one_way(part.curve, part.way), site, taken)
     same = direct(part, one)
     if same:
-        return _placed(part, [same], site, taken)
+        added = _placed(part, [same], site, taken)
+        return replace(added, stds=stds_of(part, lambda drawn: by_path(
+            added.placed, [direct(drawn, one)])))
     if name == UNKNOWN and part.mechanism.port == 'sensor':
         return Added(part)
     if 'law' in one.detail:

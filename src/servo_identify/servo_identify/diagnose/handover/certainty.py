@@ -68,6 +68,24 @@ def spread(several: Sequence[Added], joint: Estimate, scale: float = 0.0) -> dic
     return spread
 
 
+def held_spread(several: Sequence[Added], servo: Servo, scale: float) -> dict[str, float]:
+    """
+    Return the standard deviations of values that are held at what the equations say, by name.
+
+    ``servo`` has them. No torque is surer than the ``scale`` of all.
+    """
+    found = {}
+    for one in several:
+        for name, std in one.stds.items():
+            path, _, index = name.partition('[')
+            if path in one.held:
+                row = np.atleast_1d(servo.values[path])
+                value = float(row[int(index.rstrip(']')) if index else 0])
+                torque = TORQUE.search(servo.unit(path))
+                found[name] = max(std, scale * abs(value)) if torque else std
+    return found
+
+
 def within_spread(several: Sequence[Added], joint: Estimate) -> dict[str, tuple[float, float]]:
     """Return between what the free values of effects lie, by path, each of a row by its number."""
     std, found = spread(several, joint), {}

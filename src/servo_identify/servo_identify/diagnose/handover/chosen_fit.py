@@ -10,9 +10,9 @@ from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from .added import Added, servo_with
-from .certainty import signed, spread, torque_scale, within_spread
+from .certainty import held_spread, signed, spread, torque_scale, within_spread
 from .handover import Handover
-from .held_waves import surer, waves_held
+from .held_values import surer, waves_held
 from .shortened import judging, shortened
 from .simulated_gap import Diverged, refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried, vanished
@@ -29,12 +29,12 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     of a law and its flexible form the one that predicts better, the law where they are alike. An
     effect is dropped where the simulation speaks against it by more than the equations speak for
     it. ``moved_to`` are the values within tolerance as the equations have them beside the effects,
-    by path: one of the starts of the fit. What the controller does otherwise is taken as its
-    equation shows it: the plant runs under the recorded command.
+    by path: one of the starts of the fit. What lies outside the plant is taken as the equations
+    show it: the plant runs under the recorded command.
     """
     trial, warnings = Trial(shortened(fitting, servo.step), judging(accepting, servo.step)), []
-    loop = [one for one in several if one.part.mechanism.site == 'controller']
-    several = [one for one in several if one.acts and one not in loop]
+    outside = [one for one in several if one.part.mechanism.outside]
+    several = [one for one in several if one.acts and one not in outside]
     tolerated = [path for path in servo.tolerance
                  if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
     within = refitted(servo, trial.fitting, tolerated, near=False)
@@ -73,19 +73,19 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         warnings.append(f'{best.added[number].part.mechanism.label} is not taken: {why}')
         added = left_out(best.added, number)
     joint = joint if added else None
-    added = (*added, *loop)
+    added = (*added, *outside)
     others = [p for p in tolerated if base.values[p] != servo.values[p]]
     if others:
         warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
                         'that, what is added brings the simulation nearer in some recordings only')
-    stds = {} if chosen is None else spread(several, chosen, torque_scale(servo, fitting))
-    stds |= {name: std for one in added for name, std in one.stds.items()
-             if name.partition('[')[0] in one.held}
-    patch = signed(servo_with(base, added), stds, chosen.bags if chosen is not None else ())
+    scale, patch = torque_scale(servo, fitting), servo_with(base, added)
+    stds = {} if chosen is None else spread(several, chosen, scale)
+    stds |= held_spread(added, patch, scale)
+    patch = signed(patch, stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)
     gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap}
     return Handover(servo, base, added, patch, refit, within.servo if within else servo, joint,
-                    helps or added == tuple(loop), gaps, tuple(warnings), stds)
+                    helps or added == tuple(outside), gaps, tuple(warnings), stds)
 
 
 def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequence[str],

@@ -81,7 +81,8 @@ class Part:
     One missing effect of a hypothesis (by its ``number``): its mechanism and its curve.
 
     ``path`` is the value of the servo file that is off instead, and ``change`` by how much.
-    ``way`` is the direction (1 or -1) that has it alone; zero where both have it.
+    ``way`` is the direction (1 or -1) that has it alone; zero where both have it. ``draws``
+    (redrawn, amplitudes) are the amplitudes as other recordings of the same kind might give them.
     """
 
     number: int
@@ -91,6 +92,7 @@ class Part:
     path: str = ''
     change: float = 0.0
     way: float = 0.0
+    draws: np.ndarray | None = None
 
 
 def curve_of(found: Explained, number: int, draws: np.ndarray,

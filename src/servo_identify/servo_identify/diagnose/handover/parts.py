@@ -41,7 +41,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     one = found.hypotheses[number]
     curve = curve_of(found, number, draws)
     amplitudes = found.amplitudes(number)
-    whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0))
+    whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0),
+                 draws=draws)
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
     if one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level

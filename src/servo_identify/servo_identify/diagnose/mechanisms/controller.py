@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from servo_twin.physics.effect import Parameter
+from servo_twin.physics.servo import Servo
 
 from ..decisions import OPEN
 from ..residuals.equation_errors import EquationErrors
@@ -67,7 +68,12 @@ def _fed_forward(builder: Builder) -> Hypothesis | None:
     mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('acceleration',),
                           'odd')
     return builder.hypothesis(mechanism, builder.place('controller_output', rising), [0],
-                              detail={'adds': 'the acceleration of the reference'})
+                              detail={'told': _feeds})
+
+
+def _feeds(amplitudes: np.ndarray, servo: Servo) -> str:
+    return (f'it adds {amplitudes[0]:.3g} V per {servo.reads("rad", "load")}/s2 of the '
+            'acceleration of the reference')
 
 
 def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],

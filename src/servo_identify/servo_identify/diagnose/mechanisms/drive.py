@@ -20,7 +20,7 @@ BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
-KNEES = (0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
+KNEES = (0.003, 0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 
@@ -85,20 +85,31 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
 
 
 def _dead_time(builder: Builder) -> Hypothesis | None:
-    """Volts that a bridge loses by the sign of its current while neither switch is on."""
+    """
+    Volts that a bridge loses by the sign of its current while neither switch is on.
+
+    By the current that would flow without that loss: what the motion asks for is blurred where
+    the current jumps.
+    """
     resistance = builder.samples.servo.numbers.get('drive.resistance')
-    if not resistance or not builder.scales.current:
+    if not resistance:
         return None
-    knees = tuple(share * builder.scales.current for share in KNEES)
+    top = max(float(np.nanmax(np.abs(_driven(one)))) for one in builder.samples.errors)
+    knees = tuple(share * top for share in KNEES)
     mechanism = Mechanism('drive_dead_band', 'drive', 'current', ('current',), 'odd')
 
     def lost(current: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
 
-    columns = _through(builder, lambda one: lost(np.nan_to_num(one.full(one.predicted_current))))
-    form = Form('current', 'A', 'V', lambda one: one.predicted_current, lost)
+    columns = _through(builder, lambda one: lost(np.nan_to_num(_driven(one))))
+    form = Form('current', 'A', 'V', lambda one: _inner(one, _driven(one)), lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
                               detail={'law': 'drive_dead_time', 'resistance': resistance})
+
+
+def _driven(one: EquationErrors) -> np.ndarray:
+    """Return the current that the drive of the file makes of a command, A at every sample."""
+    return one.drive_current(one.servo.theta, one.regressor_command)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:
@@ -106,19 +117,16 @@ def _limited(builder: Builder) -> Hypothesis | None:
     if 'drive.resistance' not in builder.samples.servo.numbers:
         return None  # a command of a current is limited as a command
 
-    def driven(one: EquationErrors) -> np.ndarray:
-        return one.drive_current(one.servo.theta, one.regressor_command)
-
-    top = max(float(np.nanmax(np.abs(driven(one)))) for one in builder.samples.errors)
+    top = max(float(np.nanmax(np.abs(_driven(one)))) for one in builder.samples.errors)
     knots = tuple(share * top for share in CEILINGS)
 
     def lost(current: np.ndarray) -> np.ndarray:
         return _beyond(current, knots)
 
     mechanism = Mechanism('drive_saturation', 'drive', 'current', ('current',), 'odd')
-    columns = _of_current(builder, lambda one: lost(driven(one)))
+    columns = _of_current(builder, lambda one: lost(_driven(one)))
     return builder.hypothesis(mechanism, columns, [1] * len(knots), knots,
-                              form=Form('current', 'A', 'A', lambda one: _inner(one, driven(one)),
+                              form=Form('current', 'A', 'A', lambda one: _inner(one, _driven(one)),
                                         lost),
                               detail={'law': 'current_limit'})
 

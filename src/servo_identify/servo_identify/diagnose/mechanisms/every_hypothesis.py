@@ -11,10 +11,12 @@ from servo_twin.physics.catalogue import names
 
 from ..decisions import FORM
 from .builder import Builder, sides_of
+from .by_recording import by_recording
 from .controller import controller_of
 from .drive import drive_of
 from .friction import friction_of
-from .hypothesis import Hypothesis, UNKNOWN
+from .hypothesis import EXTERNAL, Hypothesis, UNKNOWN
+from .in_time import in_time
 from .patterns import patterns_of
 from .readings import readings_of
 from .torque import torque_of
@@ -36,12 +38,14 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
         found += friction_of(builder, site, residual)
     if set(builder.samples.present) & {'motor', 'load', 'torque'}:
         found += torque_of(builder, residual)
+        found += in_time(builder, residual)
     found += transmission_of(builder, residual)
     found += drive_of(builder)
     found += readings_of(builder, residual)
     found += values_of(builder)
     found += controller_of(builder, residual)
     found += user_effects_of(builder)
+    found += by_recording(builder, sides)
     found += patterns_of(builder, sides, without)
     _check(without, found, builder)
     gone = {*without, *(ALIASES[name] for name in without if name in ALIASES)}
@@ -67,7 +71,7 @@ def _check(without: Collection[str], found: list[Hypothesis], builder: Builder) 
     values = {f'parameter:{path.rpartition(".")[2]}' for path in builder.samples.servo.values
               if path.split('.')[0] in ('drive', 'mechanism')}
     known = {one.mechanism.name for one in found} | set(names()) | values | set(ALIASES) | {
-        *ALIASES.values(), 'controller_mismatch'} - {UNKNOWN}
+        *ALIASES.values(), 'controller_mismatch', EXTERNAL} - {UNKNOWN}
     for name in without:
         if name not in known and not name.startswith('parameter:'):
             raise ValueError(f'there is no effect {name!r} to leave out; '

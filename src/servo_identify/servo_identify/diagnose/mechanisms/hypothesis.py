@@ -11,6 +11,12 @@ import numpy as np
 UNKNOWN = 'unknown'
 """Name of a pattern that no mechanism of the table has."""
 
+EXTERNAL = 'external_torque'
+"""Name of a torque from outside that repeats in time: no part of the machine."""
+
+BY_RECORDING = 'recording'
+"""Variable of what is another in each recording: no value of a servo file."""
+
 Room = tuple[float | np.ndarray, float | np.ndarray]
 """Between what amplitudes lie, all alike or each."""
 
@@ -43,6 +49,12 @@ class Mechanism:
         if self.name != UNKNOWN:
             return self.name, self.site
         return (self.name, self.port, *self.variables, self.symmetry)
+
+    @property
+    def outside(self) -> bool:
+        """Whether no twin of the plant under the recorded command can show it."""
+        return (self.site == 'controller' or self.name == EXTERNAL
+                or BY_RECORDING in self.variables)
 
     @property
     def label(self) -> str:
@@ -142,8 +154,9 @@ class Hypothesis:
     that sign may be plus or minus; otherwise it is plus. ``knots`` say for which values of the
     variable the columns stand. ``path`` is the value of the servo file that would be off; ``room``
     is between what the amplitudes lie, all alike or each. ``tried`` counts the alternatives
-    (orders, delays) that this one was chosen from; ``detail`` holds what else was searched;
-    ``form`` its curve, where it is one.
+    (orders, delays) that this one was chosen from; ``detail`` holds what else was searched; of
+    what no value of the twin can be, ``told(amplitudes, servo)``, which says its size. ``form`` is
+    its curve, where it is one.
     """
 
     mechanism: Mechanism

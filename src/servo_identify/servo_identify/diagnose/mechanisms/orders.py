@@ -119,7 +119,7 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
     found: list[float] = []
     left = target - _fitted(factor[:, None], target)
     for _ in range(MOST):
-        power = _periodogram(angle, left, factor, parts)
+        power = periodogram(angle, left, factor, parts)
         power[:lowest * parts] = 0.0
         best = _peak(angle, left, factor, power, parts)
         if any(abs(best - other) < apart for other in found):
@@ -146,7 +146,7 @@ def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, power: np.n
                                  method='bounded', options={'xatol': 0.01 / parts}).x)
 
 
-def _periodogram(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
+def periodogram(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
                  parts: int = 1) -> np.ndarray:
     """
     Square that cosine and sine of each order, times a factor, take from a target.

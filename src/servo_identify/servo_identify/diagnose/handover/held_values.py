@@ -1,4 +1,4 @@
-"""Waves over an angle that a simulation tells worse than the equations do."""
+"""Values that a simulation tells worse than the equations do: waves over an angle, and others."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def waves_held(one: Added, trial: Trial, starts: Sequence[Servo]) -> Added:
     equations follow the angle of the rig and know better. ``starts`` are the files that a fit
     begins at.
     """
-    waves = [placed for placed in one.placed if 'order' in placed.effect.parameters]
-    if not one.stds:
+    waves = [placed for placed in one.placed if 'cosine' in placed.effect.parameters]
+    if not waves or not one.stds:
         return one
     gaps = [gap for start in starts for gap in [trial.with_added(start, one)] if gap is not None]
     nearest = min(gaps, key=lambda gap: gap.total(), default=None)
@@ -46,7 +46,12 @@ def waves_held(one: Added, trial: Trial, starts: Sequence[Servo]) -> Added:
 
 
 def surer(one: Added, fit: Estimate) -> Added:
-    """Return an effect with the waves held that the equations know better than a fit."""
+    """
+    Return an effect with the values held that the equations know better than a fit.
+
+    Where that is so of all that the equations have an amplitude of, what they searched beside it
+    (a frequency, a damping) is held too.
+    """
     held = set(one.held)
     for path in one.fitted:
         row = [name for name in one.stds if name.partition('[')[0] == path]
@@ -54,6 +59,8 @@ def surer(one: Added, fit: Estimate) -> Added:
         if row and all(fit.std_within.get(name, 0.0) > max(one.stds[name], abs(
                 fit.values[name] - value) / SURE) for name, value in zip(row, given, strict=True)):
             held.add(path)
+    if one.stds and {name.partition('[')[0] for name in one.stds} <= held:
+        held |= set(one.free)
     return replace(one, held=frozenset(held))
 
 
@@ -61,7 +68,7 @@ def _order(placed: Placed, one: Added) -> float:
     """Return the order of the largest wave of an effect, in its own angle."""
     cosine, sine = (np.atleast_1d(one.values[f'effects.{placed.name}.{name}'])
                     for name in ('cosine', 'sine'))
-    base = float(np.max(np.atleast_1d(one.values[f'effects.{placed.name}.order'])))
+    base = float(np.max(np.atleast_1d(one.values.get(f'effects.{placed.name}.order', 1.0))))
     return base * (1 + int(np.argmax(np.hypot(cosine, sine))))
 
 

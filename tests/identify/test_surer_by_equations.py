@@ -1,0 +1,48 @@
+"""Values that the equations know better than a simulation that drifts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_recordings import PERIOD, sampled
+from test_selection import SERVO, with_effect
+from test_unmet_machines import HOBBY
+
+from servo_identify.diagnose.diagnose import diagnose
+
+
+def steps(rig, seed, size=2.5, lost=0.0):
+    """Return an open-loop recording of steps of two sizes; a bridge loses volts by its current."""
+    time = np.arange(5000) * PERIOD
+    command = size * np.sign(np.sin(2.0 * np.pi * (0.7 + 0.05 * seed) * time + seed))
+    command *= 1.0 + 0.4 * np.sign(np.sin(2.0 * np.pi * 0.23 * time))
+    one = sampled(rig, command, seed=seed)
+    asked = command + lost * np.sign(one.columns['current'])
+    return replace(one, name=f'steps_{seed}', family='steps',
+                   columns=one.columns | {'voltage': asked})
+
+
+def answer_of(rig, servo=SERVO, **how):
+    first, second, third = (steps(rig, seed, **how) for seed in (1, 2, 3))
+    return diagnose([first], servo, [second], [third])
+
+
+@pytest.mark.slow
+def test_volts_that_a_bridge_loses_come_out_whole_though_the_current_jumps():
+    disc = HOBBY.with_values({'mechanism.rotor_inertia': 5e-3})
+    report = answer_of(disc, disc, lost=0.5).report
+    assert [(one.effect, one.site) for one in report.which] == [('drive_dead_band', 'current')]
+    assert np.max(np.abs(report.which[0].curve['y'])) == pytest.approx(0.5, rel=0.05)
+    assert report.gap['solved'] > 0.8
+
+
+@pytest.mark.slow
+def test_a_payload_keeps_the_size_and_frequency_of_the_equations():
+    numbers = SERVO.numbers
+    swings = 0.1 * numbers['mechanism.load_inertia']
+    rig = with_effect('payload_resonance', 'load', inertia=swings, frequency=9.0, damping=0.03)
+    answer = answer_of(rig)
+    assert [one.effect for one in answer.report.which] == ['payload_resonance']
+    found = answer.augmented.numbers
+    assert found['effects.payload_resonance.inertia'] == pytest.approx(swings, rel=0.1)
+    assert found['effects.payload_resonance.frequency'] == pytest.approx(9.0, rel=0.03)
