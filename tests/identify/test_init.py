@@ -377,3 +377,10 @@ def test_the_scope_of_a_drive_has_its_reference_at_the_motor(run, tmp_path, caps
     assert "left out             'Commanded Position (counts)'" in capsys.readouterr().out
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert not one.has('reference_position')
+
+
+@pytest.mark.parametrize('name', ['actual_q_0', 'q_0'])
+def test_a_name_that_ends_with_the_number_of_a_joint_has_no_unit_there(run, tmp_path, name):
+    data = write(tmp_path / 'run.csv', {'time': run['time'], 'voltage': run['u'],
+                                        'current': run['i'], name: run['theta']})
+    assert init(data, tmp_path, '--column', f'motor_position={name}:rad') == 0

@@ -261,3 +261,13 @@ def test_it_says_what_is_meant_by_repeats_and_what_to_do(good):
 def test_a_diagnosis_says_why_it_holds_out_other_motions(good, families, words):
     told = split([replace(good, family=name) for name in families], [], []).warnings[-1]
     assert all(word in told for word in words)
+
+
+def test_where_one_recording_shows_the_inertia_as_well_another_is_not_asked_for_it(good):
+    heavy = BENCH.with_values({'mechanism.load_inertia': 10 * 5.76,
+                               'mechanism.rotor_inertia': 1.14e-3})
+    servo = replace(heavy, tolerance={})
+    strong = replace(good, name='strong', columns={**good.columns, **{
+        name: 10.0 * good[name] for name in ('current', 'voltage', 'torque')}})
+    asked = [one for one in check([strong, good], servo) if 'times the inertia' in one.sentence]
+    assert asked == [] and of_level('amber', good, servo)

@@ -166,6 +166,17 @@ def test_a_gain_of_the_drive_may_differ_by_sign_or_fade(times):
 
 
 @pytest.mark.slow
+def test_a_gain_that_differs_by_sign_comes_with_its_effect():
+    rig = with_effect('drive_asymmetry', 'command', difference_by_sign=0.2)
+    first, second, third = (recorded(rig, seed) for seed in (1, 2, 3))
+    answer = diagnose([first], SERVO, [second], [third])
+    assert [(one.effect, one.site) for one in answer.report.which] == [('parameter:gain', 'drive')]
+    numbers = answer.augmented.numbers
+    assert numbers['effects.drive_asymmetry.difference_by_sign'] == pytest.approx(0.2, rel=0.05)
+    assert answer.report.gap['solved'] > 0.9
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize('rig', [
     SERVO.with_values({'mechanism.stiffness': 3.0 * SERVO.numbers['mechanism.stiffness']}),
     with_effect('stiffness_ripple', 'mesh', order=20.0, cosine=(2e4,), sine=(1e4,))])

@@ -448,3 +448,22 @@ def test_it_takes_the_name_of_a_shipped_servo_and_says_which_there_are(tmp_path,
         main(['import', str(table), '--servo', 'gearmotor', *ends])
     assert 'dc_gearmotor' in capsys.readouterr().err
     assert main(['import', str(table), '--servo', 'dc_gearmotor', *ends]) == 0
+
+
+def test_a_lost_row_leaves_the_others_as_they_are_though_their_stamps_jitter(tmp_path):
+    chance, kept = np.random.default_rng(1), np.delete(np.arange(4000), [100, 101, 2000])
+    time = 1e-3 * np.arange(4000) + 2e-6 * chance.standard_normal(4000)
+    columns = {'t': time, 'voltage': np.ones(4000), 'motor_position': chance.normal(size=4000)}
+    recording = import_table(write_csv(tmp_path / 'a.csv', {
+        name: column[kept] for name, column in columns.items()}), SERVO)
+    assert recording.period == 1e-3 and len(recording) == 4000
+    assert np.array_equal(recording['motor_position'][kept], columns['motor_position'][kept])
+
+
+def test_a_hole_of_three_periods_is_filled_wherever_it_is(tmp_path):
+    kept = np.delete(np.arange(6000), [1234, 1235, 4000, 4001, 5000, 5001])
+    columns = {'t': np.round(1e-3 * kept, 3), 'voltage': np.ones(len(kept)),
+               'motor_position': 1e-3 * kept}
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
+    assert not any('holes' in warning for warning in recording.warnings)
+    assert np.allclose(recording['motor_position'], 1e-3 * np.arange(6000))

@@ -45,6 +45,8 @@ READER = {
 }
 """Words of a warning of the reader, and what to do about it."""
 EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
+WEIGHTS = ('gravity', 'constant_torque')
+"""Effects that measure the torque of a motor, where the servo file knows their size."""
 
 
 def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
@@ -77,7 +79,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))
         found += untold(looked, servo, shown)
-    found += [*_excitation(shown.values()), *replicates(recordings), *_channels(surveys)]
+    found += [*_excitation(shown.values()), *replicates(recordings), *_channels(surveys, servo)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 
 
@@ -212,14 +214,15 @@ def replicates(recordings: Sequence[Long]) -> list[Finding]:
     if not single:
         return [Finding('green', 'Each family has more than one recording.')]
     told = 'There is one recording only' if len(recordings) == 1 else (
-        f'One recording only of the families {", ".join(single)}')
+        f'One recording only of the {"family" if len(single) == 1 else "families"} '
+        f'{", ".join(single)}')
     cut = ' A diagnosis goes on with it, cut in time.' if len(recordings) == 1 else ''
     return [Finding('amber', f'{told}: what repeats cannot be told from chance.{cut}',
                     f'record each motion {PURPOSES} times: a diagnosis selects, accepts and '
                     'reports')]
 
 
-def _channels(surveys: Sequence[Survey]) -> list[Finding]:
+def _channels(surveys: Sequence[Survey], servo: Servo) -> list[Finding]:
     def all_have(*names: str) -> bool:
         return all(name in one.measured for one in surveys for name in names)
 
@@ -237,7 +240,9 @@ def _channels(surveys: Sequence[Survey]) -> list[Finding]:
                                  'current') else 'Without the command (voltage) the twin cannot '
                              'be driven.', 'record what the drive received'))
     if not all_have('torque'):
+        weighs = any(placed.effect.name in WEIGHTS for placed in servo.effects)
         found.append(Finding('amber', 'Without a torque sensor, friction of motor and load cannot '
-                             'be told apart, nor a torque constant from inertias and friction.',
+                             'be told apart' + ('.' if weighs else ', nor a torque constant from '
+                                                'inertias and friction.'),
                              'add a torque sensor, or take their sum'))
     return found

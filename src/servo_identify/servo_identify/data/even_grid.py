@@ -2,7 +2,8 @@
 Uneven times brought onto an even grid.
 
 A recording has one period. Times that follow one within a hundredth of it are taken as even and
-the values stay as they are, to the last bit. Others are resampled: measurements linearly between
+the values stay as they are, to the last bit. So do those of each row that lies so on the grid where
+others are missing or do not. What lies between rows is made up: measurements linearly between
 their neighbours, held commands (voltage and references) by the last value before. Across a hole of
 more than three periods nothing is made up: those rows are NaN.
 """
@@ -20,6 +21,9 @@ from .rows_in_time import HOLE
 
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
+
+MOST_ON_GRID = 0.5
+"""Share of the rows that lie on a grid where the logger has it, and not by chance."""
 
 MOST_HOLES = 1000
 """Samples of the grid for one row beyond which a clock has jumped, and not the logger paused."""
@@ -148,9 +152,10 @@ def _usual(time: np.ndarray) -> float:
     median = float(np.median(np.diff(time)))
     steps = np.maximum(np.round(np.diff(time) / median), 1.0)
     mean = float((time[-1] - time[0]) / steps.sum())
+    if abs(mean / median - 1.0) >= 0.03:
+        return median
     meant = float(f'{mean:.1e}')
-    near = abs(meant / mean - 1.0) < 1e-3 and abs(mean / median - 1.0) < 0.03
-    return meant if near else median
+    return meant if abs(meant / mean - 1.0) < 1e-3 else round_period(mean, int(steps.sum()))
 
 
 class Between:
@@ -161,9 +166,14 @@ class Between:
     """
 
     def __init__(self, time: np.ndarray, step: float) -> None:
-        self.time, self.step = time, step
-        self.samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1
-        self._hole = HOLE * max(step, float(np.median(np.diff(time))))
+        place = (time - time[0]) / step
+        near = np.abs(place - np.round(place)) <= EVEN
+        if near.mean() < MOST_ON_GRID:  # that lie so by chance
+            near[:] = False
+        self.time = np.where(near, time[0] + step * np.round(place), time)
+        self.step = step
+        self.samples = int((self.time[-1] - self.time[0]) / step * (1.0 + 1e-12)) + 1
+        self._hole = HOLE * max(step, float(np.median(np.diff(time)))) * (1.0 + 1e-6)
 
     def row(self, sample: int) -> int:
         """Return the number of the first row that is needed from a sample on."""

@@ -33,6 +33,7 @@ ALIKE = 3.0
 MOST_RECORDINGS, MOST_MISTAKES = 8, 3
 NEAR = 0.25  # of a logarithm, within which a factor is worth a question
 NO_SERVO_FILE = 100.0  # a factor on the inertia by which no servo file is wrong
+FORM = 0.1  # of a channel, by which one that is alike differs
 SHARE = 0.3  # of the torque that acceleration must explain before its inertia is believed
 
 
@@ -76,8 +77,9 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo,
         for k, (one, at) in enumerate(usable):
             others = max(open_now[:k] + open_now[k + 1:])
             every += _findings(one.name, [at], evidence, others)
+    best = max((found for found in shown if found), key=_accelerated, default=None)
     return every or [finding for one, found in zip(chosen, shown, strict=True)
-                     for finding in _far_off(one, found, servo)]
+                     if found and best and _far(best) for finding in _far_off(one, found, servo)]
 
 
 def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
@@ -105,7 +107,8 @@ def untold(recordings: Sequence[Recording], servo: Servo,
     Return which mistakes these recordings cannot tell from none, where they all share one.
 
     No equation closes worse once such a mistake is undone: the channels are alike, or hardly move.
-    A reference that the controller does not read raises no question.
+    A reference that the controller does not read raises no question, nor do two channels that are
+    alike: exchanged they do no harm.
     """
     seen = [at for at in _seen(recordings, servo, known)[2] if at is not None]
     if not seen:
@@ -113,7 +116,7 @@ def untold(recordings: Sequence[Recording], servo: Servo,
     evidence, unused = Evidence(servo), unread(servo)
     alike = []
     for one in mistakes(set.intersection(*(set(at.plain) for at in seen)), servo):
-        if one.touches <= unused:
+        if one.touches <= unused or all(_same(one, at) for at in seen):
             continue
         if all(_gain(evidence.of(at, key), evidence.of(one.undone(at), key)) > -ALIKE
                for key, at in enumerate(seen)):
@@ -122,6 +125,13 @@ def untold(recordings: Sequence[Recording], servo: Servo,
         return []
     return [Finding('amber', 'These recordings cannot tell whether ' + '; or whether '.join(alike)
                     + '.', 'look at the source of these columns')]
+
+
+def _same(one: Mistake, at: Signals) -> bool:
+    """Tell whether the channels that a mistake exchanges are alike."""
+    return len(one.renamed) > 1 and all(
+        np.linalg.norm(at.plain[old] - at.plain[new]) < FORM * np.linalg.norm(at.plain[old])
+        for old, new in one.renamed.items())
 
 
 def _seen(recordings: Sequence[Recording], servo: Servo, known: Known | None) -> tuple[
@@ -216,9 +226,18 @@ EQUATIONS = {
     'load': 'torque balance of the load'}
 
 
-def _far_off(one: Recording, found: Excitation | None, servo: Servo) -> list[Finding]:
-    if found is None or found.share.get('inertia', 0.0) < SHARE or not (
-            found.inertia > 4.0 or 0.0 < found.inertia < 0.25):
+def _accelerated(found: Excitation) -> float:
+    """Return the share of the torque that acceleration explains."""
+    return found.share.get('inertia', 0.0)
+
+
+def _far(found: Excitation) -> bool:
+    return found.inertia > 4.0 or 0.0 < found.inertia < 0.25
+
+
+def _far_off(one: Recording, found: Excitation, servo: Servo) -> list[Finding]:
+    """Return that a recording shows another inertia; where one shows it better, that decides."""
+    if _accelerated(found) < SHARE or not _far(found):
         return []
     known = {'the angle is that of the other shaft?': servo.values['mechanism.ratio'],
              'the angle is in turns?': TURN}

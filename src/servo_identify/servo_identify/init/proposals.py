@@ -117,9 +117,11 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
 def _unit_behind(source: str, column: str) -> str:
     """Return the last word of a name where it is a unit of the column: current_mA, I/mA, I, mA."""
     word = re.split(r'[_/,]\s*', source)[-1]
+    if word.isdigit():  # the number of a joint
+        return ''
     try:
         parsed(word)
-        factor_of(source, column, word, None)
+        factor_of(source, 'load_position' if column == ANGLE else column, word, None)
     except ValueError:
         return ''
     return word if word != source else ''

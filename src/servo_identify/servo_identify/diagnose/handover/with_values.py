@@ -40,6 +40,11 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
         swings = direct(part, one)
         assert swings is not None  # its amplitude is a value of it
         return [swings], {'mechanism.load_inertia': -float(amplitudes[0])}
+    if law == 'drive_asymmetry':
+        more, by_sign = map(float, amplitudes)
+        values = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
+        return [Formed(find(law), values, tuple(values), True)], {
+            'drive.gain': servo.numbers['drive.gain'] * more}
     if part.mechanism.name == 'presliding_friction':
         return _presliding(part, one, servo)
     return None

@@ -70,7 +70,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         _limited(builder),
         # a gain that differs by the sign of the command
         'drive.gain' in builder.samples.servo.numbers and shaped(
-            'parameter:gain', both, [0, 0], site='drive', detail={'value': 'drive.gain'})))
+            'parameter:gain', both, [0, 0], site='drive', detail={'law': 'drive_asymmetry'})))
     period = builder.scales.period
     for name, shares, late in (('current_lag', LAGS, _lagged),
                                ('current_lag', LAGS, _lagged_twice),
