@@ -2,10 +2,10 @@
 Uneven times brought onto an even grid.
 
 A recording has one period. Times that follow one within a hundredth of it are taken as even and
-the values stay as they are, to the last bit. So do those of each row that lies so on the grid where
-others are missing or do not. What lies between rows is made up: measurements linearly between
-their neighbours, held commands (voltage and references) by the last value before. Across a hole of
-more than three periods nothing is made up: those rows are NaN.
+the values stay as they are, to the last bit. So do those of each row that lies on the grid where
+others do not. What lies between rows is made up: measurements linearly between their neighbours,
+held commands (voltage and references) by the last value before. Across a hole of more than three
+periods nothing is made up: those rows are NaN.
 """
 
 from __future__ import annotations

@@ -19,9 +19,10 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation, WIDTHS
 from .finding import Finding
 from .likelihood import Closed, closed
-from .mistakes import Mistake, mistakes, TURN, unread
+from .mistakes import Mistake, mistakes, unread
 from .plausibility import contradiction, factor_apart
 from .rough_balances import balances
+from .shown_inertia import inertia_findings, NEAR
 from .signals import ANGLES, Signals, signals
 
 Known = Mapping[int, Excitation | None]
@@ -31,10 +32,7 @@ SURE = 5.0
 ALIKE = 3.0
 """Nats within which two mistakes are told together."""
 MOST_RECORDINGS, MOST_MISTAKES = 8, 3
-NEAR = 0.25  # of a logarithm, within which a factor is worth a question
-NO_SERVO_FILE = 100.0  # a factor on the inertia by which no servo file is wrong
 FORM = 0.1  # of a channel, by which one that is alike differs
-SHARE = 0.3  # of the torque that acceleration must explain before its inertia is believed
 
 
 @dataclass
@@ -77,9 +75,7 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo,
         for k, (one, at) in enumerate(usable):
             others = max(open_now[:k] + open_now[k + 1:])
             every += _findings(one.name, [at], evidence, others)
-    best = max((found for found in shown if found), key=_accelerated, default=None)
-    return every or [finding for one, found in zip(chosen, shown, strict=True)
-                     if found and best and _far(best) for finding in _far_off(one, found, servo)]
+    return every or inertia_findings(chosen, shown, servo)
 
 
 def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
@@ -224,31 +220,6 @@ EQUATIONS = {
     'reference speed': 'tracking of the reference speed', 'drive': 'equation of the drive',
     'torque': 'torque balance', 'sensor': 'balance at the torque sensor',
     'load': 'torque balance of the load'}
-
-
-def _accelerated(found: Excitation) -> float:
-    """Return the share of the torque that acceleration explains."""
-    return found.share.get('inertia', 0.0)
-
-
-def _far(found: Excitation) -> bool:
-    return found.inertia > 4.0 or 0.0 < found.inertia < 0.25
-
-
-def _far_off(one: Recording, found: Excitation, servo: Servo) -> list[Finding]:
-    """Return that a recording shows another inertia; where one shows it better, that decides."""
-    if _accelerated(found) < SHARE or not _far(found):
-        return []
-    known = {'the angle is that of the other shaft?': servo.values['mechanism.ratio'],
-             'the angle is in turns?': TURN}
-    if found.inertia > 1.0:
-        known['command and current are in thousandths (mV and mA)?'] = 1e3
-    near = [f' That is near {factor:.4g}: {what}' for what, factor in known.items()
-            if abs(abs(np.log(found.inertia)) - abs(np.log(factor))) < NEAR]
-    level = 'red' if abs(np.log(found.inertia)) > np.log(NO_SERVO_FILE) else 'amber'
-    return [Finding(level, f'{one.name}: the recording shows {found.inertia:.3g} times the '
-                    'inertia of the servo file.' + ''.join(near), 'look at inertias, ratio, '
-                    'torque constant, and at the units of command and angle', one.name)]
 
 
 def _spread(recordings: Sequence[Recording], most: int) -> list[Recording]:

@@ -13,6 +13,7 @@ from ..decisions import EVEN
 from ..handover.added import Added
 from ..handover.curves import Curve
 from ..handover.gap import shrink_interval
+from ..residuals.nuisance import value_of
 from ..selection.stability import share_of
 from .evidence import Evidence, Finding
 from .report import Alternative, MissingEffect, RUNGS
@@ -70,10 +71,17 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
     """Return the size of an effect in words."""
     if one.wave:
         return str(one.wave)
-    told = evidence.found.hypotheses[one.part.number].detail.get('told')
-    if told:
-        return str(told(one.part.amplitudes, evidence.servo))
-    return size_of(parameters, drawn, _turn(one.added, evidence.servo))
+    detail, samples = evidence.found.hypotheses[one.part.number].detail, evidence.found.samples
+    if 'told' in detail:
+        return str(detail['told'](one.part.amplitudes, evidence.servo))
+    if 'value' in detail and drawn:  # it varies, and the file gets its mean
+        path, x = detail['value'], drawn['x']
+        first, last = (value_of(samples, path, float(drawn['y'][k])) for k in (0, -1))
+        return (f'{first:.3g} to {last:.3g} {evidence.servo.unit(path)} from {x[0]:.3g} to '
+                f'{x[-1]:.3g} {drawn["unit"]}')
+    turn = _turn(one.added, evidence.servo)
+    # the values of a law that does not hold say less than the curve
+    return size_of(parameters if one.added.law or turn or not drawn else {}, drawn, turn)
 
 
 def stable(evidence: Evidence, one: Finding) -> float:

@@ -14,6 +14,7 @@ from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
 
 from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.varying_values import UNITS
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
@@ -93,10 +94,12 @@ def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
     servo, one = found.samples.servo, found.hypotheses[part.number]
     if part.path:
         changes = {part.path: part.change}
+    elif 'law' in one.detail:
+        return {}
     elif 'value' in one.detail and part.curve is not None:  # the file has one value of it
         path, given = one.detail['value'], servo.numbers[one.detail['value']]
         value = (value_of(found.samples, path, part.curve.mean())
-                 if part.curve.variable == 'time' else given * (1.0 + part.curve.slope()))
+                 if part.curve.variable in UNITS else given * (1.0 + part.curve.slope()))
         changes = {path: value - given}
     elif one.path:
         value = value_of(found.samples, one.path, float(part.amplitudes[0]))

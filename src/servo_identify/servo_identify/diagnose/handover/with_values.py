@@ -12,12 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Servo
+from servo_twin.physics.servo import Servo, Value
 
+from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.orders import waves
 from ..mechanisms.values import FAR
-from .curves import Part
+from ..mechanisms.varying_values import CHANGES
+from .curves import Curve, Part
 from .effect_values import direct
 from .laws import Formed, of_orders
 
@@ -40,14 +42,41 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
         swings = direct(part, one)
         assert swings is not None  # its amplitude is a value of it
         return [swings], {'mechanism.load_inertia': -float(amplitudes[0])}
+    if law == CHANGES and part.curve is not None:
+        return _changing(part, part.curve, one, servo.numbers['drive.torque_constant'])
     if law == 'drive_asymmetry':
         more, by_sign = map(float, amplitudes)
-        values = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
+        values: dict[str, Value] = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
         return [Formed(find(law), values, tuple(values), True)], {
             'drive.gain': servo.numbers['drive.gain'] * more}
     if part.mechanism.name == 'presliding_friction':
         return _presliding(part, one, servo)
     return None
+
+
+def _changing(part: Part, curve: Curve, one: Hypothesis, given: float) -> Together:
+    """
+    Return what a torque constant changes by over speed or temperature, and the one that is left.
+
+    The one that is left holds at rest, or at the middle of the temperatures.
+    """
+    assert one.form is not None
+    value = np.vectorize(one.detail['is'])
+    y = value(one.form.shape(curve.x) @ part.amplitudes)
+    middle, power = (curve.density @ curve.x / curve.density.sum(), 1) if (
+        curve.variable == 'temperature') else (0.0, 2)
+    x = (curve.x - middle)**power
+    weight = np.sqrt(curve.density)
+    constant, slope = np.linalg.lstsq(weight[:, None] * np.column_stack((np.ones(len(x)), x)),
+                                      weight * y, rcond=None)[0]
+    warm = power == 1
+    values: dict[str, Value] = {'by_temperature': float(slope) if warm else 0.0,
+                                'reference': float(middle) if warm else 20.0,
+                                'by_speed': 0.0 if warm else -float(slope)}
+    left = curve.size(y - constant - slope * x)
+    law = left <= FORM * curve.size(y - given)
+    return [Formed(find(CHANGES), values, ('by_temperature' if warm else 'by_speed',), law)], {
+        'drive.torque_constant': float(constant) - given}
 
 
 def _rippled(orders: Sequence[float], amplitudes: np.ndarray, along: tuple[float, float],

@@ -23,8 +23,7 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
     ``sides`` are the shafts whose friction can be told apart.
     """
     errors = builder.samples.errors
-    families = Counter(one.measured.recording.family for one in errors)
-    if max(families.values()) < 2:
+    if not repeated(builder):
         return
     for site in sides:
         for changes in (False, True):
@@ -33,6 +32,12 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
     for channel in ('torque', 'current'):
         if channel in has:
             yield from filter(None, (_offset(builder, channel),))
+
+
+def repeated(builder: Builder) -> bool:
+    """Tell whether a motion was recorded more than once."""
+    families = Counter(one.measured.recording.family for one in builder.samples.errors)
+    return max(families.values()) > 1
 
 
 def apart(errors: Sequence[EquationErrors], of: Series, one: EquationErrors) -> np.ndarray:

@@ -122,10 +122,10 @@ def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
 def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
     """Friction that one direction has and the other has not: constant, or growing with speed."""
     top = builder.scales.top(f'{site}_speed')
-    knots = (0.0, top, *(share * top for share in SPEEDS))
+    knots = (0.0, top, top, *(share * top for share in SPEEDS))
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, *(
-        np.minimum(x, knot) for knot in knots[2:]))))
+    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, x**2 / top, *(
+        np.minimum(x, knot) for knot in knots[3:]))))
 
     def torque(one: EquationErrors) -> np.ndarray:
         there = one.motion.direction == way

@@ -16,7 +16,8 @@ from ..residuals.nuisance import amplitude_of, slope, value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
-from .orders import hats, waves
+from .orders import waves
+from .varying_values import VARYING, varying
 
 FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
@@ -33,14 +34,9 @@ VARIABLES = {
     'mechanism.damping': ('rate of torsion',)}
 PORTS = {'coulomb_friction': 'friction', 'viscous_friction': 'friction'}
 INERTIAS = ('mechanism.rotor_inertia', 'mechanism.load_inertia')
-DRIFTING = ('drive.gain', 'drive.resistance', 'drive.torque_constant', 'mechanism.stiffness',
-            *INERTIAS)
-"""Values that change while a machine warms up, or picks something up."""
-
 LINKED = ((0.0, 1.0), (0.0, 2.0), (0.0, 1.0, 2.0, 3.0))
 """Orders of a turn by which the inertia of a crank or of a linkage varies."""
 
-MOMENTS = 5  # of a recording, between which such a value changes evenly
 
 
 def values_of(builder: Builder) -> Iterator[Hypothesis]:
@@ -75,30 +71,13 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
             yield one
         # on one shaft it is the load that is picked up or linked, not the rotor
         rotor = path == INERTIAS[0] and not servo.mechanism.compliant
-        if one and path in DRIFTING and not rotor:
-            yield from filter(None, (_drifting(builder, path, step, mechanism),))
+        if one and path in VARYING and not rotor:
+            yield from varying(builder, path, step, mechanism)
         shaft = 'load' if 'load' in path else 'motor'
         if one and path in INERTIAS and builder.turns(f'{shaft}_angle') and not (
                 rotor and servo.numbers['mechanism.ratio'] == 1.0):
             yield from filter(None, (_linked(builder, path, mechanism, orders)
                                      for orders in LINKED))
-
-
-def _drifting(builder: Builder, path: str, step: float, mechanism: Mechanism
-              ) -> Hypothesis | None:
-    """A value that changes over the time of a recording."""
-    moments = np.linspace(0.0, builder.scales.duration, MOMENTS)
-    samples = builder.samples
-    table = samples.place({
-        number: {name: change[:, None] * hats(one.times(name), moments)
-                 for name, change in one.slope(path, step).items()}
-        for number, one in enumerate(samples.errors)}, MOMENTS)
-    unit = dict(samples.servo.declarations())[path].unit
-    form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: hats(x, moments))
-    return builder.hypothesis(
-        replace(mechanism, variables=(*mechanism.variables, 'time')), Columns(table),
-        [1] * MOMENTS, tuple(moments), either=True, form=form,
-        detail={'value': path, 'of': path})
 
 
 def _linked(builder: Builder, path: str, mechanism: Mechanism, orders: Sequence[float]
@@ -151,7 +130,7 @@ def far_off(samples: ResidualSamples, one: Hypothesis, amplitudes: np.ndarray) -
     """
     path = one.path or one.detail.get('of', '')
     given = samples.servo.numbers.get(path, 0.0)
-    level = amplitudes.mean() if 'time' in one.mechanism.variables else amplitudes[0]
+    level = amplitudes[0] if 'angle' in one.mechanism.variables else amplitudes.mean()
     ratio = value_of(samples, path, float(level)) / given if given else 0.0
     return float(0.5 * (SURE * np.log(ratio) / np.log(FAR)) ** 2) if ratio > 0.0 else 0.0
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
-from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.hypothesis import BY_RECORDING, UNKNOWN
 from .candidate_gains import Leavings
 from .choice import Choice, Fitted
 from .significance import Significance
@@ -187,9 +187,9 @@ class Search(Significance):
                      + self.price * fit.numbers + fit.far)
 
     def _nameless(self, fit: Fitted) -> int:
-        """How many members of a set have no name."""
-        return sum(self.regression.hypotheses[n].mechanism.name == UNKNOWN
-                   for n in fit.choice.numbers)
+        """How many members of a set have no name, or differ by recording without saying why."""
+        members = (self.regression.hypotheses[n].mechanism for n in fit.choice.numbers)
+        return sum(one.name == UNKNOWN or BY_RECORDING in one.variables for one in members)
 
     @property
     def singles(self) -> list[Fitted]:

@@ -1,0 +1,109 @@
+"""Values of the servo file that vary: over time, temperature or speed, or by recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+
+from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import Motion
+from ..residuals.nuisance import value_of
+from ..residuals.samples import ResidualSamples
+from .builder import Builder
+from .by_recording import apart, repeated
+from .hypothesis import BY_RECORDING, Columns, Form, Hypothesis, Mechanism
+from .orders import hats
+
+VARYING = {
+    'drive.gain': ('time', 'temperature'), 'drive.resistance': ('time', 'temperature'),
+    'drive.torque_constant': ('time', 'temperature', 'speed'),
+    'mechanism.stiffness': ('time', 'temperature'), 'mechanism.rotor_inertia': ('time',),
+    'mechanism.load_inertia': ('time',)}
+"""
+Over what a value varies beside from recording to recording.
+
+Machines warm up or pick something up. A motor at speed has less torque by its current: its field
+is weakened, or turned from where the drive takes it to be.
+"""
+
+MOMENTS = {'time': 5, 'speed': 5, 'temperature': 2}
+"""Of the range of a variable, between which such a value changes evenly."""
+CHANGES = 'torque_constant_change'
+"""Effect that a torque constant over speed or temperature is handed over with."""
+UNITS = {'time': 's', 'temperature': 'degC', 'speed': 'rad/s'}
+
+
+def varying(builder: Builder, path: str, step: float, mechanism: Mechanism
+            ) -> Iterator[Hypothesis]:
+    """Yield the hypotheses that a value varies; ``step`` is that over which its slope is taken."""
+    for variable in VARYING[path]:
+        yield from filter(None, (_over(builder, path, step, mechanism, variable),))
+    if repeated(builder):
+        yield from filter(None, (_by_recording(builder, path, step, mechanism),))
+
+
+def _over(builder: Builder, path: str, step: float, mechanism: Mechanism, variable: str
+          ) -> Hypothesis | None:
+    samples = builder.samples
+    every = [_along(one.motion, variable) for one in samples.errors]
+    low, high = (edge(edge(one) for one in every) for edge in (min, max))
+    if not high > low:
+        return None
+    moments = MOMENTS[variable]
+    knots = np.linspace(0.0 if variable == 'time' else low, high, moments)
+    table = _scaled(samples, path, step, moments,
+                    lambda one, motion: hats(_along(motion, variable), knots))
+    unit = dict(samples.servo.declarations())[path].unit
+    form = Form(variable, UNITS[variable], unit, lambda one: _along(one.motion, variable),
+                lambda x: hats(x, knots))
+    return builder.hypothesis(
+        replace(mechanism, variables=(*mechanism.variables, variable)), Columns(table),
+        [int(variable != 'temperature')] * moments, tuple(knots), either=True, form=form,
+        detail={'value': path, 'of': path, 'is': partial(value_of, samples, path)} | (
+            {'law': CHANGES} if path == 'drive.torque_constant' and variable != 'time' else {}))
+
+
+def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism
+                  ) -> Hypothesis | None:
+    samples = builder.samples
+    table = _scaled(samples, path, step, len(samples.errors), lambda one, motion: apart(
+        samples.errors, lambda _: np.ones((len(motion.rows), 1)), one))
+    return builder.hypothesis(
+        replace(mechanism, variables=(BY_RECORDING,)), Columns(table),
+        [0] * table.shape[1], detail={'of': path, 'told': partial(_told, samples, path)})
+
+
+def _told(samples: ResidualSamples, path: str, amplitudes: np.ndarray, servo: Servo) -> str:
+    """Return between what a value lies, in words."""
+    values = [value_of(samples, path, float(one)) for one in amplitudes]
+    return f'{min(values):.3g} to {max(values):.3g} {servo.unit(path)}'.strip() + ', by recording'
+
+
+def _along(motion: Motion, variable: str) -> np.ndarray:
+    """Return a variable at the inner samples of a motion."""
+    if variable == 'time':
+        return motion.time
+    return np.abs(motion['motor_speed']) if variable == 'speed' else motion[variable]
+
+
+def _scaled(samples: ResidualSamples, path: str, step: float, width: int,
+            of: Callable[[EquationErrors, Motion], np.ndarray]) -> np.ndarray:
+    """
+    Return what a value does to all residuals, times a series of each recording: (samples, width).
+
+    ``of(errors, motion)`` returns the series at the inner samples of the motion.
+    """
+    def columns(one: EquationErrors, name: str, change: np.ndarray) -> np.ndarray:
+        motion = one.motion_of(name)
+        series: Sequence[np.ndarray] | np.ndarray = of(one, motion)
+        at = one.test(name).centres(len(one.measured.recording)) - motion.test.reach
+        return change[:, None] * np.asarray(series)[np.clip(at, 0, len(series) - 1)]
+
+    return samples.place({number: {name: columns(one, name, change)
+                                   for name, change in one.slope(path, step).items()}
+                          for number, one in enumerate(samples.errors)}, width)

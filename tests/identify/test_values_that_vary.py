@@ -1,0 +1,58 @@
+"""Values of the file that vary over temperature or speed, or from recording to recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_selection import recorded, SERVO
+
+from servo_identify.diagnose.diagnose import diagnose
+
+CONSTANT = 'drive.torque_constant'
+
+
+def weak(recording, share, temperature=None):
+    """Return a recording that took more current, of a motor with this share of its torque."""
+    columns = recording.columns | {'current': recording.columns['current'] / share,
+                                   'voltage': recording.columns['voltage'] / share}
+    if temperature is not None:
+        columns['temperature'] = np.full(len(recording), temperature)
+    return replace(recording, columns=columns)
+
+
+def report_of(recordings):
+    *first, second, third = recordings
+    return diagnose(first, SERVO, [second], [third]).report
+
+
+@pytest.mark.slow
+def test_a_torque_constant_that_falls_with_temperature_has_its_curve():
+    several = [weak(recorded(SERVO, seed), 1.0 - 0.04 * seed, 20.0 + 10.0 * seed)
+               for seed in range(6)]
+    one, = report_of(several).which
+    assert (one.effect, one.site) == ('torque_constant_error', 'motor')
+    assert one.mechanism['variables'] == ['current', 'temperature']
+    rise = np.polyfit(one.curve['x'], one.curve['y'], 1)[0] / SERVO.numbers[CONSTANT]
+    assert rise == pytest.approx(-0.004, rel=0.3)
+    assert 'degC' in one.change
+
+
+@pytest.mark.slow
+def test_without_a_temperature_it_differs_by_recording():
+    several = [weak(recorded(SERVO, seed), 1.0 - 0.06 * seed) for seed in range(6)]
+    one, = report_of(several).which
+    assert one.effect == 'torque_constant_error' and 'by recording' in one.change
+
+
+@pytest.mark.slow
+def test_a_field_that_is_weakened_shows_over_speed():
+    def fading(seed):
+        one = recorded(SERVO, seed)
+        speed = np.gradient(one.columns['motor_position'], one.period)
+        smooth = np.convolve(speed, np.ones(41) / 41.0, 'same')
+        return weak(one, 1.0 - 0.3 * (smooth / np.max(np.abs(smooth)))**2)
+
+    one, = report_of([fading(seed) for seed in (1, 2, 3)]).which
+    assert one.effect == 'torque_constant_error'
+    assert one.mechanism['variables'] == ['current', 'speed']
+    assert one.curve['y'][0] > one.curve['y'][-1]
