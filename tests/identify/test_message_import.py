@@ -120,6 +120,14 @@ def test_a_joint_that_some_messages_leave_out_is_missing_there_alone(tmp_path):
     assert any('load_position begins in row 101' in said for said in one.warnings)
 
 
+def test_a_joint_whose_name_is_a_number_is_taken_by_its_name(tmp_path):
+    mapping = tmp_path / 'mapping.yaml'
+    mapping.write_text((CONFIG / 'imports' / 'joint_state.yaml').read_text().replace(
+        'position[joint]', 'position[0]'))
+    one, = read_recordings([moving(tmp_path, START, names=('joint', '0'))], SERVO, mapping)
+    assert (one['load_position'] == 9.0).all()
+
+
 @pytest.mark.parametrize(('source', 'words'), [
     ('/joint_state.position[joint]', ['no topic', '/joint_states']),
     ('/joint_states.position[elbow]', ["no 'elbow'", "'wrist', 'joint'"]),

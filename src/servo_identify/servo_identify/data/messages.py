@@ -221,13 +221,15 @@ def _listed(owners: list[Any]) -> list[str]:
 
 
 def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> Any:
-    index = int(which) if which.isdigit() else None
+    index = None
     named: list[str] = []
     for owner in reversed(seen):
         names = _listed([owner])
         named += names
         if index is None and which in names:
             index = names.index(which)
+    if index is None and which.isdigit():
+        index = int(which)
     if index is None:
         raise _NotListed(f'{path}: {source}: there is no {which!r}; '
                          f'{or_what(which, named, "names are")}')

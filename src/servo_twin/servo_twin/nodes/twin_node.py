@@ -191,7 +191,7 @@ class TwinNode(ManagedNode):
         twin = self._lockstep.twin
         self._outputs[0].publish(self._prediction.filled(
             prediction, twin.period, restarts=twin.restarts))
-        self._health.predicted(len(samples), self._age(prediction, now))
+        self._health.predicted(samples, self._age(prediction, now))
         for residual in due:
             self._compare(residual, now)
 
