@@ -24,6 +24,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.task import Future
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
 
@@ -33,6 +34,7 @@ from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
 from ..given_parameters import refuse_unknown, UnknownParameter
+from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import adapter_parameters
@@ -71,6 +73,8 @@ class Adapter(Node):
         self._since: dict[str, float] = {}
         self._found = AdapterFindings(self.stream, self.health)
         self._counted = 0.0
+        self.finished: Future = Future()
+        self._namesake = Namesake(self, self._give_way)
         self._diagnoser = Diagnoser(self, self.health, self._facts, GROUPS)
         self.create_timer(LOOK_EVERY, self._look, clock=STEADY)
 
@@ -150,9 +154,15 @@ class Adapter(Node):
         self._found.tell_time(now, self.settings.silence)
         self._diagnoser.look(now, self.settings.diagnostics_period)
 
+    def _give_way(self, why: str) -> None:
+        self.health.trouble('topics.namesake', why, self._now())
+        self._diagnoser.say_goodbye(self._now())
+        self.finished.set_result(why)
+
     def _facts(self) -> dict[str, str]:
         stream = self.stream
-        facts = {'state': 'adapting' if stream.running else 'listening',
+        facts = {PROCESS: self._namesake.process,
+                 'state': 'adapting' if stream.running else 'listening',
                  'joint': self.settings.joint, 'samples': str(stream.samples),
                  'samples left out': str(stream.lost), 'restarts': str(stream.restarts),
                  'messages out of order': str(stream.late)}
@@ -191,7 +201,7 @@ def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the adapter until told to stop; 2: a bad parameter or mapping."""
+    """Run the adapter until told to stop; 1: another has its name, 2: it cannot start."""
     sys.setswitchinterval(5e-4)
     ending = Ending()
     start_ros(arguments)
@@ -205,11 +215,12 @@ def main(arguments: list[str] | None = None) -> int:
     executor = EventsExecutor()
     try:
         executor.add_node(node)
-        ending.spin(executor)
+        ending.spin(executor, node.finished)
     finally:
+        refused = node.finished.done()
         node.destroy_node()
         rclpy.try_shutdown()
-    return 0
+    return int(refused)
 
 
 if __name__ == '__main__':

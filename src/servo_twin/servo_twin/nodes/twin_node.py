@@ -20,6 +20,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 
 from servo_twin_msgs.msg import Event, Prediction, Residual
 
@@ -34,6 +35,7 @@ from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .given_parameters import refuse_unknown, UnknownParameter
 from .managed_node import ManagedNode
+from .namesake import Namesake, PROCESS
 from .node_help import asked_for_help
 from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
@@ -62,6 +64,8 @@ class TwinNode(ManagedNode):
         self._active = False
         self._declaring = False
         self._told = self._failure = ''
+        self.finished: Future = Future()
+        self._namesake = Namesake(self, self._give_way)
         self._prediction = conversion.Outgoing(Prediction)
         self._residual = conversion.Outgoing(Residual)
         self._plots: PlotResiduals | None = None
@@ -304,6 +308,12 @@ class TwinNode(ManagedNode):
 
     # Health.
 
+    def _give_way(self, why: str) -> None:
+        """Answer no further sample, and end."""
+        self._active, self._failure = False, why
+        self._report()
+        self.finished.set_result(why)
+
     def _report(self) -> None:
         label = self._state_machine.current_state[1]
         if self._active:
@@ -313,7 +323,8 @@ class TwinNode(ManagedNode):
             level, said, facts = ERROR, self._failure, {}
         else:
             level, said, facts = OK, label, {}
-        facts = {'lifecycle': label, 'servo': self._servo.name if self._servo else 'none',
+        facts = {PROCESS: self._namesake.process, 'lifecycle': label,
+                 'servo': self._servo.name if self._servo else 'none',
                  'mode': self.settings.mode, **facts}
         facts |= {f'readers of twin/{output.topic_name.rpartition("/")[2]}':
                   str(output.get_subscription_count()) for output in self._outputs}
@@ -325,10 +336,10 @@ class TwinNode(ManagedNode):
         self._told = said
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the twin node until it is told to stop."""
+def main(arguments: list[str] | None = None) -> int:
+    """Run the twin node until it is told to stop; 1: another has its name."""
     if asked_for_help('twin_node', __doc__, 'config/twin.yaml'):
-        return
+        return 0
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
     ending = started(arguments)
     node = TwinNode()
@@ -340,12 +351,14 @@ def main(arguments: list[str] | None = None) -> None:
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
                 node.trigger_activate()
         ending.then = node.rest
-        ending.spin(executor)
+        ending.spin(executor, node.finished)
     finally:
+        refused = node.finished.done()
         loading.close()
         node.destroy_node()
         rclpy.try_shutdown()
+    return int(refused)
 
 
 if __name__ == '__main__':
-    main()
+    raise SystemExit(main())
