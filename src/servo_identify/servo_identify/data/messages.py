@@ -3,7 +3,9 @@ Messages of any file as a table: what a mapping file names, joined in time.
 
 A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a number
 or a name that the message lists in ``name``, ``joint_names`` or ``interface_names``:
-``/joint_states.position[elbow]``; a message without this name holds no number of it.
+``/joint_states.position[elbow]``. A message without this name holds no number of it. One without
+any of the names is left out, for other nodes may publish joints of their own on the topic.
+
 ``TOPIC.stamp`` is the time in s (:mod:`.message_times`). The topic of the mapping's time gives the
 rows.
 """
@@ -96,27 +98,32 @@ def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], 
             of_topic.setdefault(topic, []).append((source, parts))
         stamps, received = ({topic: new('q') for topic in of_topic} for _ in range(2))
         values = {source: new('d') for source in wanted}
-        empty, never = set(of_topic), dict[str, ValueError]()
+        empty, never, listed = set(of_topic), dict[str, ValueError](), set[str]()
         for message in file.messages(of_topic):
-            first = message.topic in empty
             empty.discard(message.topic)
-            stamps[message.topic].append(stamp_of(message.content))
-            received[message.topic].append(message.received)
+            numbers, lacking = dict[str, float](), dict[str, ValueError]()
             for source, parts in of_topic[message.topic]:
                 if parts == ['stamp']:
                     continue
                 try:
-                    values[source].append(_value(path, source, message.content, parts))
-                    never.pop(source, None)
+                    numbers[source] = _value(path, source, message.content, parts)
                 except _NotListed as problem:
-                    values[source].append(np.nan)
-                    if first:
-                        never[source] = problem
+                    numbers[source], lacking[source] = np.nan, problem
+            never.update((source, problem) for source, problem in lacking.items()
+                         if source not in never)
+            if numbers and len(lacking) == len(numbers):
+                continue  # of another node, which publishes other joints on the same topic
+            listed.update(numbers.keys() - lacking.keys())
+            stamps[message.topic].append(stamp_of(message.content))
+            received[message.topic].append(message.received)
+            for source, number in numbers.items():
+                values[source].append(number)
     leading = plans[time][0]
     if leading in empty:
         raise ValueError(f'{path}: there is no message on {leading}')
-    for problem in never.values():
-        raise problem
+    for source, problem in never.items():
+        if source not in listed:
+            raise problem
     return Taken(path, leading, {source: '' if parts == ['stamp'] else topic
                                  for source, (topic, parts) in plans.items()}, stamps, received,
                  values)
