@@ -170,16 +170,21 @@ def judge(changes: list[Parameter], now: dict[str, Any], configured: bool) -> Se
         if configured and not declared.live and change.value != now[change.name]:
             return SetParametersResult(successful=False, reason=(
                 f'{change.name} takes effect at configure; clean the node up first'))
-        if declared.choices and change.value not in declared.choices:
-            return SetParametersResult(successful=False, reason=(
-                f'{change.name} = {change.value!r}; it is one of {list(declared.choices)}'))
         then[change.name] = change.value
     reason = contradiction(then)
     return SetParametersResult(successful=not reason, reason=reason)
 
 
 def contradiction(of: dict[str, Any]) -> str:
-    """Return what two parameters say against each other, empty when nothing."""
+    """
+    Return what parameters say against each other or their choices, empty when nothing.
+
+    ROS itself refuses what is out of a range.
+    """
+    for declared in DECLARED:
+        if declared.choices and of[declared.name] not in declared.choices:
+            return (f'{declared.name} = {of[declared.name]!r}; it is one of '
+                    f'{list(declared.choices)}')
     if of['limit.position_lower'] > of['limit.position_upper']:
         return (f"limit.position_lower = {of['limit.position_lower']} rad is above "
                 f"limit.position_upper = {of['limit.position_upper']} rad")
