@@ -7,6 +7,7 @@ import pytest
 from servo_twin.balances.goodness_of_fit import fit_of
 from servo_twin.balances.residual_filters import Balances
 from servo_twin.description.servo_file import load
+from servo_twin.lockstep.lockstep import Settings
 from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
@@ -71,6 +72,16 @@ def test_a_recording_that_begins_in_motion_is_no_gap_of_the_controller(lag):
     moving = whole.part(whole.sequence + 300, whole.sequence + len(whole))
     assert over_noise(whole, servo)['controller'] < 1.2
     assert over_noise(moving, servo)['controller'] < 1.2
+
+
+@pytest.mark.parametrize('lag', [0.0, 0.01])
+def test_a_loop_that_is_closed_in_motion_makes_no_bump(lag):
+    servo = load(SERVO).with_values({'controller.filter': lag})
+    whole = bench_recording(of=servo)
+    moving = whole.part(whole.sequence + 300, whole.sequence + len(whole))
+    off = answer(moving, servo, Settings(mode='closed_loop')).prediction['voltage'] - (
+        moving['voltage'])
+    assert np.abs(off[:500]).max() < 0.1  # V; 2.0 where the loop began at a speed of zero
 
 
 def test_another_gain_is_seen_in_a_recording_that_begins_in_motion():
