@@ -8,7 +8,9 @@ import pytest
 import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
 
+from servo_rig_driver.given_parameters import _fits
 from servo_rig_driver.managed_node import ManagedNode
+from servo_twin.nodes.given_parameters import _fits as fits_of_twin
 from servo_twin.nodes.managed_node import ManagedNode as ManagedTwin
 
 pytestmark = pytest.mark.ros
@@ -35,6 +37,29 @@ def test_an_argument_that_ros_does_not_know_is_named():
     assert ended.returncode == 2
     assert ended.stderr.strip() == (
         "driver_node: behind --ros-args, ROS knows no ['--parms-file', 'x']")
+
+
+@pytest.mark.parametrize(('module', 'name'), [
+    (NODES[0], 'driver'), (NODES[1], 'adapter'), (NODES[2], 'recorder')])
+@pytest.mark.parametrize('part', ['/hip/{}', '{}'])
+def test_a_file_for_a_node_of_another_namespace_is_not_passed_over(module, name, part, tmp_path):
+    file = tmp_path / 'mine.yaml'
+    file.write_text(f'{part.format(name)}:\n  ros__parameters: {{use_sim_time: false}}\n')
+    ended = subprocess.run(
+        [sys.executable, '-m', module, '--ros-args', '-r', '__ns:=/knee', '--params-file', file],
+        capture_output=True, text=True, timeout=60.0)
+    assert ended.returncode == 2
+    assert f'and this node is /knee/{name}: none of its values would be taken' in ended.stderr
+
+
+@pytest.mark.parametrize('fits', [_fits, fits_of_twin])
+@pytest.mark.parametrize(('part', 'name', 'is_for'), [
+    ('/**', '/a/b/driver', True), ('/**/driver', '/driver', True),
+    ('/**/driver', '/a/b/driver', True), ('/*/driver', '/a/driver', True),
+    ('/*/driver', '/a/b/driver', False), ('/a/driver', '/a/driver', True),
+    ('/driver', '/a/driver', False), ('/a.b/*', '/acb/driver', False)])
+def test_the_parts_of_a_file_are_for_the_nodes_that_ros_takes_them_for(fits, part, name, is_for):
+    assert fits(part, name) is is_for
 
 
 def test_a_choice_that_there_is_not_is_named_with_those_that_there_are():
