@@ -11,6 +11,7 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from servo_identify.cli import main
 from servo_identify.data.check import check
 from servo_identify.data.message_times import stamp_of
+from servo_identify.data.messages import fields_of
 from servo_identify.data.reading import read_recordings
 from servo_twin.description.servo_file import load
 
@@ -140,6 +141,12 @@ def test_a_joint_that_was_missing_for_a_while_leaves_a_hole(tmp_path):
     assert np.isnan(one['load_position'][100:200]).all()
     assert np.allclose(one['load_position'][200:], angle(np.arange(200, COUNT)), atol=1e-9)
     assert any('lie in holes' in said for said in one.warnings)
+
+
+def test_init_is_told_the_joints_of_all_who_publish_them(tmp_path):
+    found = fields_of(moving(tmp_path, START, others=('finger',)))
+    assert {f'/joint_states.position[{joint}]' for joint in ('wrist', 'joint', 'finger')} <= set(
+        found)
 
 
 def test_it_says_that_a_clock_was_set_back(tmp_path):

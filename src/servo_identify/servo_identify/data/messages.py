@@ -31,6 +31,7 @@ from .table import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
+LOOKED = 200  # messages in which the fields of a file are sought
 _DEEPEST, _LONGEST = 6, 32  # of fields within fields, of rows whose elements are listed
 
 
@@ -154,18 +155,19 @@ def fields_of(path: Path) -> dict[str, str]:
     """
     Return all numbers of a file of messages, as sources, with the type of their message.
 
-    Taken from the first message of each topic; ``TOPIC.stamp`` is the first of each.
+    Taken from the first message of each topic, and from all of the first LOOKED messages, as
+    several nodes may publish joints of their own; ``TOPIC.stamp`` is the first of each.
     """
     with opened(path) as file:
         found, waiting = dict[str, str](), set(file.topics)
-        for message in file.messages(waiting.copy()):
-            if message.topic in waiting:
-                waiting.remove(message.topic)
-                found[f'{message.topic}.stamp'] = message.kind
+        for count, message in enumerate(file.messages(waiting.copy()), 1):
+            if message.topic in waiting or count <= LOOKED:
+                waiting.discard(message.topic)
+                found.setdefault(f'{message.topic}.stamp', message.kind)
                 for field in _numbers(message.content, [message.content]):
-                    found[message.topic + field] = message.kind
-                if not waiting:
-                    break
+                    found.setdefault(message.topic + field, message.kind)
+            if not waiting and count >= LOOKED:
+                break
     return found
 
 
