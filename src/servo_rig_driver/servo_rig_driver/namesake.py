@@ -6,12 +6,14 @@ from collections.abc import Callable
 from datetime import datetime, UTC
 from os import getpid
 from socket import gethostname
+from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 PROCESS = 'process'
 STALE = 60.0  # s
+SILENT = 3.0  # s in which one that runs is heard: its reports come every second
 
 
 class Namesake:
@@ -30,7 +32,22 @@ class Namesake:
         self.process = f'{begun} {gethostname()} {getpid()}'
         self._node, self._then = node, then
         self._told = False
+        self._began = monotonic()
+        self._seen_from: float | None = None
         node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+
+    def alone(self, looked: float) -> bool:
+        """
+        Tell whether no other of this name runs; not before this one has looked for so long, s.
+
+        One that was killed stays in the graph for 20 s, but is not heard.
+        """
+        own = self._node.get_name(), self._node.get_namespace()
+        if self._node.get_node_names_and_namespaces().count(own) < 2:
+            return monotonic() >= self._began + looked
+        if self._seen_from is None:
+            self._seen_from = monotonic()
+        return monotonic() > self._seen_from + SILENT
 
     def _hear(self, message: DiagnosticArray) -> None:
         stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec

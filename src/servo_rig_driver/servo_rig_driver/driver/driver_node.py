@@ -281,7 +281,8 @@ class Driver(ManagedNode):
     def _start_by_itself(self, now: int) -> None:
         label = self._state_machine.current_state[1]
         since = abs(now - self._tried_at)  # ROS time may have been set back
-        if label == 'unconfigured' and since > self._values['retry_period'] * 1e9:
+        if label == 'unconfigured' and since > self._values['retry_period'] * 1e9 and (
+                self._namesake.alone(self._values['graph_listen_time'])):
             if self.trigger_configure() == SUCCESS:
                 self.trigger_activate()
             self._tried_at = self._ros_now()  # a try may take longer than the pause between two

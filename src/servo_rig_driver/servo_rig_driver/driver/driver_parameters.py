@@ -124,6 +124,8 @@ DECLARED = (
     Declared('heartbeat_timeout', 0.5, 's', 'A node not heard for so long is lost', 0.02, 30.0),
     Declared('listen_time', 0.3, 's', 'How long to listen for another driver before speaking',
              0.05, 10.0),
+    Declared('graph_listen_time', 3.3, 's', 'How long to look for another driver of the same full '
+             'name before starting by itself; DDS announces a process every 3 s', 0.0, 60.0),
     Declared('retry_period', 0.5, 's', 'Time between two tries to reach the bus or the rig',
              0.05, 60.0),
     Declared('fault_resets', 5, '', 'Fault resets before the drive is given up; forgiven after '
