@@ -18,7 +18,6 @@ LONGER = {
     'servo_twin/bag/mcap_reading.py': 'one pass over the records of a file',
     'servo_twin/description/servo_file.py': 'one file format, read and written side by side',
     'servo_twin/lockstep/twin.py': 'one twin: steps, gaps and restarts share its state',
-    'servo_twin/nodes/twin_node.py': 'one lifecycle node: transitions share the lockstep',
     'servo_twin/physics/kernel.py': 'one text that is compiled, made part by part',
     'servo_twin/physics/servo.py': 'one object that all else is read off',
     'servo_twin/simulators/to_model/as_joint.py': 'one function for each part that is translated',

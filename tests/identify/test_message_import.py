@@ -9,8 +9,11 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from servo_identify.cli import main
+from servo_identify.data.check import check
 from servo_identify.data.message_times import stamp_of
+from servo_identify.data.messages import fields_of
 from servo_identify.data.reading import read_recordings
+from servo_twin.description.servo_file import load
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 SERVO = CONFIG / 'servos' / 'rv_plain.yaml'
@@ -80,14 +83,21 @@ def test_it_reads_own_messages_by_the_definitions_in_the_bag(bag, tmp_path):
     assert np.allclose(read['current'], 0.02 * np.arange(COUNT))
 
 
-def moving(folder, clock=0, names=('wrist', 'joint'), without=range(0), rate=1.0):
-    """Write a joint of 200 Hz whose header counts from a ``clock``, and a command without one."""
+def moving(folder, clock=0, names=('wrist', 'joint'), without=range(0), rate=1.0, others=(),
+           later=0, back=0):
+    """
+    Write a joint of 200 Hz whose header counts from a ``clock``, and a command without one.
+
+    ``others`` are joints that another node publishes, so many ns ``later``. Half way through the
+    clock is set ``back``, ns.
+    """
     with Writer(folder / 'log', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         joints = writer.add_connection('/joint_states', 'sensor_msgs/msg/JointState',
                                        typestore=STORE)
         command = writer.add_connection('/command', 'std_msgs/msg/Float64', typestore=STORE)
         for k in range(COUNT):
             came = START + int(k * PERIOD / rate)
+            clock -= back if k == COUNT // 2 else 0
             order = list(names) if k % 3 else list(reversed(names))
             here = [name for name in order if name != 'joint' or k not in without]
             content = T['sensor_msgs/msg/JointState'](
@@ -96,6 +106,11 @@ def moving(folder, clock=0, names=('wrist', 'joint'), without=range(0), rate=1.0
                 velocity=np.array([]), effort=np.array([]))
             writer.write(joints, came + 100_000,
                          STORE.serialize_cdr(content, 'sensor_msgs/msg/JointState'))
+            if others:
+                content.header, content.name = header(clock + k * PERIOD + later), list(others)
+                content.position = np.zeros(len(others))
+                writer.write(joints, came + 120_000 + later,
+                             STORE.serialize_cdr(content, 'sensor_msgs/msg/JointState'))
             writer.write(command, came + 150_000, STORE.serialize_cdr(
                 T['std_msgs/msg/Float64'](data=float(k)), 'std_msgs/msg/Float64'))
     return folder / 'log'
@@ -112,12 +127,53 @@ def test_a_topic_of_another_clock_is_joined_by_its_receipt(tmp_path, clock, rate
     assert any('another clock than /command' in said for said in one.warnings)
 
 
-def test_a_joint_that_some_messages_leave_out_is_missing_there_alone(tmp_path):
+def test_messages_without_the_joint_are_no_rows_of_it(tmp_path):
     one, = read_recordings([moving(tmp_path, START, without=range(100))], SERVO,
                            CONFIG / 'imports' / 'joint_state.yaml')
-    assert np.isnan(one['load_position'][:100]).all()
-    assert np.allclose(one['load_position'][100:], angle(np.arange(100, COUNT)), atol=1e-12)
-    assert any('load_position begins in row 101' in said for said in one.warnings)
+    assert len(one) == COUNT - 100
+    assert np.allclose(one['load_position'], angle(np.arange(100, COUNT)), atol=1e-12)
+
+
+def test_a_joint_that_was_missing_for_a_while_leaves_a_hole(tmp_path):
+    one, = read_recordings([moving(tmp_path, START, without=range(100, 200))], SERVO,
+                           CONFIG / 'imports' / 'joint_state.yaml')
+    assert len(one) == COUNT
+    assert np.isnan(one['load_position'][100:200]).all()
+    assert np.allclose(one['load_position'][200:], angle(np.arange(200, COUNT)), atol=1e-9)
+    assert any('lie in holes' in said for said in one.warnings)
+
+
+def test_init_is_told_the_joints_of_all_who_publish_them(tmp_path):
+    found = fields_of(moving(tmp_path, START, others=('finger',)))
+    assert {f'/joint_states.position[{joint}]' for joint in ('wrist', 'joint', 'finger')} <= set(
+        found)
+
+
+def test_it_says_that_a_clock_was_set_back(tmp_path):
+    log = moving(tmp_path, clock=START, back=503_700_000)
+    one, = read_recordings([log], SERVO, CONFIG / 'imports' / 'joint_state.yaml')
+    said = next(said for said in one.warnings if 'go back by' in said)
+    assert said.startswith(f'the stamps of /joint_states go back by 0.4987 s in message '
+                           f'{COUNT // 2 + 1}: its clock was set')
+    assert any(found.action.startswith('cut the recording there')
+               for found in check([one], load(SERVO)) if 'go back by' in found.sentence)
+
+
+@pytest.mark.parametrize('later', [0, 1_300_000])
+def test_a_gripper_on_the_same_topic_costs_no_row_of_the_arm(tmp_path, later):
+    log = moving(tmp_path, START, others=('finger',), later=later)
+    one, = read_recordings([log], SERVO, CONFIG / 'imports' / 'joint_state.yaml')
+    assert len(one) == COUNT and one.period == pytest.approx(0.005)
+    assert np.allclose(one['load_position'], angle(np.arange(COUNT)), atol=1e-12)
+    assert not any('missing' in said or 'not even' in said for said in one.warnings)
+
+
+def test_a_joint_whose_name_is_a_number_is_taken_by_its_name(tmp_path):
+    mapping = tmp_path / 'mapping.yaml'
+    mapping.write_text((CONFIG / 'imports' / 'joint_state.yaml').read_text().replace(
+        'position[joint]', 'position[0]'))
+    one, = read_recordings([moving(tmp_path, START, names=('joint', '0'))], SERVO, mapping)
+    assert (one['load_position'] == 9.0).all()
 
 
 @pytest.mark.parametrize(('source', 'words'), [

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from servo_twin.description.servo_file import dumps, load
+from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import COLUMNS, PREDICTED, Recording
 
@@ -13,10 +14,14 @@ SERVO = Path(__file__).resolve().parents[2] / 'config' / 'servos' / 'rv_bench.ya
 
 
 def bench_recording(seconds: float = 2.0, coulomb: float = 22.0, start: float = 100.0,
-                    sequence: int = 17) -> Recording:
-    """Return two sines of load speed of a bench with this Coulomb friction (N m) and noise."""
+                    sequence: int = 17, of: Servo | None = None) -> Recording:
+    """
+    Return two sines of load speed of a bench with this Coulomb friction (N m) and noise.
+
+    ``of``: the servo that it is made of and holds, if it is not the shipped one.
+    """
     period = 1e-3
-    servo = load(SERVO)
+    servo = load(SERVO) if of is None else of
     rig = servo.with_values({'effects.coulomb.level': coulomb})
     time = np.arange(round(seconds / period)) * period
     columns = {name: np.full(len(time), np.nan) for name in COLUMNS}

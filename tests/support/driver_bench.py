@@ -50,7 +50,8 @@ class DriverProcess:
     def __init__(self, namespace: str, file: Path | None = None,
                  start: tuple[str, str] = ('-m', 'servo_rig_driver.driver.driver_node'),
                  **values: Any) -> None:
-        values = {'autostart': 'true', **values}
+        # alone as it is in its namespace it need not look for others
+        values = {'autostart': 'true', 'graph_listen_time': 0.0, **values}
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
             [sys.executable, *start, '--ros-args', '--params-file', str(CONFIG),

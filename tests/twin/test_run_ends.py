@@ -152,7 +152,7 @@ def test_ctrl_z_takes_the_drive_down_at_once_though_the_player_hangs(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize('hung', ['driver', 'twin'])
+@pytest.mark.parametrize('hung', ['driver', 'twin', 'player'])
 def test_it_ends_where_a_node_stands_still_and_says_which(tmp_path, hung):
     with running(tmp_path, view=False) as run:
         since = monotonic()

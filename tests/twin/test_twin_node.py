@@ -13,11 +13,14 @@ import rclpy
 from twin_graph import BENCH, ends_of, PERIOD, samples
 
 from servo_twin.description import servo_file
+from servo_twin.lockstep.lockstep import Lockstep, Settings
 from servo_twin.lockstep.twin import Twin
 from servo_twin.nodes.message_conversion import to_time
 from servo_twin.nodes.servo_loading import ServoLoading
 from servo_twin.nodes.twin_health import TwinHealth
+from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.recording import BALANCES
+from servo_twin.recording.waiting_blocks import WaitingBlocks
 from servo_twin_msgs.msg import Current, Encoder, Torque
 from servo_twin_msgs.srv import LoadServo
 
@@ -184,6 +187,27 @@ def test_a_level_rises_at_once_and_falls_when_it_stayed_better_for_a_while():
     well, lost = (0, 'well'), (1, 'lost')
     told = [health._steady(*each)[0] for each in (well, lost, well, lost, well, well, well)]
     assert told == [0, 1, 1, 1, 1, 1, 0]
+
+
+@pytest.mark.parametrize(('lost', 'level', 'said'), [
+    ((), 0, 'the rig does what the twin says'),
+    (('voltage',), 1, 'no command is known (voltage): the twin runs on the last one, or on none'),
+    (('voltage', 'motor_position', 'load_position'), 1, 'nothing can be compared'),
+    (('torque',), 1, 'not known: torque')])
+def test_it_does_not_call_well_what_nobody_measured(lost, level, said):
+    health = TwinHealth()
+    line = Lockstep(servo_file.loads(BENCH), PERIOD, Settings(catch=0.0))
+    quiet = np.zeros((200, len(CHANNELS)))
+    for name in lost:
+        quiet[:, CHANNELS.index(name)] = np.nan
+    for begin in (0, 200):
+        _, due = line.step(begin, 0, quiet)
+        health.predicted(quiet, 0.0)
+    for residual in due:
+        health.compared(residual.values, 0.0)
+    found = health.report(line, 0, (), WaitingBlocks())
+    assert found[0] == level and said in found[1]
+    assert found[2].get('not known', '').split(', ')[-1] in ('', *lost)
 
 
 def test_its_service_follows_the_remaps_of_the_process_under_a_name_of_its_own():

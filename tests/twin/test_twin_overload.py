@@ -13,6 +13,7 @@ from twin_graph import PERIOD, Rig, samples
 import yaml
 
 from servo_twin.nodes.twin_node import SUCCESS, TwinNode
+from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.waiting_blocks import Block, WaitingBlocks
 
 pytestmark = pytest.mark.ros
@@ -107,9 +108,10 @@ def test_what_waited_on_its_way_to_the_twin_counts_though_few_samples_did():
     from servo_twin.nodes.twin_health import TwinHealth, WARN
     for first, told in ((0.002, True), (1e9, False)):  # stamps of our own clock, and of another
         health, waiting = TwinHealth(), WaitingBlocks()
-        health.predicted(1, first)
+        sample = np.zeros((1, len(CHANNELS)))
+        health.predicted(sample, first)
         health.report(None, 0, (), waiting)
-        health.predicted(1, first + 15.0)
+        health.predicted(sample, first + 15.0)
         level, said, facts = health.report(None, 0, (), waiting)
         assert ('behind the rig by 15.0' in said) is told
         assert (level == WARN) is told

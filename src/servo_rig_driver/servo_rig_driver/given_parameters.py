@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+import re
+import sys
+from typing import Any
+
 from rclpy.node import Node
+import yaml
 
 from .nearest_name import or_what
 
@@ -18,6 +26,9 @@ def refuse_unknown(node: Node) -> None:
     """
     Raise UnknownParameter for what was given at the start and is not declared by now.
 
+    So it is of a file whose parts are all of nodes of this name in other namespaces: ROS would
+    leave the file out, and the node would run with values that nobody chose.
+
     A node cannot see who a value was meant for: ``-p`` and a launch file reach it as ``/**`` of a
     file does. A file for several nodes therefore gives each its own part, as ``/**/driver:``.
     """
@@ -28,3 +39,26 @@ def refuse_unknown(node: Node) -> None:
                 f'{node.get_name()} has no parameter {name!r}, which was given at its start; '
                 f'{or_what(name, declared)}. In a file for several nodes, write it below the '
                 'node that has it')
+    name = node.get_fully_qualified_name()
+    for file in (after for word, after in pairwise(sys.argv) if word == '--params-file'):
+        parts = list(_parts_of(yaml.safe_load(Path(file).read_text('utf8'))))
+        own = [part for part in parts if part.rpartition('/')[2] == node.get_name()]
+        if own and not any(_fits(part, name) for part in parts):
+            raise UnknownParameter(f'{file} is of {own}, and this node is {name}: none of its '
+                                   f'values would be taken; write /**/{node.get_name()} there')
+
+
+def _parts_of(file: Any, above: str = '') -> Iterator[str]:
+    """Return the names of nodes, which may hold * and **, that a parameter file is of."""
+    for key, inner in file.items() if isinstance(file, dict) else ():
+        if key == 'ros__parameters':
+            yield above
+        else:
+            yield from _parts_of(inner, f'{above}/{str(key).strip("/")}')
+
+
+def _fits(part: str, name: str) -> bool:
+    """Tell whether a part of a parameter file is for a node of a full name."""
+    tokens = {'**': '(/[^/]+)*', '*': '/[^/]+'}
+    return re.fullmatch(''.join(tokens.get(token, '/' + re.escape(token))
+                                for token in part.strip('/').split('/')), name) is not None

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 
 class ManagedNode(LifecycleNode):
     """
+    Says what broke in a transition, which rclpy keeps to itself.
+
     Answers a transition that does not fit the state with FAILURE, and says which would fit.
 
     rclpy does so for a transition asked for by its label. For one asked for by its id alone it
@@ -21,3 +23,12 @@ class ManagedNode(LifecycleNode):
             f'transition {transition_id} does not fit the state '
             f'{self._state_machine.current_state[1]!r}; there are {fitting}')
         return TransitionCallbackReturn.FAILURE
+
+    def _LifecycleNodeMixin__execute_callback(self, state_id: int, previous: LifecycleState
+                                              ) -> TransitionCallbackReturn:
+        callback = self._callbacks.get(state_id, lambda _: TransitionCallbackReturn.SUCCESS)
+        try:
+            return callback(previous)
+        except Exception as error:
+            self.get_logger().error(f'{callback.__name__} broke: {type(error).__name__}: {error}')
+            return TransitionCallbackReturn.ERROR

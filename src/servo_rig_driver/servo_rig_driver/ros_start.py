@@ -12,9 +12,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 import os
 from pathlib import Path
+import sys
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 import rclpy
+from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from rclpy.signals import SignalHandlerOptions
 
 TRANSPORTS, UDP = 'FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4'
@@ -24,9 +26,21 @@ PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
 def start_ros(arguments: list[str] | None = None) -> None:
-    """Start ROS without its signal handlers and, unless it is asked for, without shared memory."""
+    """
+    Start ROS without its signal handlers and, unless it is asked for, without shared memory.
+
+    Arguments that ROS cannot read, such as a parameter file that is no YAML, end the process with
+    status 2 and a sentence.
+    """
     os.environ.update(udp_alone(os.environ))
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except (RCLError, UnknownROSArgsError) as error:
+        said = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
+        if isinstance(error, UnknownROSArgsError):
+            said = f'behind --ros-args, ROS knows no {said}'
+        print(f'{Path(sys.argv[0]).stem}: {said}', file=sys.stderr)
+        raise SystemExit(2) from None
 
 
 def udp_alone(given: Mapping[str, str]) -> dict[str, str]:

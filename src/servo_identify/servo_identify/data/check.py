@@ -39,6 +39,7 @@ READER = {
     'is unusual; is t in': 'give the unit of the time in the header or the mapping, as in t [ms]',
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
+    'go back by': 'cut the recording there, or record again with one publisher and a steady clock',
     'another clock': 'nothing, where receipts are not late; a header with a stamp is better',
     'rows end before': 'nothing, where nobody filled that column',
     'the drive is off': 'nothing, where it was meant to be off',

@@ -16,6 +16,7 @@ import numpy as np
 from .message_parts import part_of
 
 CLOCK = 10**9 // 2  # ns between stamp and receipt from which on they are of two clocks
+BACK = 10**8  # ns by which stamps of one topic may go back: several publish it, or come late
 _STAMPS = ('stamp', 'timestamp')
 
 
@@ -59,9 +60,19 @@ def on_one_clock(stamps: Mapping[str, np.ndarray], received: Mapping[str, np.nda
         else:
             times[topic] = received[topic] - _late(received[topic], received[leading],
                                                    times[leading])
-    return times, tuple(f'the stamps of {leading} are of another clock than '
-                        f'{" and ".join(those)}, {off} off: they are joined by their receipt'
-                        for off, those in others.items())
+    return times, (*_set_back(leading, times[leading]), *(
+        f'the stamps of {leading} are of another clock than {" and ".join(those)}, {off} off: '
+        'they are joined by their receipt' for off, those in others.items()))
+
+
+def _set_back(topic: str, times: np.ndarray) -> tuple[str, ...]:
+    """Say where the clock of a topic was set back: two stretches then lie over one another."""
+    behind = np.maximum.accumulate(times) - times
+    if behind.max() <= BACK:
+        return ()
+    at = int(np.argmax(behind > BACK))
+    return (f'the stamps of {topic} go back by {behind[at] * 1e-9:.4g} s in message {at + 1}: its '
+            'clock was set, or two publish it, and rows of two instants are mixed',)
 
 
 def _meet(some: np.ndarray, others: np.ndarray) -> bool:

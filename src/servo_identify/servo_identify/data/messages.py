@@ -3,7 +3,9 @@ Messages of any file as a table: what a mapping file names, joined in time.
 
 A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a number
 or a name that the message lists in ``name``, ``joint_names`` or ``interface_names``:
-``/joint_states.position[elbow]``; a message without this name holds no number of it.
+``/joint_states.position[elbow]``. A message without this name holds no number of it. One without
+any of the names is left out, for other nodes may publish joints of their own on the topic.
+
 ``TOPIC.stamp`` is the time in s (:mod:`.message_times`). The topic of the mapping's time gives the
 rows.
 """
@@ -29,6 +31,7 @@ from .table import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
+LOOKED = 200  # messages in which the fields of a file are sought
 _DEEPEST, _LONGEST = 6, 32  # of fields within fields, of rows whose elements are listed
 
 
@@ -96,27 +99,32 @@ def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], 
             of_topic.setdefault(topic, []).append((source, parts))
         stamps, received = ({topic: new('q') for topic in of_topic} for _ in range(2))
         values = {source: new('d') for source in wanted}
-        empty, never = set(of_topic), dict[str, ValueError]()
+        empty, never, listed = set(of_topic), dict[str, ValueError](), set[str]()
         for message in file.messages(of_topic):
-            first = message.topic in empty
             empty.discard(message.topic)
-            stamps[message.topic].append(stamp_of(message.content))
-            received[message.topic].append(message.received)
+            numbers, lacking = dict[str, float](), dict[str, ValueError]()
             for source, parts in of_topic[message.topic]:
                 if parts == ['stamp']:
                     continue
                 try:
-                    values[source].append(_value(path, source, message.content, parts))
-                    never.pop(source, None)
+                    numbers[source] = _value(path, source, message.content, parts)
                 except _NotListed as problem:
-                    values[source].append(np.nan)
-                    if first:
-                        never[source] = problem
+                    numbers[source], lacking[source] = np.nan, problem
+            never.update((source, problem) for source, problem in lacking.items()
+                         if source not in never)
+            if numbers and len(lacking) == len(numbers):
+                continue  # of another node, which publishes other joints on the same topic
+            listed.update(numbers.keys() - lacking.keys())
+            stamps[message.topic].append(stamp_of(message.content))
+            received[message.topic].append(message.received)
+            for source, number in numbers.items():
+                values[source].append(number)
     leading = plans[time][0]
     if leading in empty:
         raise ValueError(f'{path}: there is no message on {leading}')
-    for problem in never.values():
-        raise problem
+    for source, problem in never.items():
+        if source not in listed:
+            raise problem
     return Taken(path, leading, {source: '' if parts == ['stamp'] else topic
                                  for source, (topic, parts) in plans.items()}, stamps, received,
                  values)
@@ -147,18 +155,19 @@ def fields_of(path: Path) -> dict[str, str]:
     """
     Return all numbers of a file of messages, as sources, with the type of their message.
 
-    Taken from the first message of each topic; ``TOPIC.stamp`` is the first of each.
+    Taken from the first message of each topic, and from all of the first LOOKED messages, as
+    several nodes may publish joints of their own; ``TOPIC.stamp`` is the first of each.
     """
     with opened(path) as file:
         found, waiting = dict[str, str](), set(file.topics)
-        for message in file.messages(waiting.copy()):
-            if message.topic in waiting:
-                waiting.remove(message.topic)
-                found[f'{message.topic}.stamp'] = message.kind
+        for count, message in enumerate(file.messages(waiting.copy()), 1):
+            if message.topic in waiting or count <= LOOKED:
+                waiting.discard(message.topic)
+                found.setdefault(f'{message.topic}.stamp', message.kind)
                 for field in _numbers(message.content, [message.content]):
-                    found[message.topic + field] = message.kind
-                if not waiting:
-                    break
+                    found.setdefault(message.topic + field, message.kind)
+            if not waiting and count >= LOOKED:
+                break
     return found
 
 
@@ -221,13 +230,15 @@ def _listed(owners: list[Any]) -> list[str]:
 
 
 def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> Any:
-    index = int(which) if which.isdigit() else None
+    index = None
     named: list[str] = []
     for owner in reversed(seen):
         names = _listed([owner])
         named += names
         if index is None and which in names:
             index = names.index(which)
+    if index is None and which.isdigit():
+        index = int(which)
     if index is None:
         raise _NotListed(f'{path}: {source}: there is no {which!r}; '
                          f'{or_what(which, named, "names are")}')

@@ -22,20 +22,23 @@ import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.task import Future
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
 
 from ..driver.health_report import Diagnoser
 from ..driver.message_conversion import SampleMessages, to_instant
-from ..driver.rig_health import Level, RigHealth
+from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
 from ..given_parameters import refuse_unknown, UnknownParameter
+from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import adapter_parameters
+from .adapter_findings import AdapterFindings
 from .mapped_columns import MappedColumns, MappingError, read_mapping
 from .message_field import FieldError
 from .sample_stream import SampleStream, SECOND
@@ -68,8 +71,10 @@ class Adapter(Node):
         self._heard: dict[str, float] = {}
         self._kinds: dict[str, str] = {}
         self._since: dict[str, float] = {}
-        self._told = {'lost': 0, 'restarts': 0}
+        self._found = AdapterFindings(self.stream, self.health)
         self._counted = 0.0
+        self.finished: Future = Future()
+        self._namesake = Namesake(self, self._give_way)
         self._diagnoser = Diagnoser(self, self.health, self._facts, GROUPS)
         self.create_timer(LOOK_EVERY, self._look, clock=STEADY)
 
@@ -97,12 +102,9 @@ class Adapter(Node):
                                     'installed here; source the workspace that has it',
                                     self._now())
                 continue
-            reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-                           for info in infos)
-            self.create_subscription(
-                message, topic, partial(self._take, topic), QoSProfile(
-                    depth=1000, reliability=ReliabilityPolicy.RELIABLE if reliable
-                    else ReliabilityPolicy.BEST_EFFORT), qos_overriding_options=OVERRIDABLE)
+            self.create_subscription(message, topic, partial(self._take, topic),
+                                     qos_of([info.qos_profile for info in infos]),
+                                     qos_overriding_options=OVERRIDABLE)
             self._kinds[topic] = kind
             self._since[topic] = monotonic()
 
@@ -111,9 +113,9 @@ class Adapter(Node):
         header = getattr(message, 'header', None)
         stamp = to_instant(header.stamp) if header is not None else 0
         try:
-            self.stream.put(topic, message, stamp, self._now())
+            self._found.watches[topic].take(self.stream.put(topic, message, stamp, self._now()))
         except FieldError as error:
-            self.health.event('topics.field', str(error), self._now(), Level.ERROR)
+            self._found.watches[topic].lacks(str(error))
 
     def _publish(self, block: SampleBlock) -> None:
         if not self._topics:
@@ -145,23 +147,22 @@ class Adapter(Node):
                 self.health.trouble(f'topics.{topic}', f'{topic} is silent: no sample', now)
         if monotonic() - self._counted >= self.settings.diagnostics_period:
             self._counted = monotonic()
-            self._tell_counts(now)
+            self._found.tell({topic: [
+                f'{one.node_namespace.rstrip("/")}/{one.node_name}' for one in
+                self.get_publishers_info_by_topic(self.resolve_topic_name(topic))]
+                for topic in self._kinds}, now)
+        self._found.tell_time(now, self.settings.silence)
         self._diagnoser.look(now, self.settings.diagnostics_period)
 
-    def _tell_counts(self, now: int) -> None:
-        self._tell_new('lost', self.stream.lost, 'samples.lost', 'samples left out: '
-                       f'messages of {self.mapped.leading} are missing', now)
-        self._tell_new('restarts', self.stream.restarts, 'clock.restart', 'times that the '
-                       f'samples began again: the time of {self.mapped.leading} jumped', now)
-
-    def _tell_new(self, what: str, count: int, key: str, text: str, now: int) -> None:
-        if count > self._told[what]:
-            self.health.event(key, f'{count - self._told[what]} {text}', now)
-            self._told[what] = count
+    def _give_way(self, why: str) -> None:
+        self.health.trouble('topics.namesake', why, self._now())
+        self._diagnoser.say_goodbye(self._now())
+        self.finished.set_result(why)
 
     def _facts(self) -> dict[str, str]:
         stream = self.stream
-        facts = {'state': 'adapting' if stream.running else 'listening',
+        facts = {PROCESS: self._namesake.process,
+                 'state': 'adapting' if stream.running else 'listening',
                  'joint': self.settings.joint, 'samples': str(stream.samples),
                  'samples left out': str(stream.lost), 'restarts': str(stream.restarts),
                  'messages out of order': str(stream.late)}
@@ -174,6 +175,16 @@ class Adapter(Node):
             if offset:
                 facts[f'clock of {topic}'] = f'{-offset * 1e-9:+.6f} s against ours'
         return facts
+
+
+def qos_of(offered: list[QoSProfile]) -> QoSProfile:
+    """Return the best that every publisher of a topic offers: reliable, with its last messages."""
+    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered)
+    latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered)
+    return QoSProfile(
+        depth=1000, reliability=ReliabilityPolicy.RELIABLE if reliable
+        else ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.TRANSIENT_LOCAL
+        if latched else DurabilityPolicy.VOLATILE)
 
 
 def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
@@ -190,7 +201,7 @@ def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the adapter until told to stop; 2: a bad parameter or mapping."""
+    """Run the adapter until told to stop; 1: another has its name, 2: it cannot start."""
     sys.setswitchinterval(5e-4)
     ending = Ending()
     start_ros(arguments)
@@ -204,11 +215,12 @@ def main(arguments: list[str] | None = None) -> int:
     executor = EventsExecutor()
     try:
         executor.add_node(node)
-        ending.spin(executor)
+        ending.spin(executor, node.finished)
     finally:
+        refused = node.finished.done()
         node.destroy_node()
         rclpy.try_shutdown()
-    return 0
+    return int(refused)
 
 
 if __name__ == '__main__':

@@ -1,8 +1,8 @@
 """
 One number of a message, named as the mapping files of `servo-identify import` name it.
 
-A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a number
-or a name that the message lists in ``name``, ``joint_names`` or ``interface_names``:
+A source is ``TOPIC.field``, ``TOPIC.field.field`` or ``TOPIC.field[index]``. The index is a name
+that the message lists in ``name``, ``joint_names`` or ``interface_names``, else a number:
 ``/joint_states.position[elbow]``.
 """
 
@@ -56,13 +56,10 @@ class Field:
                              f'{type(at).__name__}') from None
 
     def _element(self, row: Any, which: str, seen: list[Any]) -> Any:
-        named: list[str] = []
-        index = int(which) if which.isdigit() else None
-        for owner in reversed(seen):
-            names = [n for key in _NAMES for n in getattr(owner, key, ())]
-            named += names
-            if index is None and which in names:
-                index = names.index(which)
-        if index is None:
-            raise FieldError(f'{self.source}: there is no {which!r}; names are {named}')
+        lists = [list(names) for owner in reversed(seen) for key in _NAMES
+                 if (names := getattr(owner, key, ()))]
+        index = next((names.index(which) for names in lists if which in names), None)
+        if index is None and not which.isdigit():
+            raise FieldError(f'{self.source}: there is no {which!r}; names are {sum(lists, [])}')
+        index = int(which) if index is None else index
         return row[index] if index < len(row) else nan

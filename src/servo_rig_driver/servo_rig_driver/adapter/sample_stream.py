@@ -20,8 +20,9 @@ class SampleStream:
     """
     Listens for ``listen`` ns, then hands blocks of samples to ``out``.
 
-    ``period`` ns, 0: that of the leading topic. The samples begin again, from number 0, when the
-    leading topic's time jumps back or its clock is set: ``restarts`` counts.
+    ``period`` ns, 0: that of the leading topic; ``given`` remembers it as it was. The samples
+    begin again, from number 0, when the leading topic's time jumps back or its clock is set:
+    ``restarts`` counts.
     """
 
     def __init__(self, mapped: MappedColumns, period: int, listen: int, delay: int, size: int,
@@ -30,7 +31,7 @@ class SampleStream:
         self.topics = mapped.topics
         self.period = period
         self.restarts = self.samples = self.late = 0
-        self._given = period
+        self.given = period
         self._listen, self._delay, self._size, self._out = listen, delay, size, out
         self.clocks = {topic: ClockOffset() for topic in self.topics}
         self._lost = 0
@@ -55,11 +56,12 @@ class SampleStream:
         self._blocks: BlockBuilder | None = None
         self._since: int | None = None
 
-    def put(self, topic: str, message: Any, stamp: int, received: int) -> None:
+    def put(self, topic: str, message: Any, stamp: int, received: int) -> list[float]:
         """
         Take a message with its stamp, 0 for none, and the instant of its receipt.
 
-        Raises FieldError when it lacks a field that the mapping names.
+        Returns the values of the topic's columns, NaN where it holds none. Raises FieldError when
+        it lacks a field that the mapping names.
         """
         row = [self._zeroed(column, column.of(message)) for column in self.topics[topic]]
         clock = self.clocks[topic]
@@ -76,6 +78,7 @@ class SampleStream:
             self.late += 1
         if topic == self.mapped.leading:
             self._advance(received)
+        return row
 
     def _zeroed(self, column: Any, value: float) -> float:
         if not column.from_first:
@@ -90,7 +93,7 @@ class SampleStream:
             self._since = self._since or now
             if now - self._since < self._listen or len(times) < LEAST:
                 return
-            self.period = self._given or usual_step(times)
+            self.period = self.given or usual_step(times)
             origin = times[-1]
             self._even = EvenSamples(self._tracks, self.mapped.leading, origin, self.period,
                                      self._delay, self.mapped.constants)

@@ -38,6 +38,7 @@ from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from ..given_parameters import refuse_unknown, UnknownParameter
 from ..managed_node import ManagedNode
+from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -86,6 +87,7 @@ class Driver(ManagedNode):
         self._led = False  # by hand, or by a start that was made: autostart does no more
         self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
                             self._ros_now())
+        self._namesake = Namesake(self, self._give_way)
         self.diagnoser = Diagnoser(self, self.health, self._facts)
         self.create_timer(LOOK_EVERY, self._look, clock=STEADY)
 
@@ -279,14 +281,20 @@ class Driver(ManagedNode):
     def _start_by_itself(self, now: int) -> None:
         label = self._state_machine.current_state[1]
         since = abs(now - self._tried_at)  # ROS time may have been set back
-        if label == 'unconfigured' and since > self._values['retry_period'] * 1e9:
+        if label == 'unconfigured' and since > self._values['retry_period'] * 1e9 and (
+                self._namesake.alone(self._values['graph_listen_time'])):
             if self.trigger_configure() == SUCCESS:
                 self.trigger_activate()
             self._tried_at = self._ros_now()  # a try may take longer than the pause between two
 
+    def _give_way(self, why: str) -> None:
+        self.health.trouble('bus.namesake', why, self._ros_now())
+        if not self.finished.done():
+            self.finished.set_result(why)
+
     def _facts(self) -> dict[str, str]:
         link = self._link
-        facts = {'state': link.state if link else 'closed',
+        facts = {PROCESS: self._namesake.process, 'state': link.state if link else 'closed',
                  'lifecycle': self._state_machine.current_state[1]}
         if link is None:
             return facts
@@ -304,7 +312,7 @@ class Driver(ManagedNode):
 
 def main(arguments: list[str] | None = None) -> int:
     """
-    Run the driver until told to stop; 1: another driver has the bus, 2: a bad parameter.
+    Run the driver until told to stop; 1: another has the bus or the name, 2: a bad parameter.
 
     ROS stays up until the drive is down, whatever signals come meanwhile.
     """

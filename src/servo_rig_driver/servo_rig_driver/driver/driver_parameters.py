@@ -124,6 +124,8 @@ DECLARED = (
     Declared('heartbeat_timeout', 0.5, 's', 'A node not heard for so long is lost', 0.02, 30.0),
     Declared('listen_time', 0.3, 's', 'How long to listen for another driver before speaking',
              0.05, 10.0),
+    Declared('graph_listen_time', 3.3, 's', 'How long to look for another driver of the same full '
+             'name before starting by itself; DDS announces a process every 3 s', 0.0, 60.0),
     Declared('retry_period', 0.5, 's', 'Time between two tries to reach the bus or the rig',
              0.05, 60.0),
     Declared('fault_resets', 5, '', 'Fault resets before the drive is given up; forgiven after '
@@ -170,16 +172,21 @@ def judge(changes: list[Parameter], now: dict[str, Any], configured: bool) -> Se
         if configured and not declared.live and change.value != now[change.name]:
             return SetParametersResult(successful=False, reason=(
                 f'{change.name} takes effect at configure; clean the node up first'))
-        if declared.choices and change.value not in declared.choices:
-            return SetParametersResult(successful=False, reason=(
-                f'{change.name} = {change.value!r}; it is one of {list(declared.choices)}'))
         then[change.name] = change.value
     reason = contradiction(then)
     return SetParametersResult(successful=not reason, reason=reason)
 
 
 def contradiction(of: dict[str, Any]) -> str:
-    """Return what two parameters say against each other, empty when nothing."""
+    """
+    Return what parameters say against each other or their choices, empty when nothing.
+
+    ROS itself refuses what is out of a range.
+    """
+    for declared in DECLARED:
+        if declared.choices and of[declared.name] not in declared.choices:
+            return (f'{declared.name} = {of[declared.name]!r}; it is one of '
+                    f'{list(declared.choices)}')
     if of['limit.position_lower'] > of['limit.position_upper']:
         return (f"limit.position_lower = {of['limit.position_lower']} rad is above "
                 f"limit.position_upper = {of['limit.position_upper']} rad")

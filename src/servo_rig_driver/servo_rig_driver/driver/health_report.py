@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
@@ -34,18 +35,18 @@ class Diagnoser:
         self._events = node.create_publisher(Event, 'events', QoSProfile(
             depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self._changes = -1
-        self._told_at = 0
+        self._told_at = 0.0  # s of the steady clock: ROS time may be set, or stand still
         self._troubles: dict[str, str] = {}
 
     def look(self, now: int, period: float) -> None:
-        """Tell what there is to tell at ``now`` ns, which may have been set back."""
+        """Tell what there is to tell at ``now`` ns of ROS time."""
         self.health.fade(now)
-        if self.health.changes != self._changes or abs(now - self._told_at) >= period * 1e9:
+        if self.health.changes != self._changes or monotonic() - self._told_at >= period:
             self.tell(now)
 
     def tell(self, now: int) -> None:
         """Publish the health, and log what is new."""
-        self._told_at = now
+        self._told_at = monotonic()
         self._changes = self.health.changes
         lasting = {trouble.key: trouble for trouble in self.health.troubles}
         log = self.node.get_logger()

@@ -7,6 +7,7 @@ Pure logic: instants are integers in ns, handed in. The I/O thread writes, the n
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from threading import Lock
@@ -86,6 +87,18 @@ class RigHealth:
         """Say that every trouble whose key begins with ``prefix`` has passed."""
         for key in [key for key in list(self._troubles) if key.startswith(prefix)]:
             self.over(key, now)
+
+    def keep(self, prefix: str, troubles: Mapping[str, tuple[Level, str]], now: int) -> None:
+        """
+        Say all that is wrong by now under ``prefix``: level and text by the rest of the key.
+
+        What is there under it and not among them has passed.
+        """
+        for key in [key for key in list(self._troubles) if key.startswith(prefix)]:
+            if key.removeprefix(prefix) not in troubles:
+                self.over(key, now)
+        for key, (level, text) in troubles.items():
+            self.trouble(prefix + key, text, now, level)
 
     def has(self, key: str) -> bool:
         """Whether a trouble lasts."""

@@ -18,6 +18,7 @@ from array import array
 import sys
 from time import monotonic
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
 import rclpy
 from rclpy.duration import Duration
@@ -40,6 +41,7 @@ AHEAD = 0.3  # s that a block leaves before its first instant
 STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent any more
 TAKEN = 1.0  # s for the driver to take the last set-point of one that ends early
 STEP = 0.1  # s by which the wall clock may be set meanwhile
+REPORT_EVERY = 1.0  # s
 
 
 class Player(Node):
@@ -59,7 +61,9 @@ class Player(Node):
         reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self._topic = self.create_publisher(Command, 'command', reliable)
         self._samples = self.create_subscription(Encoder, 'encoder', self._hear, reliable)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(BLOCK / 4.0, self._play, clock=STEADY)
+        self.create_timer(REPORT_EVERY, self._report, clock=STEADY)
 
     @property
     def done(self) -> bool:
@@ -115,6 +119,16 @@ class Player(Node):
         off = Command(mode=int(Mode.OFF), reference=[0.0])
         off.header.stamp = conversion.to_time(instant)
         self._topic.publish(off)
+
+    def _report(self) -> None:
+        """Say how far it is: of one that hangs nothing is heard."""
+        length, sent = len(self._reference) * self._period, self.sent * self._period
+        said = f'{sent:.1f} s of {length:.1f} s are sent' if self.sent else 'waiting for a rig'
+        name = self.get_fully_qualified_name()
+        report = DiagnosticArray(status=[DiagnosticStatus(
+            level=DiagnosticStatus.OK, name=f'{name}: playing', hardware_id=name, message=said)])
+        report.header.stamp = conversion.to_time(self._ros_now())
+        self._diagnostics.publish(report)
 
 
 def eased(wave: np.ndarray, period: float) -> np.ndarray:

@@ -16,9 +16,10 @@ from ..physics.state import CONTROLLER_SIZE
 from ..recording.joined_samples import CHANNELS, control_values, reference_of
 
 FOLLOW = 1.0  # s, within which the law's integral follows the rig's, whose beginning is unknown
+_FORGOTTEN = 12.0  # time constants of the speed filter until 6e-6 is left of how it began
 
 _TEMPLATE = '''"""Generated from the structure of a servo; do not edit."""
-from math import isfinite
+from math import isfinite, nan
 
 from numba import njit
 
@@ -26,7 +27,7 @@ from {kernel} import control_law, controller_of
 
 
 @njit(nogil=True, cache=True)
-def run(theta, samples, s, columns, by_position, integral, ratio, period, follow, out):
+def run(theta, samples, s, columns, by_position, integral, ratio, period, follow, unknown, out):
     """Fill `out` with command minus law; `s` is the law's memory and a count."""
     p = controller_of(theta)
     memory = s[:-1]
@@ -43,10 +44,14 @@ def run(theta, samples, s, columns, by_position, integral, ratio, period, follow
         off = samples[k, voltage] - said
         if not isfinite(off):
             s[:] = 0.0
-        elif integral >= 0:
+        else:
             s[-1] += 1.0
-            s[integral] += max(follow, 1.0 / s[-1]) * off
-            if s[-1] == 1.0:
+            known = s[-1] - unknown
+            if integral >= 0:
+                s[integral] += max(follow, 1.0 / max(1.0, known)) * off
+            if known <= 0.0:
+                off = nan
+            elif integral >= 0 and known == 1.0:
                 off = 0.0
         out[k] = off
 '''
@@ -56,9 +61,11 @@ class ControllerLaw:
     """
     The control law of a servo, run over blocks of samples.
 
-    The integral of the rig's controller at the first sample is not known. It is taken such that
-    the law agrees in the mean of what was seen, of the last FOLLOW seconds when that is longer. So
-    rounding cannot pile up either. Raises ValueError for a servo without a controller.
+    The speed and the integral of the rig's controller at the first sample are not known, for the
+    rig may move. The law says nothing until its speed filter has forgotten how it began. The
+    integral is taken such that the law agrees in the mean of what was seen from then on, of the
+    last FOLLOW seconds when that is longer. So rounding cannot pile up either. Raises ValueError
+    for a servo without a controller.
     """
 
     def __init__(self, servo: Servo, period: float) -> None:
@@ -72,17 +79,19 @@ class ControllerLaw:
         self._by_position = reference == 'reference_position'
         integrates = getattr(control_values(servo), 'ki', 0.0) > 0.0
         self._integral = CONTROLLER_SIZE - 1 if integrates else -1
+        lag = servo.values.get('controller.filter', 0.0)
+        self._unknown = 1.0 + np.ceil(_FORGOTTEN * lag / period)
         self._memory = np.zeros(CONTROLLER_SIZE + 1)
 
     def step(self, samples: np.ndarray) -> np.ndarray:
         """
         Return command minus law in V, shape (n,), of samples of shape (n, len(CHANNELS)).
 
-        NaN where the loop is open (no reference) or what it needs is not measured.
+        NaN where the loop is open (no reference), what it needs is not measured, or as it begins.
         """
         out = np.empty(len(samples))
         self._run(self._theta, samples, self._memory, _COLUMNS, self._by_position, self._integral,
-                  self._ratio, self._period, self._period / FOLLOW, out)
+                  self._ratio, self._period, self._period / FOLLOW, self._unknown, out)
         return out
 
     def remember(self, other: ControllerLaw) -> None:
@@ -103,8 +112,8 @@ def impulse_responses(servo: Servo, period: float, size: int) -> tuple[np.ndarra
     """
     Return how the law's command answers one unit of a reading of the motor and the load encoder.
 
-    Each of shape (size,), V/rad, without limits: the law is asked close to zero, and the integral
-    is left out, for it does not pile up. Used for the noise floor.
+    Each of shape (size,), V/rad, without limits: the law is asked close to zero, begins at rest,
+    and the integral is left out, for it does not pile up. Used for the noise floor.
     """
     answers = []
     for column in _COLUMNS[1:3]:
@@ -112,7 +121,7 @@ def impulse_responses(servo: Servo, period: float, size: int) -> tuple[np.ndarra
         small = 1e-9
         samples[1, column] = small
         law = ControllerLaw(servo, period)
-        law._integral = -1
+        law._integral, law._unknown = -1, 0.0
         answers.append(-law.step(samples)[1:] / small)
     return answers[0], answers[1]
 

@@ -7,18 +7,21 @@ from collections.abc import Sequence
 from numba import njit
 import numpy as np
 
+from ..physics.ports import Clearance
 from ..physics.servo import Servo
 from ..physics.state import OUTPUTS
 from ..recording.joined_samples import CHANNELS, reference_of
 from ..recording.recording import BALANCES, COMPARED
 from .controller_law import ControllerLaw
-from .equations import balance_noise, balance_taps, CONTROL
+from .equations import balance_noise, balance_taps, CONTROL, TORQUE
 
 WINDOW = 0.04
 """Default length of the filters, s."""
 
 _TAKEN = [CHANNELS.index(name) for name in OUTPUTS]
 _COMPARED = [OUTPUTS.index(name) for name in COMPARED]
+_CARRIED = CONTROL + 1  # the row of the torque that the twin's transmission carries
+_TRANSMISSION = BALANCES.index('transmission')
 
 
 class Balances:
@@ -29,6 +32,12 @@ class Balances:
     cut into blocks changes no bit. ``noise`` (7,) is the floor of each balance in its unit
     (recording.BALANCES), ``channel_noise`` (4,) that of the channels; NaN where the machine lacks
     a sensor for it. ``window`` in s; ``half`` is half of it in samples, at least three.
+
+    The zeros of two encoders are arbitrary. The twin takes them from its first sample, with that
+    sample's noise, and where in a gap it began shows only once the teeth carry torque. So
+    `transmission` is counted from its mean so far, as far as the zeros may be off: three standard
+    deviations of a sample, or any angle where the servo has a clearance. Then each sample is
+    weighted by the square of the twin's torque, for within the gap it says nothing of the zeros.
     """
 
     def __init__(self, servo: Servo, period: float, window: float = WINDOW) -> None:
@@ -36,6 +45,8 @@ class Balances:
         self.channel_noise = np.array([servo.noise(name) for name in COMPARED])
         taps = balance_taps(servo, period, self.half)
         self.noise = balance_noise(servo, period, taps)
+        self._loose = any(issubclass(one.effect, Clearance) for one in servo.effects)
+        self._unsure = np.inf if self._loose else 3.0 * _of_one_sample(servo, taps, self.noise)
         with np.errstate(divide='ignore', invalid='ignore'):
             taps = taps / np.where(self.noise > 0.0, self.noise, np.nan)[:, None, None]
         pairs = [(b, c) for b in range(len(BALANCES)) for c in range(CONTROL + 1)
@@ -44,7 +55,8 @@ class Balances:
         self._taps = taps[self._pairs[:, 0], self._pairs[:, 1]]
         self._silent = ~np.isin(np.arange(len(BALANCES)), self._pairs[:, 0])
         self._law = ControllerLaw(servo, period) if reference_of(servo) else None
-        self._tail = np.empty((CONTROL + 1, 0))
+        self._tail = np.empty((_CARRIED + 1, 0))
+        self._zero = np.zeros(2)  # sums of weight times balance, and of weight
         self._seen = 0
 
     def push(self, samples: np.ndarray, y: np.ndarray, breaks: Sequence[int] = ()) -> np.ndarray:
@@ -76,6 +88,7 @@ class Balances:
         """Return the answers still owed, which are NaN, and begin again."""
         owed = min(self._seen, self.half)
         self._tail = self._tail[:, :0]
+        self._zero = np.zeros(2)
         self._seen = 0
         if self._law:
             self._law.forget()
@@ -88,10 +101,11 @@ class Balances:
 
     def _push(self, samples: np.ndarray, y: np.ndarray) -> np.ndarray:
         late, count = self._tail.shape[1], len(samples)
-        e = np.empty((CONTROL + 1, late + count))
+        e = np.empty((_CARRIED + 1, late + count))
         e[:, :late] = self._tail
         np.subtract(samples.T[_TAKEN], y.T, out=e[:CONTROL, late:])
         e[CONTROL, late:] = self._law.step(samples) if self._law else np.nan
+        e[_CARRIED, late:] = y[:, TORQUE]
         before = max(0, self._seen - self.half)
         self._seen += count
         out = np.zeros((max(0, self._seen - self.half) - before, len(BALANCES)))
@@ -100,10 +114,29 @@ class Balances:
         if full:
             filtered = np.zeros((len(BALANCES), full))
             _filter(e, self._pairs, self._taps, filtered)
+            self._count_from_mean(filtered[_TRANSMISSION], e[_CARRIED, self.half:][:full])
             out[len(out) - full:] = filtered.T
         out[:, self._silent] = np.nan
         self._tail = e[:, -2 * self.half:].copy()
         return out
+
+    def _count_from_mean(self, balance: np.ndarray, torque: np.ndarray) -> None:
+        """Take the weighted mean so far off a balance, shape (n,), in place."""
+        weight = torque**2 if self._loose else np.ones(len(torque))
+        weight = np.where(np.isfinite(balance) & np.isfinite(weight), weight, 0.0)
+        weighted = np.where(weight > 0.0, weight * balance, 0.0)
+        sums = np.cumsum(np.vstack([self._zero, np.column_stack([weighted, weight])]), axis=0)
+        self._zero = sums[-1]
+        mean = sums[1:, 0] / np.where(sums[1:, 1] > 0.0, sums[1:, 1], 1.0)
+        balance -= np.clip(mean, -self._unsure, self._unsure)
+
+
+def _of_one_sample(servo: Servo, taps: np.ndarray, noise: np.ndarray) -> float:
+    """Return by how much one sample's noise sets the transmission off, in its noise floors."""
+    off = taps[_TRANSMISSION, :CONTROL].sum(axis=1)
+    each = [share * servo.noise(name) for share, name in zip(off, OUTPUTS, strict=True) if share]
+    floor = float(noise[_TRANSMISSION])
+    return float(np.linalg.norm(each)) / floor if floor > 0.0 else 0.0
 
 
 def half_of(window: float, period: float) -> int:

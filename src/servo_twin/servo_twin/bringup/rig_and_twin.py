@@ -171,7 +171,7 @@ def _watch(bench: Bench, processes: Processes, session: Session, begin: float) -
     title = f'{bench.family} on ' + ('a rig' if bench.rig is None else bench.rig.stem)
     console = Console(quiet=bench.quiet)
     told = looked = begin
-    silences = Silences(('driver', 'twin', 'recorder'))
+    silences = Silences(NODES)
 
     def shown():
         return view(title, monotonic() - begin, bench.duration, session.facts, session.sentences,

@@ -14,6 +14,7 @@ from ..physics.simulate import initial_state, substeps_of
 from ..physics.state import INPUTS, OUTPUTS
 from ..recording.joined_samples import (
     CHANNELS,
+    control_values,
     Inputs,
     LOAD_POSITION,
     MOTOR_POSITION,
@@ -106,7 +107,8 @@ class Twin:
                 if sequence + at != self._origin:
                     self._breaks.append(at)
             end = min(len(u), at + _CHUNK)
-            self._run(u[at:end], y[at:end], looped[at:end], u[at - 1] if at else self._last)
+            before = None if fresh else u[at - 1] if at else self._last
+            self._run(u[at:end], y[at:end], looped[at:end], before)
             good = np.isfinite(y[at:end]).all(axis=1)
             if good.all():
                 at = end
@@ -212,8 +214,9 @@ class Twin:
         self._catching = round(self.catch / self.period)
         self._looped = False
 
-    def _run(self, u: np.ndarray, y: np.ndarray, looped: np.ndarray, before: np.ndarray) -> None:
-        """Run over inputs, the row ``before`` them: as an observer to catch up, then as told."""
+    def _run(self, u: np.ndarray, y: np.ndarray, looped: np.ndarray,
+             before: np.ndarray | None) -> None:
+        """Run over inputs, ``before`` them a row or none: an observer catches up, then as told."""
         caught = min(self._catching, len(u))
         if caught:
             self._call(u[:caught], y[:caught], state.OBSERVER)
@@ -233,12 +236,29 @@ class Twin:
             mode = state.CLOSED_LOOP if self._looped else state.MEASURED_INPUT
             self._call(u[start:end], y[start:end], mode)
 
-    def _close(self, before: np.ndarray) -> None:
-        """Close the loop without a bump: the integral takes the command of the sample before."""
+    def _close(self, before: np.ndarray | None) -> None:
+        """
+        Close the loop without a bump: its memory is such that it gave the command ``before``.
+
+        Its speed is that of the twin. What it has no integral for stays a bump.
+        """
         memory = self._x[state.CONTROLLER:state.PARTS]
         memory[:] = 0.0
-        if self.servo.values.get('controller.ki', 0.0) > 0.0:
-            memory[-1] = before[state.VOLTAGE] - before[state.ADDED_COMMAND]
+        if before is None:
+            return
+        values, x = self.servo.values, self._x
+        ratio = values['mechanism.ratio']
+        motor, load = (x[angle] - x[speed] * self.period for angle, speed in (
+            (state.MOTOR_ANGLE, state.MOTOR_SPEED), (state.LOAD_ANGLE, state.LOAD_SPEED)))
+        on_load = values.get('controller.on_load', 0.0) > 0.5
+        speed = x[state.LOAD_SPEED] if on_load else x[state.MOTOR_SPEED] / ratio
+        memory[:3] = 1.0, (load if on_load else motor / ratio) - speed * self.period, speed
+        command = self.servo.controller.law(
+            control_values(self.servo), memory, before[state.REFERENCE_POSITION],
+            before[state.REFERENCE_VELOCITY], before[state.ADDED_COMMAND], motor, load, ratio,
+            self.period)
+        if values.get('controller.ki', 0.0) > 0.0:
+            memory[-1] += before[state.VOLTAGE] - command
 
     def _call(self, u: np.ndarray, y: np.ndarray, mode: int) -> None:
         try:

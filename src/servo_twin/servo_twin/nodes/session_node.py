@@ -28,8 +28,8 @@ class Session(Node):
     """
     A context: spins in a thread of its own.
 
-    ``facts`` maps `driver`, `twin` and `recorder` of the namespace to what they last said on
-    /diagnostics, ``sentences`` to the worst of their messages, ``levels`` to its severity
+    ``facts`` maps `driver`, `twin`, `recorder` and `player` of the namespace to what they last
+    said on /diagnostics, ``sentences`` to the worst of their messages, ``levels`` to its severity
     (0 is well), ``counts`` to how often it was heard. It joined the graph at ``began``, s of the
     monotonic clock.
     """

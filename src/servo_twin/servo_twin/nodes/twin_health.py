@@ -7,6 +7,8 @@ from math import inf
 import numpy as np
 
 from ..lockstep.lockstep import Lockstep
+from ..lockstep.twin import Twin
+from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COMPARED
 from ..recording.waiting_blocks import JOINS_FROM, WaitingBlocks
 
@@ -40,11 +42,13 @@ class TwinHealth:
         self._better = 0
         self._latencies: dict[str, list[float]] = {'prediction': [], 'residual': []}
         self._compared: list[np.ndarray] = []
+        self._known = np.zeros(len(CHANNELS), dtype=bool)
         self._before: dict[str, int] = {}
 
-    def predicted(self, samples: int, latency: float) -> None:
-        """Note that a prediction was published."""
-        self.samples_in += samples
+    def predicted(self, samples: np.ndarray, latency: float) -> None:
+        """Note that a prediction was published of samples, shape (n, len(CHANNELS))."""
+        self.samples_in += len(samples)
+        self._known |= np.isfinite(samples).any(axis=0)
         self._fastest = min(self._fastest, latency)
         if self._fastest < LIVE:
             self._late = max(self._late, latency)
@@ -55,6 +59,16 @@ class TwinHealth:
         self.samples_out += len(values)
         self._latencies['residual'].append(latency)
         self._compared.append(values)
+
+    def _unknown(self, twin: Twin | None) -> list[str]:
+        """Return what was not known in any sample since the last report, and begin the next."""
+        known, self._known = self._known, np.zeros(len(CHANNELS), dtype=bool)
+        if twin is None:
+            return []
+        wanted = {sensor.channel for sensor in twin.servo.sensors} | {'voltage'}
+        if twin.mode == 'closed_loop':
+            wanted -= {'voltage'}
+        return [name for name in CHANNELS if name in wanted and not known[CHANNELS.index(name)]]
 
     def _levels(self) -> np.ndarray:
         """Return the RMS of each balance since the last report, in noise floors; NaN: unknown."""
@@ -90,14 +104,19 @@ class TwinHealth:
                 middle, late = np.percentile(latencies, (50, 99)) * 1e3
                 facts[f'latency of {kind}, ms'] = f'median {middle:.2f}, 99 % {late:.2f}'
             latencies.clear()
+        compared = bool(self._compared)
         levels = self._levels()
+        unknown = self._unknown(twin)
+        if unknown:
+            facts['not known'] = ', '.join(unknown)
         over = [name for name, level in zip(BALANCES, levels, strict=True) if level > PRACTICAL]
         for name, level in zip(BALANCES, levels, strict=True):
             if np.isfinite(level):
                 facts[f'{name}, noise floors'] = f'{level:.2f}'
         if twin and twin.why:
             facts['last restart'] = twin.why
-        return *self._steady(*self._sentence(new, twin, over, silent)), facts
+        nothing = compared and not np.isfinite(levels).any()
+        return *self._steady(*self._sentence(new, twin, over, silent, unknown, nothing)), facts
 
     def _steady(self, level: int, said: str) -> tuple[int, str]:
         """Return the level and sentence to tell: the last worse ones for a while."""
@@ -107,14 +126,20 @@ class TwinHealth:
         self._held, self._better = (level, said), 0
         return level, said
 
-    def _sentence(self, new: dict[str, int], twin, over: list[str], silent: tuple[str, ...]
-                  ) -> tuple[int, str]:
-        """Say the worst first."""
+    def _sentence(self, new: dict[str, int], twin: Twin | None, over: list[str],
+                  silent: tuple[str, ...], unknown: list[str], nothing: bool) -> tuple[int, str]:
+        """Say the worst first; ``nothing``: no balance was known."""
         if silent:
             return STALE, f'waiting for {", ".join(silent)}'
         if not new['samples in']:
             return STALE, 'no samples since the last report'
         said = []
+        if 'voltage' in unknown:
+            said.append('no command is known (voltage): the twin runs on the last one, or on none')
+        if nothing:
+            said.append('nothing can be compared')
+        if unknown:
+            said.append(f'not known: {", ".join(unknown)}')
         if new['left out, overload'] > 0:
             said.append(f'too slow for the rig: {self._lag:.1f} s behind, began again at the '
                         f'newest sample, {new["left out, overload"]} left out')

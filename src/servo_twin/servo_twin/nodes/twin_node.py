@@ -9,7 +9,6 @@ servo is a parameter.
 
 from __future__ import annotations
 
-from functools import partial
 import gc
 import sys
 
@@ -20,61 +19,50 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 
-from servo_twin_msgs.msg import Event, Prediction, Residual
+from servo_twin_msgs.msg import Event
 
 from ..description import servo_file
-from ..lockstep.lockstep import Answer, Lockstep, warm_up
+from ..lockstep.lockstep import Lockstep, warm_up
 from ..lockstep.twin import changed
 from ..physics.servo import Servo, ServoError
 from ..recording import events
-from ..recording.sample_joining import Joiner
-from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .given_parameters import refuse_unknown, UnknownParameter
+from .live_answers import LiveAnswers
 from .managed_node import ManagedNode
+from .namesake import Namesake, PROCESS
 from .node_help import asked_for_help
-from .plot_residuals import PlotResiduals
 from .servo_loading import ServoLoading
 from .spinning import interruptible, started
 from .timer_clock import STEADY
-from .topic_qos import EVENTS, OVERRIDABLE, sample_qos
-from .twin_health import ERROR, OK, TwinHealth
+from .topic_qos import EVENTS
+from .twin_health import ERROR, OK
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 REPORT_EVERY = 1.0  # s
 
 
 class TwinNode(ManagedNode):
-    """Parameters, topics, transitions; the work is done by Joiner and Lockstep."""
+    """Parameters, transitions, events and health; LiveAnswers has the samples."""
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__('twin', **kwargs)
         twin_parameters.declare(self)
         self.settings = twin_parameters.settings(self)
         self._servo: Servo | None = None
-        self._lockstep: Lockstep | None = None
-        self._joiner: Joiner = Joiner(tuple(conversion.TOPICS))
-        self._waiting = WaitingBlocks()
-        self._coming = False
-        self._health = TwinHealth()
-        self._active = False
+        self._answers = LiveAnswers(self, self._begin)
         self._declaring = False
         self._told = self._failure = ''
-        self._prediction = conversion.Outgoing(Prediction)
-        self._residual = conversion.Outgoing(Residual)
-        self._plots: PlotResiduals | None = None
-        self._outputs: list = []
-        self._inputs: list = []
+        self.finished: Future = Future()
+        self._namesake = Namesake(self, self._give_way)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._events = self.create_publisher(Event, 'events', EVENTS)
-        self._next = 0  # number of the sample that a change acts on first
         self.add_on_set_parameters_callback(self._judge)
         self.add_post_set_parameters_callback(self._apply)
         self.create_timer(REPORT_EVERY, self._report, clock=STEADY)
-
-    # Transitions.
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the servo file, declare its values, compile."""
@@ -96,30 +84,17 @@ class TwinNode(ManagedNode):
         finally:
             self._declaring = False
         gc.freeze()  # the compiler's many objects stay: looking through them holds samples up
-        for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
-            self._outputs.append(self.create_lifecycle_publisher(
-                kind, topic, sample_qos(), qos_overriding_options=OVERRIDABLE))
-        self._plots = PlotResiduals(self)
-        self._outputs.append(self._plots.publisher)
-        for topic, kind in conversion.TOPICS.items():
-            self._inputs.append(self.create_subscription(
-                kind, topic, partial(self._take, topic), sample_qos(),
-                qos_overriding_options=OVERRIDABLE))
+        self._answers.open()
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Step from the next sample on."""
-        self._joiner = Joiner(tuple(conversion.TOPICS))
-        self._waiting = WaitingBlocks()
-        self._health = TwinHealth()
-        self._active = True
+        self._answers.activate()
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Publish the residuals still owed, and let the samples pass by."""
-        self._step_all()
-        self._close()
-        self._active = False
+        self._answers.deactivate()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -133,107 +108,26 @@ class TwinNode(ManagedNode):
         return super().on_shutdown(state)
 
     def _forget(self) -> None:
-        self._active, self._lockstep = False, None
-        for topic in self._outputs:
-            self.destroy_lifecycle_publisher(topic)
-        for topic in self._inputs:
-            self.destroy_subscription(topic)
-        self._outputs, self._inputs = [], []
+        self._answers.close()
         if self._servo is not None:
             servo_parameters.withdraw(self, self._servo)
             self._servo = None
 
-    # Samples.
-
-    def _take(self, topic: str, message) -> None:
-        if not self._active:
-            return
-        parts = self._joiner.put(topic, message.sequence, message)
-        if parts is None:
-            return
-        first = parts['encoder']
-        self._prediction.frame = self._residual.frame = first.header.frame_id
-        try:
-            samples = conversion.to_samples(parts)
-        except ValueError as problem:
-            self._health.malformed += 1
-            self._health.why = str(problem)
-            return
-        self._waiting.put(Block(message.sequence, conversion.to_instant(first.header.stamp),
-                                first.period, samples))
-        if not self._coming:  # behind all messages that have come: they are seen to wait
-            self._coming = True
-            self.executor.create_task(self._step_all)
-
     def rest(self) -> None:
         """Let the samples pass by, from a signal handler: who ends soon need not catch up."""
-        self._active = False
+        self._answers.active = False
 
-    def _step_all(self) -> None:
-        """Answer what waits."""
-        self._coming = False
-        for block in self._waiting.take(self.get_parameter('overload').value):
-            if not self._active:
-                return
-            try:
-                self._step(block)
-            except ServoError as problem:
-                self._health.malformed += 1
-                self._health.why = str(problem)
-
-    def _step(self, block: Block) -> None:
-        self._next = block.sequence
-        self._keep_pace(block.period)
-        samples = block.samples
-        self._next = block.sequence + len(samples)
-        prediction, due = self._lockstep.step(block.sequence, block.stamp, samples)
-        now = self._now()
-        twin = self._lockstep.twin
-        self._outputs[0].publish(self._prediction.filled(
-            prediction, twin.period, restarts=twin.restarts))
-        self._health.predicted(len(samples), self._age(prediction, now))
-        for residual in due:
-            self._compare(residual, now)
-
-    def _keep_pace(self, period: float) -> None:
-        """Have a lockstep at the rig's period. Raises ServoError for one that cannot be."""
-        lockstep = self._lockstep
-        if lockstep is None or abs(lockstep.twin.period - period) > 1e-9 * period:
-            if not period > 0.0:
-                raise ServoError(f'encoder.period = {period} s, it must be positive')
-            self._close()
-            self._lockstep = Lockstep(self._servo, period, self.settings)
-            self._happened(
-                events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, '
-                f'{self.settings.mode.replace("_", " ")}',
-                events.written({**vars(self.settings),
-                                'servo_file': servo_file.dumps(self._servo)}))
-
-    def _compare(self, residual: Answer, now: int) -> None:
-        lockstep = self._lockstep
-        self._outputs[1].publish(self._residual.filled(
-            residual, lockstep.twin.period, channel_noise=lockstep.balances.channel_noise,
-            balance_noise=lockstep.balances.noise))
-        self._plots.take(residual, lockstep.twin.period, self.get_parameter('plot_rate').value,
-                         self._residual.frame)
-        self._health.compared(residual.values, self._age(residual, now))
-
-    def _close(self) -> None:
-        """Publish what is owed and end the lockstep."""
-        if self._lockstep is not None:
-            for residual in self._lockstep.finish():
-                self._compare(residual, self._now())
-            self._lockstep = None
-
-    def _age(self, answer: Answer, now: int) -> float:
-        """Return how long before ``now``, ns, the last sample of an answer was taken, s."""
-        last = (len(answer.values) - 1) * self._lockstep.twin.period
-        return (now - answer.stamp) * 1e-9 - last
+    def _begin(self, period: float) -> Lockstep:
+        """Return a new lockstep at a period, s, and say so. Raises ServoError."""
+        lockstep = Lockstep(self._servo, period, self.settings)
+        self._happened(
+            events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, '
+            f'{self.settings.mode.replace("_", " ")}',
+            events.written({**vars(self.settings), 'servo_file': servo_file.dumps(self._servo)}))
+        return lockstep
 
     def _now(self) -> int:
         return self.get_clock().now().nanoseconds
-
-    # Parameters and the servo file.
 
     def _judge(self, parameters: list[Parameter]) -> SetParametersResult:
         if self._declaring:
@@ -250,8 +144,8 @@ class TwinNode(ManagedNode):
         if self._declaring:
             return
         before, self.settings = self.settings, twin_parameters.settings(self)
-        if self._lockstep is not None and self.settings != before:
-            self._lockstep.follow(self.settings)
+        if self._answers.lockstep is not None and self.settings != before:
+            self._answers.lockstep.follow(self.settings)
             now = vars(self.settings)
             self._happened(events.SETTINGS, ', '.join(
                 f'{name} = {value}' for name, value in now.items()
@@ -260,8 +154,8 @@ class TwinNode(ManagedNode):
             return
         changes = {path: value for path, value in servo_parameters.changes_in(
             parameters, self._servo).items() if value != self._servo.values[path]}
-        if changes and self._lockstep is not None:
-            self._lockstep.set(changes, servo_parameters.SOURCE)
+        if changes and self._answers.lockstep is not None:
+            self._answers.lockstep.set(changes, servo_parameters.SOURCE)
         if changes:
             told = ', '.join(f'{path} = {value}' for path, value in changes.items())
             self._happened(events.PARAMETERS, told, events.written(changes))
@@ -277,8 +171,8 @@ class TwinNode(ManagedNode):
         if before is None:
             raise ServoError('the twin is not configured: give it a servo file and configure it')
         kept = False
-        if self._lockstep is not None:
-            kept = self._lockstep.load(servo)
+        if self._answers.lockstep is not None:
+            kept = self._answers.lockstep.load(servo)
         else:
             Lockstep(servo, servo.step, self.settings)
         self._declaring = True
@@ -288,7 +182,7 @@ class TwinNode(ManagedNode):
             servo_parameters.declare(self, servo, overrides=False)
         finally:
             self._declaring = False
-        self._health.loaded += 1
+        self._answers.health.loaded += 1
         how = 'its state was kept' if kept else 'it begins again'
         said = f'{servo.name} runs in place of {before.name}; {how}'
         self.get_logger().info(said)
@@ -297,38 +191,39 @@ class TwinNode(ManagedNode):
 
     def _happened(self, kind: str, text: str, content: str) -> None:
         """Publish what changed, and from which sample on, so that a replay can do the same."""
-        event = Event(source=self.get_fully_qualified_name(), kind=kind, sequence=self._next,
-                      text=text, content=content)
+        event = Event(source=self.get_fully_qualified_name(), kind=kind, text=text,
+                      sequence=self._answers.next, content=content)
         event.header.stamp = conversion.to_time(self._now())
         self._events.publish(event)
 
-    # Health.
+    def _give_way(self, why: str) -> None:
+        """Answer no further sample, and end."""
+        self._answers.active, self._failure = False, why
+        self._report()
+        self.finished.set_result(why)
 
     def _report(self) -> None:
         label = self._state_machine.current_state[1]
-        if self._active:
-            level, said, facts = self._health.report(
-                self._lockstep, self._joiner.given_up, self._joiner.silent(), self._waiting)
+        if self._answers.active:
+            level, said, facts = self._answers.report()
         elif self._failure:
             level, said, facts = ERROR, self._failure, {}
         else:
             level, said, facts = OK, label, {}
-        facts = {'lifecycle': label, 'servo': self._servo.name if self._servo else 'none',
-                 'mode': self.settings.mode, **facts}
-        facts |= {f'readers of twin/{output.topic_name.rpartition("/")[2]}':
-                  str(output.get_subscription_count()) for output in self._outputs}
+        facts = {PROCESS: self._namesake.process, 'lifecycle': label,
+                 'servo': self._servo.name if self._servo else 'none',
+                 'mode': self.settings.mode, **facts, **self._answers.readers}
         self._diagnostics.publish(conversion.to_diagnostics(
-            self.get_fully_qualified_name(), level, said, facts,
-            self._now()))
+            self.get_fully_qualified_name(), level, said, facts, self._now()))
         if level != OK and said != self._told:
             self.get_logger().warning(said)
         self._told = said
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the twin node until it is told to stop."""
+def main(arguments: list[str] | None = None) -> int:
+    """Run the twin node until it is told to stop; 1: another has its name."""
     if asked_for_help('twin_node', __doc__, 'config/twin.yaml'):
-        return
+        return 0
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
     ending = started(arguments)
     node = TwinNode()
@@ -340,12 +235,14 @@ def main(arguments: list[str] | None = None) -> None:
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:
                 node.trigger_activate()
         ending.then = node.rest
-        ending.spin(executor)
+        ending.spin(executor, node.finished)
     finally:
+        refused = node.finished.done()
         loading.close()
         node.destroy_node()
         rclpy.try_shutdown()
+    return int(refused)
 
 
 if __name__ == '__main__':
-    main()
+    raise SystemExit(main())

@@ -1,0 +1,71 @@
+"""What an adapter finds wrong with topics, samples and clocks, told to its health."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from time import monotonic
+
+from ..driver.rig_health import Level, RigHealth
+from .sample_stream import SampleStream, SECOND
+from .topic_watch import TopicWatch
+
+UNLIKE = 1.5  # from how many times slower or faster than the samples a topic is told as such
+
+
+class AdapterFindings:
+    """Looks at a stream of samples and at the topics that it is made of; ``watches`` by topic."""
+
+    def __init__(self, stream: SampleStream, health: RigHealth) -> None:
+        self._stream, self._health = stream, health
+        self.watches = {topic: TopicWatch(columns) for topic, columns in stream.topics.items()}
+        self._told = {'lost': 0, 'restarts': 0}
+        self._time = 0, monotonic()  # the last ROS time that was new, and when that was
+
+    def tell(self, publishers: Mapping[str, Sequence[str]], now: int) -> None:
+        """Tell what came since the last time; ``publishers`` by topic, ``now`` in ns."""
+        leading = self._stream.mapped.leading
+        self._tell_new('lost', self._stream.lost, 'samples.lost', 'samples left out: '
+                       f'messages of {leading} are missing', now)
+        self._tell_new('restarts', self._stream.restarts, 'clock.restart', 'times that the '
+                       f'samples began again: the time of {leading} jumped', now)
+        for topic, names in publishers.items():
+            found = self.watches[topic].report(names) | self._rate(topic) | self._pace(topic)
+            self._health.keep(f'topics.{topic}.', {
+                key: (level, f'{topic}: {said}') for key, (level, said) in found.items()}, now)
+
+    def _tell_new(self, what: str, count: int, key: str, text: str, now: int) -> None:
+        if count > self._told[what]:
+            self._health.event(key, f'{count - self._told[what]} {text}', now)
+            self._told[what] = count
+
+    def _rate(self, topic: str) -> dict[str, tuple[Level, str]]:
+        """Return what is to be said of a topic whose rate is not that of its samples any more."""
+        stream, usual = self._stream, round(self._stream.usual_period(topic) * SECOND)
+        if topic != stream.mapped.leading or not stream.running or stream.given or not usual:
+            return {}
+        if max(usual, stream.period) <= UNLIKE * min(usual, stream.period):
+            return {}
+        return {'rate': (Level.WARN, (
+            f'it comes {"slower" if usual > stream.period else "faster"} than at the start, and '
+            f'the samples stay at {SECOND / stream.period:.4g} Hz; start the adapter again, or '
+            'set rate'))}
+
+    def _pace(self, topic: str) -> dict[str, tuple[Level, str]]:
+        """Return what is to be said of a topic whose clock goes at another pace than ours."""
+        pace = self._stream.clocks[topic].pace
+        return {} if pace == 1.0 else {'pace': (Level.ERROR, (
+            f'its stamps go at {pace:.2g} of our time; beside a simulation set use_sim_time, '
+            'else set the stamps, or leave them zero'))}
+
+    def tell_time(self, now: int, silence: float) -> None:
+        """Tell where ROS time has stood still for ``silence`` s, as beside a paused simulation."""
+        if now != self._time[0]:
+            self._time = now, monotonic()
+        if monotonic() - self._time[1] <= silence:
+            self._health.over('clock.stands', now)
+        elif now:
+            self._health.trouble('clock.stands', '/clock stands still: the simulation is paused '
+                                 'or has ended', now, Level.WARN)
+        else:
+            self._health.trouble('clock.stands', 'use_sim_time is set, and nobody publishes '
+                                 '/clock: there are no samples', now)

@@ -1,0 +1,56 @@
+"""What came of one topic from one report to the next, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan
+
+from ..driver.rig_health import Level
+from .mapped_columns import Column
+
+
+class TopicWatch:
+    """
+    Counts the messages of a topic and the numbers in them.
+
+    Several nodes may publish one topic, each its own joints. Then some messages lack the field,
+    and that is as it should be while others have it.
+    """
+
+    def __init__(self, columns: Sequence[Column]) -> None:
+        self._columns = tuple(columns)
+        self._numbers = [0] * len(columns)
+        self._taken = 0
+        self._lacking = ''
+
+    def take(self, row: Sequence[float]) -> None:
+        """Note a message and the values of the topic's columns in it."""
+        self._taken += 1
+        for place, value in enumerate(row):
+            self._numbers[place] += not isnan(value)
+
+    def lacks(self, error: str) -> None:
+        """Note a message without a field that the mapping names."""
+        self._lacking = error
+
+    def report(self, publishers: Sequence[str]) -> dict[str, tuple[Level, str]]:
+        """
+        Return (level, sentence) by key of what is wrong since the last report.
+
+        ``publishers`` are the full names of the nodes that publish the topic now. Nothing is
+        returned of a report in which no message came.
+        """
+        found = {}
+        if self._lacking and not self._taken:
+            found['field'] = Level.ERROR, self._lacking
+        for column, numbers in zip(self._columns, self._numbers, strict=True):
+            if self._taken and not numbers:
+                found[column.name] = Level.ERROR, (
+                    f'{column.name}: {column.field.source} holds no number, it is NaN or its '
+                    'list is empty; does the robot measure it?')
+        if self._taken and not self._lacking and len(publishers) > 1:
+            found['several'] = Level.WARN, (
+                f'{len(publishers)} publishers, of {sorted(publishers)}, and no message lacks '
+                'what the mapping names: their values are mixed; leave one, or remap its topic')
+        self._numbers, self._taken, self._lacking = [0] * len(self._columns), 0, ''
+        return found

@@ -1,0 +1,149 @@
+"""An adapter beside a robot with odd habits says what is wrong: it ..."""
+
+from math import nan
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+from diagnostic_msgs.msg import DiagnosticArray
+from driver_bench import Listener, wait_for
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from servo_rig_driver.adapter.adapter_findings import AdapterFindings
+from servo_rig_driver.adapter.adapter_node import mapping_of, qos_of
+from servo_rig_driver.adapter.message_field import Field, FieldError
+from servo_rig_driver.adapter.sample_stream import SampleStream, SECOND
+from servo_rig_driver.driver.rig_health import RigHealth
+
+STATES = '/joint_states'
+MS = SECOND // 1000
+BEGIN = 1000 * SECOND
+
+
+class Robot:
+    """A robot whose JointState an adapter takes, and what the adapter finds once a second."""
+
+    def __init__(self, publishers=('/controllers',)):
+        mapped = mapping_of('ros2_control_joint', 'hip')
+        self.blocks, self.health = [], RigHealth()
+        self.stream = SampleStream(mapped, 0, SECOND, 5 * MS, 10, self.blocks.append)
+        self.findings = AdapterFindings(self.stream, self.health)
+        self.publishers, self.now = publishers, BEGIN
+
+    def says(self, seconds, step=5 * MS, stamp=lambda now: now, joints=('hip', 'knee'),
+             effort=1.0):
+        """Publish for so long, the adapter looking once a second."""
+        watch = self.findings.watches[STATES]
+        for _ in range(round(seconds * SECOND / step)):
+            self.now += step
+            message = SimpleNamespace(name=list(joints), position=[0.0] * len(joints),
+                                      effort=[] if effort is None else [effort] * len(joints))
+            try:
+                watch.take(self.stream.put(STATES, message, stamp(self.now), self.now))
+            except FieldError as error:
+                watch.lacks(str(error))
+            if self.now % SECOND < step:
+                self.findings.tell({STATES: self.publishers}, self.now)
+        return self
+
+    @property
+    def told(self):
+        """What is told now, as one text."""
+        return '; '.join(trouble.text for trouble in self.health.troubles)
+
+
+def test_it_finds_nothing_wrong_with_a_robot_that_says_all():
+    robot = Robot().says(4)
+    assert robot.told == '' and len(robot.blocks) > 50
+
+
+@pytest.mark.parametrize('effort', [nan, None])
+def test_it_says_that_a_field_never_holds_a_number(effort):
+    robot = Robot().says(3, effort=effort)
+    assert 'voltage: /joint_states.effort[hip] holds no number' in robot.told
+    robot.says(2, effort=0.5)
+    assert robot.told == ''
+
+
+def test_other_nodes_may_publish_their_own_joints_on_the_same_topic():
+    robot = Robot(('/arm', '/gripper'))
+    for _ in range(600):
+        robot.says(0.005).says(0.005, joints=('finger',))
+    assert robot.told == ''
+    robot.says(2, joints=('finger',))
+    assert "there is no 'hip'; names are ['finger']" in robot.told
+
+
+def test_it_says_that_two_publish_the_same_joint():
+    robot = Robot(('/arm', '/sliders')).says(3)
+    assert "2 publishers, of ['/arm', '/sliders']" in robot.told and 'are mixed' in robot.told
+
+
+@pytest.mark.parametrize(('pace', 'said'), [(0.7, '0.7'), (0.0, '0'), (1.3, '1.3')])
+def test_it_says_that_a_clock_goes_at_another_pace(pace, said):
+    robot = Robot().says(6, stamp=lambda now: SECOND + round((now - BEGIN) * pace))
+    assert f'its stamps go at {said} of our time; beside a simulation set use_sim_time' in (
+        robot.told)
+
+
+def test_a_clock_that_is_set_once_keeps_its_pace():
+    robot = Robot().says(3)
+    robot.says(5, stamp=lambda now: now + 3600 * SECOND)
+    assert 'pace' not in robot.told and 'stamps go' not in robot.told
+
+
+@pytest.mark.parametrize(('step', 'said'), [(20, 'slower'), (2, 'faster')])
+def test_it_says_that_messages_come_at_another_rate_than_at_the_start(step, said):
+    robot = Robot().says(3).says(3, step * MS)
+    assert f'it comes {said} than at the start, and the samples stay at 200 Hz' in robot.told
+
+
+@pytest.mark.parametrize(('now', 'said'), [
+    (0, 'use_sim_time is set, and nobody publishes /clock'), (SECOND, '/clock stands still')])
+def test_it_says_that_ros_time_stands_still(now, said):
+    robot = Robot()
+    robot.findings.tell_time(now, 60.0)
+    assert robot.told == ''
+    wait_for(lambda: robot.findings.tell_time(now, 0.05) or robot.told, 'it is told', 5.0)
+    assert said in robot.told
+    robot.findings.tell_time(now + MS, 0.05)
+    assert robot.told == ''
+
+
+def test_a_joint_whose_name_is_a_number_is_taken_by_its_name():
+    state = JointState(name=['3', '1', '2'], position=[0.3, 0.1, 0.2])
+    assert Field('/joint_states.position[1]').of(state) == 0.1
+    assert Field('/joint_states.position[0]').of(state) == 0.3
+
+
+def test_it_asks_for_the_best_that_every_publisher_offers():
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    hasty = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    one = qos_of([latched, latched])
+    assert one.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert one.reliability == ReliabilityPolicy.RELIABLE
+    both = qos_of([latched, hasty])
+    assert both.durability == DurabilityPolicy.VOLATILE
+    assert both.reliability == ReliabilityPolicy.BEST_EFFORT
+
+
+@pytest.mark.ros
+def test_its_diagnostics_go_on_while_simulated_time_stands_still():
+    ears, told = Listener('paused'), []
+    ears.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 100)
+    adapter = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.adapter.adapter_node', '--ros-args', '-p',
+         'mapping:=ros2_control_joint', '-p', 'joint:=hip', '-p', 'use_sim_time:=true', '-p',
+         'diagnostics_period:=0.2', '-r', '__ns:=/paused'])
+    try:
+        def heard():
+            return [one for one in told if one.status[0].name == '/paused/adapter: rig'
+                    and 'use_sim_time is set' in one.status[0].message]
+        wait_for(lambda: len(heard()) > 3, 'it goes on saying why there are no samples')
+    finally:
+        adapter.send_signal(signal.SIGINT)
+        assert adapter.wait(20.0) == 0
+        ears.close()
