@@ -8,6 +8,7 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.commands import import_table
 from servo_identify.data.table_import import import_table as imported
+from servo_identify.data.unwrapping import doubts, unwrapped
 
 CONFIG = Path(__file__).parents[2] / 'config'
 SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
@@ -73,3 +74,30 @@ def test_an_angle_that_wraps_around_is_imported_with_a_warning(
     assert convert(path, '--quiet') == 0
     said = capsys.readouterr().err
     assert 'stays within one turn and jumps back by it' in said and 'wraps: 360' in said
+
+
+def turning(rows=1000, period=1e-3, speed=20.0, bits=12):
+    """Return times, and an angle of a shaft that turns in counts of one turn."""
+    time = period * np.arange(rows)
+    return time, np.mod(np.round(speed * time / (2.0 * np.pi) * 2**bits), 2**bits)
+
+
+def test_an_encoder_that_is_read_often_enough_raises_no_doubt():
+    time, counts = turning()
+    assert list(doubts('motor_position', time, counts, 4096)) == []
+    assert np.ptp(unwrapped(counts, 4096)) > 3 * 4096
+
+
+def test_it_says_where_turns_may_be_lost_in_a_hole_or_between_slow_rows():
+    time, counts = turning(speed=60.0)
+    hole = np.delete(np.arange(1000), np.arange(500, 560))
+    told, = doubts('motor_position', time[hole], counts[hole], 4096)
+    assert 'in 1 rows, first at t = 0.56 s' in told
+    told, = doubts('motor_position', time[::50], counts[::50], 4096)
+    assert 'whole turns may be lost' in told
+
+
+def test_it_asks_whether_the_round_is_another():
+    time, counts = turning(bits=10)
+    told, = doubts('motor_position', time, counts, 4096)
+    assert 'between 0 and 1023' in told and 'is the round 1024 or so?' in told

@@ -14,7 +14,8 @@ from servo_identify.data.check import check
 from servo_identify.data.reading import read_recordings
 from servo_identify.diagnose.splitting import split
 from servo_twin.bag import write_recording
-from servo_twin.description.servo_file import load
+from servo_twin.description.servo_file import load, loads
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import COLUMNS, Recording
 
 DEGREES = 180.0 / pi
@@ -271,3 +272,25 @@ def test_where_one_recording_shows_the_inertia_as_well_another_is_not_asked_for_
         name: 10.0 * good[name] for name in ('current', 'voltage', 'torque')}})
     asked = [one for one in check([strong, good], servo) if 'times the inertia' in one.sentence]
     assert asked == [] and of_level('amber', good, servo)
+
+
+def test_a_pendulum_that_falls_with_the_drive_off_is_not_taken_for_degrees():
+    servo = loads("""
+servo: pendulum
+step: 1.0e-4
+drive: {type: current, gain: 1.0, torque_constant: 0.05}
+mechanism: {type: rigid, rotor_inertia: 1.0e-5, load_inertia: 0.05, ratio: 6.0}
+sensors: {load_encoder: {noise: 1.0e-4}, current_sensor: {noise: 0.01}}
+effects:
+  weight: {effect: gravity, at: load, cosine: 0.0, sine: -5.0}
+  dry: {effect: coulomb_friction, at: load, level: 0.1}
+""")
+    chance = np.random.default_rng(1)
+    columns = {name: np.full(4000, np.nan) for name in COLUMNS} | {'voltage': np.zeros(4000)}
+    y = simulate(servo, inputs_of(columns), 2e-3, initial_state(servo, 6.0 * 2.5, 2.5))
+    columns = columns | {'load_position': y[:, 1] + 1e-4 * chance.normal(size=4000),
+                         'current': 0.01 * chance.normal(size=4000),
+                         'voltage': np.full(4000, np.nan)}
+    assert np.ptp(columns['load_position']) > 1.0
+    fall = Recording('fall', 2e-3, columns, family='fall')
+    assert not any(one.level == 'red' for one in check([fall], servo))

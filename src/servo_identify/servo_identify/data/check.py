@@ -28,6 +28,9 @@ COMPUTED = 1e-3  # share of a torque that the current leaves of it, where it was
 SATURATED = 0.6  # share of samples at the largest command
 READER = {
     'not even': 'record at a fixed rate where you can; on such rows the controller is not judged',
+    'off the grid': 'nothing; else look at the link that lost them',
+    'of its round': 'record faster, or cut the table there',
+    'jump from end to end': 'give the round of the encoder as wraps in the mapping',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
     'sampled less often': 'join: true in a mapping file holds a command and interpolates angles',
     'of Delta_X': 'nothing, where no row is missing',
@@ -76,10 +79,11 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     if not any(one.level == 'red' for one in found):
         found += contradicting(looked, servo) or scale_findings(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
-        if any(one.duration >= SHORTEST for one in surveys):
+        open_ = untold(looked, servo, shown)
+        if not open_ and any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))
-        found += untold(looked, servo, shown)
+        found += open_
     found += [*_excitation(shown.values()), *replicates(recordings), *_channels(surveys, servo)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 

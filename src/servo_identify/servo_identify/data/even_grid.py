@@ -25,6 +25,9 @@ EVEN = 0.01
 MOST_ON_GRID = 0.5
 """Share of the rows that lie on a grid where the logger has it, and not by chance."""
 
+FEW = 0.01
+"""Share of the rows that may be made up of a recording that counts as even."""
+
 MOST_HOLES = 1000
 """Samples of the grid for one row beyond which a clock has jumped, and not the logger paused."""
 
@@ -93,9 +96,14 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
                          f'row {k + 1} to '
                          f'{time[k + 1]:.9g} s in row {k + 2}. Cut the file there, or mend the '
                          'clock')
+    samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12) + EVEN) + 1
+    lost = samples - int(on_grid(time, step).sum())
+    how = 'measurements linearly, commands by their last value'
     warnings.append(
+        f'{lost} of {samples} rows are missing or off the grid of {step:.6g} s: they are made up '
+        f'between their neighbours, {how}' if lost <= FEW * samples else
         f'times are not even ({shortest:.6g} to {longest:.6g} s apart): {RESAMPLED} '
-        f'{step:.6g} s, measurements linearly, commands by their last value')
+        f'{step:.6g} s, {how}')
     return step, False
 
 
@@ -147,6 +155,13 @@ def round_period(mean: float, samples: int) -> float:
     return mean
 
 
+def on_grid(time: np.ndarray, step: float) -> np.ndarray:
+    """Return which times lie on the grid of a step, s, that begins with the first; (rows,)."""
+    place = (time - time[0]) / step
+    near = np.abs(place - np.round(place)) <= EVEN
+    return near if near.mean() >= MOST_ON_GRID else np.zeros(len(time), dtype=bool)
+
+
 def _usual(time: np.ndarray) -> float:
     """Return the period, s, of uneven times: a round one that is meant, else their median."""
     median = float(np.median(np.diff(time)))
@@ -166,11 +181,8 @@ class Between:
     """
 
     def __init__(self, time: np.ndarray, step: float) -> None:
-        place = (time - time[0]) / step
-        near = np.abs(place - np.round(place)) <= EVEN
-        if near.mean() < MOST_ON_GRID:  # that lie so by chance
-            near[:] = False
-        self.time = np.where(near, time[0] + step * np.round(place), time)
+        grid = time[0] + step * np.round((time - time[0]) / step)
+        self.time = np.where(on_grid(time, step), grid, time)
         self.step = step
         self.samples = int((self.time[-1] - self.time[0]) / step * (1.0 + 1e-12)) + 1
         self._hole = HOLE * max(step, float(np.median(np.diff(time)))) * (1.0 + 1e-6)

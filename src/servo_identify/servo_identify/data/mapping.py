@@ -32,6 +32,7 @@ from servo_twin.physics.servo import Servo
 from .column_units import factor_of, NAMES
 from .joining import HELD, joined
 from .table import Table
+from .unwrapping import doubts, unwrapped
 
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
         'recording': dict, 'period': (int, float), 'drive_on': str}
@@ -87,6 +88,9 @@ class Mapping:
         table = self._of_one_topic(table)
         columns = {name: _follow(table, steps, self._factor(name, servo))
                    for name, steps in self.columns.items()}
+        for name, steps in self.columns.items():
+            if 'wraps' in steps:
+                warnings += doubts(name, columns['t'], table[steps['source']], steps['wraps'])
         if self.drive_on:
             off = np.flatnonzero(table[self.drive_on] == 0.0)
             if len(off):
@@ -181,8 +185,7 @@ def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     if 'above' in steps:
         column[column > steps['above']] -= steps['subtract']
     if 'wraps' in steps:
-        known = np.isfinite(column)
-        column[known] = np.unwrap(column[known], period=steps['wraps'])
+        column = unwrapped(column, steps['wraps'])
     column = column * steps.get('scale', 1.0) + steps.get('offset', 0.0)
     if 'times' in steps:
         column = column * table[steps['times']]

@@ -91,10 +91,13 @@ def torque_of_drive(at: Signals, servo: Servo) -> tuple[np.ndarray, float] | Non
     """
     Return the motor's torque, N m, and what of it the back EMF takes away, N m s/rad.
 
-    By the current, else by what the drive makes of the command; None where neither tells it.
+    By the current, else by what the drive makes of the command; None where neither tells it. Nor
+    does a current of a drive that is off: a smaller angle would close a balance without torque.
     """
     values = servo.values
     constant = values['drive.torque_constant']
+    if 'current' in at.silent:
+        return None
     if 'current' in at.plain:
         return constant * at.plain['current'], 0.0
     command = at.plain.get('voltage')

@@ -10,6 +10,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from servo_twin.recording.recording import Recording
 
+from .white_noise import FOURTH, QUARTILE
+
+NOISES = 2.0  # times the noise that is left of a channel, up to which it may be nothing else
 MOST = 20_000  # samples that are looked at: the first ones
 ANGLES = ('motor_position', 'load_position')
 OTHERS = ('voltage', 'current', 'current_reference', 'torque', 'external_torque',
@@ -22,7 +25,8 @@ class Signals:
     Channels under one Gaussian of ``width`` samples; arrays of shape (samples,).
 
     ``plain`` holds each measured channel in its own unit. ``speed``, ``acceleration`` and ``sign``
-    (of the speed, smoothed) are those of each measured angle, on its own shaft.
+    (of the speed, smoothed) are those of each measured angle, on its own shaft. ``silent`` are
+    channels that hold no more than the noise of a sensor.
     """
 
     width: float
@@ -30,6 +34,7 @@ class Signals:
     speed: Mapping[str, np.ndarray]
     acceleration: Mapping[str, np.ndarray]
     sign: Mapping[str, np.ndarray]
+    silent: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(next(iter(self.plain.values()))) if self.plain else 0
@@ -46,7 +51,8 @@ class Signals:
         signs = {names.get(name, name): np.sign(factors.get(name, 1.0)) * column
                  for name, column in self.sign.items()}
         return Signals(self.width, of(self.plain, 0), of(self.speed, 1),
-                       of(self.acceleration, 2), signs)
+                       of(self.acceleration, 2), signs,
+                       frozenset(names.get(name, name) for name in self.silent))
 
 
 def signals(one: Recording, width: float) -> Signals | None:
@@ -70,10 +76,19 @@ def signals(one: Recording, width: float) -> Signals | None:
     filled = {name: bridged(one[name][:MOST]) for name in has}
     angles = [name for name in ANGLES if name in has]
     speeds = {name: gaussian_filter1d(filled[name], width, order=1) for name in angles}
-    return Signals(width, {name: through(column) for name, column in filled.items()},
+    plain = {name: through(column) for name, column in filled.items()}
+    return Signals(width, plain,
                    {name: through(filled[name], 1) for name in angles},
                    {name: through(filled[name], 2) for name in angles},
-                   {name: through(np.sign(speeds[name])) for name in angles})
+                   {name: through(np.sign(speeds[name])) for name in angles},
+                   frozenset(name for name in OTHERS if name in plain and _is_noise(
+                       plain[name], filled[name], width)))
+
+
+def _is_noise(smooth: np.ndarray, raw: np.ndarray, width: float) -> bool:
+    """Tell whether a smoothed channel holds no more than white noise as rough leaves in it."""
+    rough = float(np.median(np.abs(np.diff(raw, 4)))) / QUARTILE / FOURTH
+    return float(np.std(smooth)) <= NOISES * rough / np.sqrt(2.0 * np.sqrt(np.pi) * width)
 
 
 def bridged(values: np.ndarray) -> np.ndarray:
