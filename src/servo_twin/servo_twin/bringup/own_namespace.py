@@ -20,16 +20,23 @@ def refuse_taken(session: Session, own: Collection[str] = ()) -> None:
 
     ``own`` are the nodes that this run has started by now.
     """
-    there = session.nodes()
+    if _others(session, own):
+        sleep(AT_FIRST)  # who else is there comes with them
+        said = _others(session, own)
+        if said:
+            raise ProcessError(
+                f'{session.get_namespace()} is taken: {"; ".join(said)}. Two runs would drive one '
+                'motor. Choose another --namespace, or another ROS_DOMAIN_ID; a process that was '
+                'killed counts for up to 20 s')
+
+
+def _others(session: Session, own: Collection[str]) -> list[str]:
+    """Return who is there beside the nodes of this run, and who else commands, in words."""
+    there, commanding = session.nodes(), session.publishers('command')
     said = [f'{name} runs' for name in NODES if there.count(name) > (name in own)]
-    commanding = session.publishers('command')
     if len(commanding) > ('player' in own):
         said.append(f'command is published by {", ".join(sorted(set(commanding)))}')
-    if said:
-        raise ProcessError(
-            f'{session.get_namespace()} is taken: {"; ".join(said)}. Two runs would drive one '
-            'motor. Choose another --namespace, or another ROS_DOMAIN_ID; a process that was '
-            'killed counts for up to 20 s')
+    return said
 
 
 def look_around(session: Session, seconds: float, processes: Processes,
