@@ -69,7 +69,7 @@ def test_the_file_for_the_aggregator_groups_what_every_node_says():
     group = told['analyzers']['ros__parameters']['rig']['analyzers']
     begins = {entry['startswith'][0] for entry in group.values()}
     assert begins == {f'/rig/{node}: ' for node in (
-        'driver', 'adapter', 'twin', 'identify', 'recorder')}
+        'driver', 'adapter', 'twin', 'identify', 'recorder', 'player')}
     for entry in group.values():
         assert entry['type'] == 'diagnostic_aggregator/GenericAnalyzer' and entry['timeout'] > 1.0
 

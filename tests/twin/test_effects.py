@@ -58,9 +58,9 @@ SITE_UNITS = {
 
 def dimension(unit: str) -> dict[str, int]:
     """Return the exponents of a unit such as ``N m s2/rad2``; KeyError where it is none."""
-    above, _, below = unit.partition('/')
+    above, *below = unit.split('/')
     powers = dict.fromkeys(BASE, 0)
-    for part, sign in ((above, 1), (below, -1)):
+    for part, sign in ((above, 1), (' '.join(below), -1)):
         for token, times in re.findall(r'(N m|kg m2|1|[^\s\d]+)(\d*)', part):
             for base, power in DIMENSIONS[token].items():
                 powers[base] += sign * power * int(times or 1)

@@ -19,11 +19,11 @@ class TorqueConstantChange(Torque):
     sites = ('motor',)
     candidate = False
 
-    by_temperature = Parameter(-1e-4, 'N m/(A degC)', (-1e3, 1e3), 'Rise with temperature.',
+    by_temperature = Parameter(-1e-4, 'N m/A/degC', (-1e3, 1e3), 'Rise with temperature.',
                                off=0.0)
     reference = Parameter(20.0, 'degC', (-100.0, 300.0),
                           'Where the torque constant of the drive holds.')
-    by_speed = Parameter(1e-8, 'N m s2/(A rad2)', (-1e3, 1e3),
+    by_speed = Parameter(1e-8, 'N m s2/rad2/A', (-1e3, 1e3),
                          'Fall with the square of the speed of the motor.', off=0.0)
 
     @staticmethod
