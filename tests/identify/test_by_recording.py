@@ -25,6 +25,7 @@ def report_of(recordings):
     return diagnose(first, SERVO, [second], [third]).report
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_friction_that_falls_from_recording_to_recording_is_named_with_its_range():
     several = [recorded(rubbing(times), seed) for seed, times in enumerate((4.0, 3.0, 2.0, 1.5))]
@@ -36,6 +37,7 @@ def test_friction_that_falls_from_recording_to_recording_is_named_with_its_range
     assert report.gap['after'] == report.gap['before']  # no file can hold it
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_zero_of_the_torque_sensor_that_differs_is_told_between_its_ends():
     several = [off(recorded(SERVO, seed), more) for seed, more in enumerate((0.0, 3.0, 6.0, 9.0))]
@@ -46,6 +48,7 @@ def test_a_zero_of_the_torque_sensor_that_differs_is_told_between_its_ends():
     assert 'zero' in report.verdict['sentence']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_zero_that_is_the_same_in_all_is_one_value():
     report = report_of([off(recorded(SERVO, seed), 6.0) for seed in range(6)])

@@ -39,6 +39,7 @@ def test_a_torque_that_repeats_in_time_is_named_with_its_period_and_no_effect_is
     assert report.which[0].shrink_realised > 0.9  # of its equation
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_beside_it_another_effect_is_found():
     rubs = with_effect('coulomb_friction', 'motor', level=0.1)

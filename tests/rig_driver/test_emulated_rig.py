@@ -65,6 +65,7 @@ def until(wire, wanted, seconds=60.0):
     raise AssertionError(f'no frame 0x{wanted:X} within {seconds} s')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_real_processes_answer_every_sync_at_a_kilohertz_and_come_back_after_a_stopped_bus(
         tmp_path):

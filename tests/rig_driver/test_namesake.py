@@ -62,6 +62,7 @@ def test_a_second_one_of_a_namespace_ends_and_says_why(words):
         ears.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('age', 'begun', 'ends'), [(3600, '2000', False), (0, '9999', False),
                                                     (0, '2000', True)])
 def test_it_gives_way_to_what_runs_now_and_began_before_it(tmp_path, age, begun, ends):

@@ -147,6 +147,7 @@ def test_a_rig_without_a_load_encoder_is_fitted_and_runs_free(recordings, tmp_pa
     assert np.isfinite([run_.speed_fit, run_.angle_fit]).all() and set(FREE) <= set(SERVO.values)
 
 
+@pytest.mark.long
 def test_the_page_and_the_rows_are_made_of_the_figures(data, recordings, tmp_path):
     learned = learner_figures(data, ['coulomb_viscous', 'stribeck', 'dahl', 'lugre', 'sindy',
                                      'lstm'], 0.5, tmp_path / 'x', {'steps': 2})

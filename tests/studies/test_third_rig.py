@@ -45,6 +45,7 @@ def test_a_machine_without_friction_keeps_its_energy():
     assert np.ptp(energy[5:-5]) < 2e-3 * energy.mean()
 
 
+@pytest.mark.long
 def test_it_rings_at_the_frequency_of_two_inertias_on_a_spring():
     torque = moved(FREE, np.where(np.arange(60_000) < 50, 2.0, 0.0))[100:, 2]
     crossings = np.flatnonzero(np.diff(np.sign(torque)) > 0)

@@ -68,6 +68,7 @@ def test_it_drives_twins_records_and_replays_the_emulated_bench(tmp_path):
     assert children_of(folder) == []
 
 
+@pytest.mark.long
 def test_it_drives_a_drive_that_people_own_by_its_name_alone(tmp_path):
     folder = tmp_path / 'bench'
     done = subprocess.run(run_command(folder, '--driver', 'moteus', '--duration', 2),
@@ -80,6 +81,7 @@ def test_it_drives_a_drive_that_people_own_by_its_name_alone(tmp_path):
     assert children_of(folder) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
 def test_it_leaves_no_process_behind_when_it_is_interrupted(tmp_path, number):
     folder = tmp_path / 'bench'
