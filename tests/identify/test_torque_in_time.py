@@ -37,6 +37,7 @@ def test_a_torque_that_repeats_in_time_is_named_with_its_period_and_no_effect_is
     assert 'column external_torque' in report.verdict['sentence']
     assert report.gap['after'] == report.gap['before']
     assert report.which[0].shrink_realised > 0.9  # of its equation
+    assert not report.which[0].simulated
 
 
 @pytest.mark.long

@@ -63,7 +63,7 @@ def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
          'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
         added.law, drawn, alternatives,
         _size(evidence, one, parameters, drawn),
-        asdict(one.wave) if one.wave else None, round(halves, 3))
+        asdict(one.wave) if one.wave else None, round(halves, 3), not mechanism.outside)
 
 
 def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]],

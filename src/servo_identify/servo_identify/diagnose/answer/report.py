@@ -42,7 +42,8 @@ class MissingEffect:
     their units, or None; shrinks are shares of the gap of the file as given that come back when
     this effect alone is taken out again, on the accept and on the report recordings. ``added`` is
     the wave behind the controller (shape, period s, amplitude and offset V), where one was found;
-    ``named_in`` the share of the halves of the recordings that name the effect.
+    ``named_in`` the share of the halves of the recordings that name the effect. ``simulated`` is
+    false of what no simulation of the twin shows: then the shrinks are those of its equation.
     """
 
     effect: str
@@ -61,6 +62,7 @@ class MissingEffect:
     change: str
     added: dict[str, Any] | None = None
     named_in: float = 1.0
+    simulated: bool = True
 
 
 @dataclass(frozen=True)

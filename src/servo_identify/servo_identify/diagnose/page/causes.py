@@ -34,6 +34,7 @@ def _cause(one: dict[str, Any]) -> dict[str, Any]:
                        for name, entry in (one.get('parameters') or {}).items()],
         'predicted': _share(one.get('shrink_predicted')),
         'realised': _share(one.get('shrink_realised')),
+        'of': 'the gap' if one.get('simulated', True) else 'the gap of its equation',
         'interval': between(one.get('interval')),
         'alternatives': _alternatives(one),
         'alone': {'alternatives', 'ambiguous_with'} <= set(one),
