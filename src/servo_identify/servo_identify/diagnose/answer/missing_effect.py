@@ -13,7 +13,6 @@ from ..decisions import EVEN
 from ..handover.added import Added
 from ..handover.curves import Curve
 from ..handover.gap import shrink_interval
-from ..residuals.nuisance import value_of
 from ..selection.stability import share_of
 from .evidence import Evidence, Finding
 from .report import Alternative, MissingEffect, RUNGS
@@ -71,13 +70,15 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
     """Return the size of an effect in words."""
     if one.wave:
         return str(one.wave)
-    detail, samples = evidence.found.hypotheses[one.part.number].detail, evidence.found.samples
+    whole = evidence.found.hypotheses[one.part.number]
+    detail = whole.detail
     if 'told' in detail:
-        return str(detail['told'](one.part.amplitudes, evidence.servo))
+        return str(detail['told'](whole.knots, one.part.amplitudes, evidence.servo))
     if 'value' in detail and drawn:  # it varies, and the file gets its mean
-        path, x = detail['value'], drawn['x']
-        first, last = (value_of(samples, path, float(drawn['y'][k])) for k in (0, -1))
-        return (f'{first:.3g} to {last:.3g} {evidence.servo.unit(path)} from {x[0]:.3g} to '
+        x = drawn['x']
+        first, last = (detail['is'](float(drawn['y'][k])) for k in (0, -1))
+        unit = evidence.servo.unit(detail['value'])
+        return (f'{first:.3g} to {last:.3g} {unit} from {x[0]:.3g} to '
                 f'{x[-1]:.3g} {drawn["unit"]}')
     turn = _turn(one.added, evidence.servo)
     # the values of a law that does not hold say less than the curve

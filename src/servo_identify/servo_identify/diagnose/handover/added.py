@@ -14,7 +14,6 @@ from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
 
 from ..mechanisms.hypothesis import UNKNOWN
-from ..mechanisms.varying_values import UNITS
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
@@ -98,9 +97,7 @@ def _value_of(found: Explained, part: Part) -> Mapping[str, Value]:
         return {}
     elif 'value' in one.detail and part.curve is not None:  # the file has one value of it
         path, given = one.detail['value'], servo.numbers[one.detail['value']]
-        value = (value_of(found.samples, path, part.curve.mean())
-                 if part.curve.variable in UNITS else given * (1.0 + part.curve.slope()))
-        changes = {path: value - given}
+        changes = {path: one.detail['is'](part.curve.mean()) - given}
     elif one.path:
         value = value_of(found.samples, one.path, float(part.amplitudes[0]))
         changes = {one.path: value - servo.numbers[one.path]}

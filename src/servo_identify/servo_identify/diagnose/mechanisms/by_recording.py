@@ -71,8 +71,7 @@ def _friction(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
     low = np.tile([-1.0 if own else 0.0, -np.inf][:1 + changes], len(errors))
     return builder.hypothesis(
         mechanism, builder.resisting(site, partial(apart, errors, more)), [0] * len(knots), knots,
-        room=(low, np.inf), detail={'told': partial(_rubs, knots) if own else partial(
-            _lies, knots, 'N m', site)})
+        room=(low, np.inf), detail={'told': _rubs if own else partial(_lies, 'N m', site)})
 
 
 def _offset(builder: Builder, channel: str) -> Hypothesis | None:
@@ -86,7 +85,7 @@ def _offset(builder: Builder, channel: str) -> Hypothesis | None:
     knots = list(range(len(errors)))
     return builder.hypothesis(mechanism, builder.place(channel, partial(apart, errors, ones),
                                                        -1.0), [0] * len(knots), knots,
-                              detail={'told': partial(_lies, knots, unit, channel)})
+                              detail={'told': partial(_lies, unit, channel)})
 
 
 def _rubs(knots: Sequence[int], amplitudes: np.ndarray, servo: Servo) -> str:
@@ -95,7 +94,7 @@ def _rubs(knots: Sequence[int], amplitudes: np.ndarray, servo: Servo) -> str:
     return f'{1.0 + low:.3g} to {1.0 + high:.3g} times that of the file, by recording'
 
 
-def _lies(knots: Sequence[int], unit: str, place: str, amplitudes: np.ndarray,
+def _lies(unit: str, place: str, knots: Sequence[int], amplitudes: np.ndarray,
           servo: Servo) -> str:
     """Return between what a level lies, in words."""
     low, high = _between(knots, amplitudes)

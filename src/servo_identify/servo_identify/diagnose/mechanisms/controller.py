@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -71,7 +71,7 @@ def _fed_forward(builder: Builder) -> Hypothesis | None:
                               detail={'told': _feeds})
 
 
-def _feeds(amplitudes: np.ndarray, servo: Servo) -> str:
+def _feeds(knots: Sequence[str], amplitudes: np.ndarray, servo: Servo) -> str:
     return (f'it adds {amplitudes[0]:.3g} V per {servo.reads("rad", "load")}/s2 of the '
             'acceleration of the reference')
 

@@ -155,7 +155,7 @@ class Hypothesis:
     variable the columns stand. ``path`` is the value of the servo file that would be off; ``room``
     is between what the amplitudes lie, all alike or each. ``tried`` counts the alternatives
     (orders, delays) that this one was chosen from; ``detail`` holds what else was searched; of
-    what no value of the twin can be, ``told(amplitudes, servo)``, which says its size. ``form`` is
+    what no value of the twin can be, ``told(knots, amplitudes, servo)``, its size. ``form`` is
     its curve, where it is one.
     """
 

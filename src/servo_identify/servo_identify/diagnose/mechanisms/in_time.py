@@ -65,7 +65,7 @@ def in_time(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
             _waving, tones)))
         knots = [tone for tone in tones for _ in range(2)] * len(samples.errors)
         one = builder.hypothesis(mechanism, columns, [0] * len(knots), knots, tried=tried,
-                                 detail={'told': partial(_told, knots)})
+                                 detail={'told': _told})
         if one:
             yield one
 

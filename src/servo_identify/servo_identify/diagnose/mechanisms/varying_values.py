@@ -75,12 +75,14 @@ def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism
         samples.errors, lambda _: np.ones((len(motion.rows), 1)), one))
     return builder.hypothesis(
         replace(mechanism, variables=(BY_RECORDING,)), Columns(table),
-        [0] * table.shape[1], detail={'of': path, 'told': partial(_told, samples, path)})
+        [0] * table.shape[1],
+        detail={'of': path, 'told': partial(_told, partial(value_of, samples, path), path)})
 
 
-def _told(samples: ResidualSamples, path: str, amplitudes: np.ndarray, servo: Servo) -> str:
+def _told(value: Callable[[float], float], path: str, knots: Sequence[int],
+          amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what a value lies, in words."""
-    values = [value_of(samples, path, float(one)) for one in amplitudes]
+    values = [value(float(one)) for one in amplitudes]
     return f'{min(values):.3g} to {max(values):.3g} {servo.unit(path)}'.strip() + ', by recording'
 
 
@@ -100,9 +102,7 @@ def _scaled(samples: ResidualSamples, path: str, step: float, width: int,
     """
     def columns(one: EquationErrors, name: str, change: np.ndarray) -> np.ndarray:
         motion = one.motion_of(name)
-        series: Sequence[np.ndarray] | np.ndarray = of(one, motion)
-        at = one.test(name).centres(len(one.measured.recording)) - motion.test.reach
-        return change[:, None] * np.asarray(series)[np.clip(at, 0, len(series) - 1)]
+        return change[:, None] * motion.at_centres(of(one, motion), one.test(name))
 
     return samples.place({number: {name: columns(one, name, change)
                                    for name, change in one.slope(path, step).items()}

@@ -58,6 +58,11 @@ class Motion:
         """Seconds from the start of the recording, at the inner samples."""
         return (self.test.reach + np.arange(len(self.rows))) * self.test.period
 
+    def at_centres(self, series: np.ndarray, test: TestFunction) -> np.ndarray:
+        """Return a series of inner samples at the centres of a test function of an equation."""
+        at = test.centres(len(self.measured.recording)) - self.test.reach
+        return series[np.clip(at, 0, len(series) - 1)]
+
     def moving(self, ratio: float) -> np.ndarray:
         """Tell at the centres whether both shafts keep moving under the test function."""
         noise, test = self.measured.noise, self.test

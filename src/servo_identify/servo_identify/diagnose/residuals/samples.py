@@ -150,10 +150,9 @@ class ResidualSamples:
         for number, one in enumerate(self.errors):
             if (number, equation) not in self._keep:
                 continue
-            motion, test = one.motion_of(equation), one.test(equation)
-            at = test.centres(len(one.measured.recording)) - motion.test.reach
-            series = of(one, motion)
-            parts.append(series[np.clip(at, 0, len(series) - 1)][self._keep[number, equation]])
+            motion = one.motion_of(equation)
+            series = motion.at_centres(of(one, motion), one.test(equation))
+            parts.append(series[self._keep[number, equation]])
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def open_from(self, equation: str) -> float:
