@@ -336,3 +336,27 @@ def test_a_chopper_that_limits_the_current_saturates_the_drive():
     first = answer.report.which[0]
     assert (first.effect, first.site, first.law) == ('drive_saturation', 'current', True)
     assert answer.augmented.numbers['effects.current_limit.limit'] == pytest.approx(0.25, rel=0.05)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_command_that_is_followed_no_faster_than_a_limit_is_a_limit_of_its_rate():
+    limited = HOBBY.with_effects(Placed('e', find('command_rate_limit'), 'command'),
+                                 values={'effects.e.rate': 12.0})
+    several = [moved(limited, seed, row=2e-3) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
+    assert [one.effect for one in answer.report.which] == ['command_rate_limit']
+    assert answer.augmented.numbers['effects.command_rate_limit.rate'] == pytest.approx(
+        12.0, rel=0.05)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_spring_whose_force_fades_is_neither_a_spring_nor_friction():
+    rig = with_effect('relaxing_spring', 'load', stiffness=60.0, time=0.2)
+    several = [recorded(rig, seed) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], SERVO, several[1:2], several[2:])
+    assert [one.effect for one in answer.report.which] == ['relaxing_spring']
+    found = answer.augmented.numbers
+    assert found['effects.relaxing_spring.stiffness'] == pytest.approx(60.0, rel=0.1)
+    assert found['effects.relaxing_spring.time'] == pytest.approx(0.2, rel=0.1)

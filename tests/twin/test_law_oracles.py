@@ -138,7 +138,38 @@ def test_a_payload_shows_its_resonance_and_antiresonance():
     assert np.abs(y[:, 1] - angle).max() < 5e-3 * np.ptp(angle)
 
 
+def test_the_torque_of_a_relaxing_spring_fades_at_rest_and_damps_slow_motion():
+    effect, s, h = find('relaxing_spring'), np.zeros(1), 1e-5
+    p = parameters(effect, stiffness=20.0, time=0.05)
+
+    def moving(speed):
+        return effect.motion(**dict.fromkeys(effect.motion._fields, 0.0) | {'speed': speed})
+
+    moved = [effect.law(p, s, moving(2.0), h) for _ in range(100)]
+    assert moved[-1] == pytest.approx(-20.0 * 2.0 * 100 * h, rel=0.02)  # at once, a spring
+    rests = [effect.law(p, s, moving(0.0), h) for _ in range(5000)]
+    assert rests[-1] / moved[-1] == pytest.approx(np.exp(-1.0), rel=1e-3)
+    goes_on = [effect.law(p, s, moving(2.0), h) for _ in range(100_000)]
+    assert goes_on[-1] == pytest.approx(-20.0 * 0.05 * 2.0, rel=1e-3)  # in the end, a damper
+
+
 # --- delays
+
+
+def test_a_rate_limit_makes_a_ramp_of_a_jump_and_lets_slow_changes_pass():
+    effect, h = find('command_rate_limit'), 1e-3
+    p = parameters(effect, rate=30.0)
+
+    def followed(command):
+        s = np.zeros(2)
+        return np.array([effect.law(p, s, effect.motion(one, 0.0, 0.0), h) for one in command])
+
+    t = np.arange(400) * h
+    jump = np.where(t < 0.05, -1.0, 5.0)
+    assert followed(jump) == pytest.approx(
+        np.clip(-1.0 + 30.0 * (t - 0.049), -1.0, 5.0), abs=1e-9)
+    slow = np.sin(20.0 * t)
+    assert followed(slow) == pytest.approx(slow, abs=1e-12)
 
 
 def test_a_command_delay_moves_the_answer_by_as_many_samples():

@@ -122,6 +122,11 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
     'payload_resonance': ('frequency', 'gain', lambda: (
         F, _resonance(0.75, 0.1) + 0.4 * _resonance(0.35, 0.06)),
         lambda: (F, _resonance(0.75, 0.1))),
+    'relaxing_spring': ('time', 'torque', lambda: (
+        TIME, np.where(TIME < 0.3, TIME / 0.3, np.exp(-5.0 * (TIME - 0.3)))),
+        lambda: (TIME, 0.0 * TIME)),
+    'command_rate_limit': ('time', 'current', lambda: (
+        TIME, np.clip(1.6 * (TIME - 0.2), 0.0, 1.0)), lambda: (TIME, 1.0 * (TIME > 0.2))),
     'external_torque': ('time', 'torque', lambda: (
         TIME, 0.5 * np.sin(16 * TIME) + 0.2 * np.sin(32 * TIME)), lambda: (TIME, 0.0 * TIME)),
     'controller_mismatch': ('time', 'command', lambda: (

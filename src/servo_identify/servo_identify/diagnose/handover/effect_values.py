@@ -73,6 +73,10 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values = {'delay': float(np.asarray(one.knots or (1.0,)) @ a)}
     elif name == 'current_lag':
         values = {'lag': float(np.asarray(one.knots) @ a)}
+    elif name == 'command_rate_limit':
+        values = {'rate': float(one.knots[0])}
+    elif name == 'relaxing_spring':
+        values = {'stiffness': float(a[0]), 'time': float(one.knots[0])}
     elif name == 'payload_resonance':
         values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
                   'damping': float(one.detail['damping'])}

@@ -13,6 +13,8 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
+from .memory import within_rate
+from .shape_search import best_shape, SHAPES
 
 BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 """Shares of the largest command within which nothing may come."""
@@ -23,10 +25,15 @@ CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 KNEES = (0.003, 0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
+SLOWEST = 0.01  # limit of the rate of a command, share of the fastest change that was asked for
 
 
-def drive_of(builder: Builder) -> Iterator[Hypothesis]:
-    """Yield the hypotheses of the drive; none where no command is recorded."""
+def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
+    """
+    Yield the hypotheses of the drive; none where no command is recorded.
+
+    ``residual`` (samples,) tells the limit of a rate.
+    """
     if not all('voltage' in one.measured.channels for one in builder.samples.errors):
         return
     top = builder.scales.command
@@ -67,7 +74,7 @@ def drive_of(builder: Builder) -> Iterator[Hypothesis]:
         _dead_time(builder),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
-        _limited(builder),
+        _limited(builder), _rate_limited(builder, residual),
         # a gain that differs by the sign of the command
         'drive.gain' in builder.samples.servo.numbers and shaped(
             'parameter:gain', both, [0, 0], site='drive', detail={'law': 'drive_asymmetry'})))
@@ -129,6 +136,25 @@ def _limited(builder: Builder) -> Hypothesis | None:
                               form=Form('current', 'A', 'A', lambda one: _inner(one, _driven(one)),
                                         lost),
                               detail={'law': 'current_limit'})
+
+
+def _rate_limited(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+    """A command that is followed no faster than a limit, up and down."""
+    top = max(float(np.max(np.abs(np.diff(one.regressor_command)), initial=0.0))
+              / one.measured.period for one in builder.samples.errors)
+    if not top > 0.0:
+        return None
+
+    def lost(one: EquationErrors, rate: float) -> np.ndarray:
+        command = one.regressor_command
+        return (within_rate(command, rate * one.measured.period) - command)[:, None]
+
+    rate = best_shape(SLOWEST * top, top, lambda rate: _through(
+        builder, lambda one: lost(one, rate)).table[:, 0], residual)
+    mechanism = Mechanism('command_rate_limit', 'drive', 'command', ('command',), 'odd',
+                          memory=True)
+    return builder.hypothesis(mechanism, _through(builder, lambda one: lost(one, rate)), [1],
+                              (rate,), tried=SHAPES)
 
 
 def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:

@@ -40,7 +40,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
         found += torque_of(builder, residual)
         found += in_time(builder, residual)
     found += transmission_of(builder, residual)
-    found += drive_of(builder)
+    found += drive_of(builder, residual)
     found += readings_of(builder, residual)
     found += values_of(builder)
     found += controller_of(builder, residual)

@@ -37,6 +37,31 @@ def resonator(acceleration: np.ndarray, period: float, frequency: float,
     return lfilter(top / bottom[0], bottom / bottom[0], acceleration)
 
 
+def relaxation(angle: np.ndarray, period: float, time: float) -> np.ndarray:
+    """
+    Return what is left of the stretch of a spring that fades, rad, shape of ``angle``.
+
+    It fades to 37 % in ``time`` (s), from no stretch at the start. Exact where the angle goes on
+    straight from sample to sample (Maxwell element).
+    """
+    keep = float(np.exp(-period / time))
+    gain = (1.0 - keep) * time / period
+    return lfilter([gain, -gain], [1.0, -keep], angle - angle[0])
+
+
+def within_rate(x: np.ndarray, most: float) -> np.ndarray:
+    """Return what follows ``x`` by no more than ``most`` a sample, shape of ``x``."""
+    return _within_rate(np.ascontiguousarray(x), most)
+
+
+@njit(cache=True, nogil=True)
+def _within_rate(x: np.ndarray, most: float) -> np.ndarray:
+    out = x.copy()
+    for k in range(1, len(x)):
+        out[k] = out[k - 1] + min(max(x[k] - out[k - 1], -most), most)
+    return out
+
+
 @njit(cache=True, nogil=True)
 def _stop(x: np.ndarray, width: float) -> np.ndarray:
     out = np.zeros(len(x))

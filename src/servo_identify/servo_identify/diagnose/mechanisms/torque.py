@@ -12,8 +12,9 @@ from ..residuals.motion import bridged
 from .builder import Builder
 from .friction import shaft_equation
 from .hypothesis import Form, Hypothesis, Mechanism
-from .memory import resonator
+from .memory import relaxation, resonator
 from .orders import periodic, waves
+from .shape_search import best_shape, SHAPES
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
@@ -21,6 +22,7 @@ STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push b
 FREQUENCIES, DAMPINGS = 40, (0.005, 0.02, 0.08, 0.3)  # of a payload
 REFINED, SIMPLEX = 60, ((0.0, 0.0), (0.05, 0.0), (0.0, 0.5))  # search about the best of the grid
 BAND = (0.02, 0.45)  # of the sampling rate of the test function, between which it may swing
+FADING = (2.0, 0.1)  # widths of the test function, share of the longest recording
 
 
 def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -43,7 +45,7 @@ def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from filter(None, (_constant(builder),
                              *(_gravity(builder, orders) for orders in HANGING),
                              *(_spring(builder, bends) for bends in (False, True)),
-                             _saturation(builder)))
+                             _relaxing(builder, residual), _saturation(builder)))
     yield from _payload(builder, residual)
 
 
@@ -97,6 +99,30 @@ def _spring(builder: Builder, bends: bool) -> Hypothesis | None:
     return builder.hypothesis(mechanism, builder.of_form('load_torque', form),
                               [0, 1, *[1] * bends * (1 + 2 * len(STOPS))], form=form,
                               either=not builder.turns('load_angle'))
+
+
+def _relaxing(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+    """
+    A spring at the load whose force fades: air behind a throttle, rubber.
+
+    Between the times that tell it from a damper and from a spring that stays.
+    """
+    low = FADING[0] * max(one.motion.test.reach * one.measured.period
+                          for one in builder.samples.errors)
+    high = FADING[1] * builder.scales.duration
+    if not high > low:
+        return None
+
+    def torque(one: EquationErrors, time: float) -> np.ndarray:
+        left = relaxation(bridged(one.angles()[1]), one.measured.period, time)
+        reach = one.motion.test.reach
+        return -left[reach:reach + len(one.motion.rows), None]
+
+    time = best_shape(low, high, lambda time: builder.place(
+        'load_torque', lambda one: torque(one, time)).table[:, 0], residual)
+    mechanism = Mechanism('relaxing_spring', 'torque', 'load', ('angle',), 'odd', memory=True)
+    return builder.hypothesis(mechanism, builder.place(
+        'load_torque', lambda one: torque(one, time)), [1], (time,), tried=SHAPES)
 
 
 def _saturation(builder: Builder) -> Hypothesis | None:
