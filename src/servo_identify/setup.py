@@ -20,13 +20,14 @@ REQUIRES = [
     'ruamel.yaml',
     'scipy',
     'servo_twin',
+    'threadpoolctl',
 ]
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
     'files': ['h5py', 'openpyxl'],  # HDF5, MAT files of version 7.3, spreadsheets
     'fmu': ['servo_twin[fmu]'],  # mechanisms that are FMUs
     'frames': ['pandas', 'xarray'],  # recordings as frames and data sets
-    'learn': ['pysindy', 'threadpoolctl', 'torch'],  # friction and other laws as networks
+    'learn': ['pysindy', 'torch'],  # friction and other laws as networks
     'protobuf': ['mcap-protobuf-support'],  # MCAP files with protobuf messages
     'plot': ['matplotlib'],  # pictures of curves, friction, the online estimator
     'view': ['servo_twin[view]'],  # the live view

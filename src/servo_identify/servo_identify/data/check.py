@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
@@ -32,6 +33,7 @@ WEIGHTS = ('gravity', 'constant_torque')
 """Effects that measure the torque of a motor, where the servo file knows their size."""
 
 
+@threadpool_limits.wrap(limits=1, user_api='blas')  # of short products most wait
 def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     """
     Return what is wrong, and what is well, with recordings of one machine; red findings first.

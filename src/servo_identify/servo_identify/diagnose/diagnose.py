@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from servo_twin.description.given_values import defaults
 from servo_twin.physics.servo import Servo
@@ -39,6 +40,7 @@ from .splitting import Split, split
 from .stages import Stages
 
 
+@threadpool_limits.wrap(limits=1, user_api='blas')  # its own threads are one to a core
 def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[Recording] = (),
              reporting: Sequence[Recording] = (), without: Sequence[str] = (),
              tick: Callable[[str, float], None] = lambda stage, share: None,

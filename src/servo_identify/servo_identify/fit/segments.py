@@ -161,7 +161,7 @@ def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None
     begin = _begin(recording, float(servo.values['mechanism.ratio']))
     edges = _quiet(begin, np.linspace(0, samples, count + 1).astype(int))
     begin = begin[edges[:-1]]
-    usable = np.isfinite(begin[:, 0]) | np.isfinite(begin[:, 1])
+    usable = np.isfinite(begin[:, :2] + begin[:, 2:4]).any(axis=1)  # next to a hole no speed
     if needed:
         given = np.isfinite(recording[needed])
         usable &= np.array([given[a:b].all() for a, b in zip(edges[:-1], edges[1:], strict=True)])

@@ -18,7 +18,7 @@ from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
 from .curves import Part
 from .drawn_values import by_path, stds_of, with_others
-from .effect_values import by_orders, direct, one_way, wave_stds
+from .effect_values import by_orders, direct, one_way, scale_std, wave_stds
 from .laws import Formed, formed, lawful
 from .with_values import with_values
 
@@ -112,7 +112,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     amplitudes = part.amplitudes
     value = _value_of(found, part)
     if value:
-        return Added(part, (), value, tuple(value), law='value' not in one.detail)
+        return Added(part, (), value, tuple(value), law='value' not in one.detail,
+                     stds=stds_of(part, lambda drawn: _value_of(found, drawn)))
     if 'told' in one.detail:  # nothing of the catalogue has it
         return Added(part)
     if name == 'controller_mismatch':
@@ -163,7 +164,9 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     other = None if known.law else lawful(_with_port(part), servo, stiffness)
     as_law = None if other is None or not other.holds else replace(  # a law that has none of it
         _placed(part, [replace(other, law=True)], site, taken), holds=other.holds)
-    return replace(_placed(part, [known], site, taken), as_law=as_law)
+    effects = _placed(part, [known], site, taken)
+    return replace(effects, as_law=as_law, stds=scale_std(
+        part.curve, effects.placed, effects.values, effects.free))
 
 
 def _with_port(part: Part) -> Part:

@@ -55,6 +55,22 @@ def wave_stds(curve: Curve | None, placed: Sequence[Placed],
     return found
 
 
+def scale_std(curve: Curve | None, placed: Sequence[Placed],
+              values: Mapping[str, Value], free: Sequence[str]) -> dict[str, float]:
+    """
+    Return the standard deviation of the one value that a curve grows with, by path.
+
+    Of a law with a shape as well nothing is returned: the band of the curve does not split it.
+    """
+    amplitudes = [f'effects.{one.name}.{name}' for one in placed
+                  for name in one.effect.amplitudes()]
+    value = values[free[0]] if len(free) == 1 and free[0] in amplitudes else None
+    if curve is None or not curve.size() or not isinstance(value, float):
+        return {}
+    std = abs(value) * curve.size(curve.spread()) / curve.size()
+    return {free[0]: float(std)} if std > 0.0 else {}
+
+
 def direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes

@@ -234,11 +234,11 @@ class EquationErrors(AlongMotion):
         """
         Current that the file asks for, with what the motor was found to lose, A, inner samples.
 
-        Torque that is lost over the current shows by it. Friction and load that an explanation
-        put there are left out: a motor that loses nearly all of its torque would explain them.
+        Torque that is lost over the current shows by it. Friction, load and cogging that an
+        explanation put there are left out: a motor that loses nearly all of its torque would
+        explain them.
         """
-        return self._asked(self._known_load,
-                           self._found('motor_torque') - self._found('motor_resistance'))
+        return self._asked(self._known_load, self._found('motor_lost'))
 
     @cached_property
     def known_current(self) -> np.ndarray:

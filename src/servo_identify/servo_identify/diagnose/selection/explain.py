@@ -105,6 +105,7 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
     shift, unseen = np.zeros(samples), {}
     for signal, change in _of_values(one, answer).items():
         unseen[signal] = np.nan_to_num(one.full(change))
+    unseen['motor_lost'] = unseen['motor_torque']
     for index in fit.choice.numbers:
         columns = answer.hypotheses[index].columns
         if columns.of is None or columns.signal not in (
@@ -116,9 +117,12 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
             shift += series
         else:
             unseen[columns.signal] = unseen.get(columns.signal, 0.0) + series
-            if answer.hypotheses[index].mechanism.port == 'friction':
+            mechanism = answer.hypotheses[index].mechanism
+            if mechanism.port == 'friction':
                 rubs = columns.signal.replace('torque', 'resistance')
                 unseen[rubs] = unseen.get(rubs, 0.0) + series
+            if 'current' in mechanism.variables:
+                unseen['motor_lost'] = unseen['motor_lost'] + series
     if not sensed:
         shift = shift - unseen.get('load_torque', 0.0)
     return replace(one, shift=shift, unseen=unseen)
