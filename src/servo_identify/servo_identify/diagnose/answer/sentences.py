@@ -109,6 +109,11 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
             if refitted - gap['solved'] > WORTH:
                 text += (f' Moving other values within their tolerances as well would remove '
                          f'{round(100.0 * refitted)} % (--refit).')
+    within = gap.get('within_solved', 0.0)
+    if len(apart) < len(which) and within > WORTH + max(
+            gap['solved'], gap.get('refitted_solved', 0.0)):
+        text += (f' Values of the file moved within their tolerances remove more without '
+                 f'{"it" if len(which) == 1 else "them"}: {round(100.0 * within)} %.')
     return text
 
 

@@ -145,7 +145,8 @@ def _gap(evidence: Evidence) -> dict[str, Any]:
             'as_given': given.total(excess=False),
             'within_tolerance': gaps['within'].total(excess=False),
             'refitted': gaps['refit'].total(excess=False), 'solved': solved,
-            'refitted_solved': shrink(given, gaps['refit'])}
+            'refitted_solved': shrink(given, gaps['refit']),
+            'within_solved': shrink(given, gaps['within'])}
 
 
 def _channels(evidence: Evidence) -> dict[str, dict[str, Any]]:

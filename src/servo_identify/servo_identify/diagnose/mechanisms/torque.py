@@ -136,7 +136,7 @@ def _saturation(builder: Builder) -> Hypothesis | None:
         lost = [size**3, *(np.maximum(size - knee, 0.0) for knee in KNEES)]
         return -np.sign(current)[:, None] * np.column_stack(lost)
 
-    form = Form('current', 'A', 'N m', lambda one: one.driving_current, torque)
+    form = Form('current', 'A', 'N m', lambda one: one.saturating_current, torque)
     return builder.hypothesis(mechanism, builder.of_form('motor_torque', form),
                               [1] * (1 + len(KNEES)), (0.0, *KNEES), either=True, form=form)
 

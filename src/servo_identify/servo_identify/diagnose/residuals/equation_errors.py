@@ -232,7 +232,18 @@ class EquationErrors(AlongMotion):
     @cached_property
     def driving_current(self) -> np.ndarray:
         """
-        Current that the file asks for, with what the motor was found to lose, A, inner samples.
+        Current that the file asks for, with what was found at the motor, A at the inner samples.
+
+        What ripples with the current shows by it. Friction and load that an explanation put there
+        are left out.
+        """
+        return self._asked(self._known_load,
+                           self._found('motor_torque') - self._found('motor_resistance'))
+
+    @cached_property
+    def saturating_current(self) -> np.ndarray:
+        """
+        Current that the file asks for, with what the current was found to lose, A, inner samples.
 
         Torque that is lost over the current shows by it. Friction, load and cogging that an
         explanation put there are left out: a motor that loses nearly all of its torque would
