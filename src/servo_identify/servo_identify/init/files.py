@@ -9,6 +9,7 @@ from servo_twin.description.servo_file import of_linear
 from servo_twin.physics.step_limit import step_within
 
 from ..data.column_units import UNIT
+from ..data.shown_ratio import BELT
 from .machine import Machine
 from .proposals import Proposal
 from .sources import Offered
@@ -35,7 +36,8 @@ _TOLERANCE = """
 # diagnosis calls it a gap only beyond it. Without a line a value counts as exact.
 """
 EXACT = {
-    'mechanism.ratio': ('0.5 %', 'only of a belt or a friction drive: teeth count exactly'),
+    'mechanism.ratio': (f'{100.0 * BELT:g} %',
+                        'only of a belt or a friction drive: teeth count exactly'),
     'drive.pole_pairs': ('', ''), 'drive.switching': ('', ''), 'drive.current_cycle': ('', ''),
     'drive.velocity_cycle': ('', '')}
 """Values that are exact, so that they get no tolerance: the one to write yet, and when."""
