@@ -76,7 +76,7 @@ def main(arguments: argparse.Namespace) -> int:
 
     from ..data.check import check
     from ..data.plausibility import doubt_of_ratio
-    from ..init.asking import choose_columns, complete, given_columns, with_command
+    from ..init.asking import choose_columns, complete, given_columns, not_asked_for, with_command
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed
@@ -96,7 +96,8 @@ def main(arguments: argparse.Namespace) -> int:
     missing += complete(machine, columns, ask)
     if missing:
         raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
-            f'the {section} is {said}' for section, said in machine.chosen.items())]))
+            f'the {section} is {said}' for section, said in machine.chosen.items()), *(
+                f'no numbers, and left out: {said}' for said in not_asked_for(of))]))
     columns = with_command(machine, columns)
     if arguments.mapping_out is None and needs_mapping(of, columns):
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)

@@ -92,7 +92,7 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)), '')
         else:
             meant = [said for name, said in of.refused.items()
-                     if looks_like(name) in (*names, ANGLE)] or [*of.refused.values()][:1]
+                     if looks_like(name) in (*names, ANGLE)]
             missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
                            + ''.join(f'; {one}' for one in meant)
                            + ('; a number of the row counts in its period: t=SOURCE:2 ms'
@@ -115,6 +115,12 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
                     '' if column in ('t', 'voltage', 'current', *ENCODERS) else
                     f', or --column {column}= without it'))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
+
+
+def not_asked_for(of: Offered) -> list[str]:
+    """Return why columns hold no numbers whose names are those of no column that is needed."""
+    return [said for name, said in of.refused.items()
+            if looks_like(name) not in ('t', *ENCODERS, ANGLE)]
 
 
 def _joints(sources: Sequence[str]) -> list[str]:

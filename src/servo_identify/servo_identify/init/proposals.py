@@ -16,19 +16,24 @@ from .sources import Offered
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 
 _TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
-_SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'rpm', 'qd', 'dq', 'velocities'}
+_SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
+          'velocities'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
 _TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""
 _CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
 _TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
 _COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung'}
-_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
-_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'encoder', 'enc', 'counts',
-             'ticks', 'positions', 'estimate'}
-_COMPOUND = re.compile(r'(soll|ist|motor|last|gelenk|dreh|abtriebs?)'
-                       r'(?=strom|winkel|position|drehzahl|moment|spannung)')
-"""First parts of German names, which are written as one word."""
+_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
+_NEITHER = {'effort', 'error', 'acceleration', 'force', 'fehler', 'abweichung'}
+_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
+             'counts', 'ticks', 'positions', 'estimate'}
+_PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
+          'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
+          'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
+          'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
+_COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
+"""Parts of German names, which are written as one word."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
                                                 'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints'}
 
@@ -68,7 +73,7 @@ def looks_like(source: str, kind: str = '') -> str:
         return ''
     if words & _TOLD and words & (_SPEED | _POSITION):
         return 'reference_velocity' if words & _SPEED else 'reference_position'
-    if words & _SPEED or words & _SUPPLY or words & {'effort', 'error', 'acceleration', 'force'}:
+    if words & (_SPEED | _SUPPLY | _NEITHER):
         return ''
     if words & _CURRENT:
         return 'current' if not words & _TOLD else 'current_reference'
@@ -85,9 +90,10 @@ def looks_like(source: str, kind: str = '') -> str:
 
 
 def _words(name: str) -> set[str]:
-    parted = re.sub(r'(?<=[a-z])(?=[A-Z])', '_', name).lower()
-    parted = _COMPOUND.sub(r'\1_', parted)
-    return {word for word in re.split(r'[^a-z0-9_]+|(?<=[a-z0-9])_', parted) if word}
+    parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
+    words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
+    return {part for word in words for part in (
+        re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
 
 
 def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
@@ -106,6 +112,8 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
             if column == 't' and not unit:
                 unit = unit_of_time(of.numbers.get(source))
             found.setdefault(column, []).append(Proposal(column, source, unit))
+    if not of.messages:
+        _part_from_temperatures(found, of)
     for column, several in found.items():
         exact = [one for one in several if split(one.source)[0] == column]
         found[column] = exact or several
@@ -114,17 +122,49 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
     return found
 
 
-def _unit_behind(source: str, column: str) -> str:
-    """Return the last word of a name where it is a unit of the column: current_mA, I/mA, I, mA."""
-    word = re.split(r'[_/,]\s*', source)[-1]
-    if word.isdigit():  # the number of a joint
-        return ''
+def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> None:
+    """Take out of the times what begins with T and does not rise: T_housing_C is a temperature."""
+    times = found.get('t', [])
+    rising = [one for one in times if _rises(of.numbers.get(one.source))]
+    for one in times if times != rising else ():
+        unit = of.units.get(one.source) or _unit_behind(one.source, 'temperature')
+        warm = one not in rising and bool(unit) and _is_unit('temperature', unit)
+        if warm:
+            found.setdefault('temperature', []).append(Proposal('temperature', one.source, unit))
+        if warm or rising and one not in rising:
+            found['t'] = [other for other in found['t'] if other is not one]
+
+
+def _rises(times: np.ndarray | None) -> bool:
+    """Tell whether numbers never fall, and rise in most rows."""
+    if times is None or len(times) < 2:
+        return False
+    steps = np.diff(times)
+    return bool(np.nanmin(steps) >= 0.0 and np.mean(steps > 0.0) > 0.5)
+
+
+def _is_unit(column: str, unit: str) -> bool:
     try:
-        parsed(word)
-        factor_of(source, 'load_position' if column == ANGLE else column, word, None)
+        factor_of(unit, column, unit, None)
+        if column != 'temperature':  # no symbol of physics; others are spelled with their capitals
+            parsed(unit)
     except ValueError:
-        return ''
-    return word if word != source else ''
+        return False
+    return True
+
+
+def _unit_behind(source: str, column: str) -> str:
+    """
+    Return the unit of the column that a name holds: current_mA, I/mA, I, mA, rpm_set; else ''.
+
+    That is its last word, or the word that says which quantity it is.
+    """
+    words = re.split(r'[_/,]\s*', source)
+    last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
+    for word in [*last, *(word for word in words[:-1] if word.lower() in _SPEED)]:
+        if _is_unit('load_position' if column == ANGLE else column, word):
+            return word
+    return ''
 
 
 def _of_joint(sources: tuple[str, ...], joint: str) -> list[str]:
