@@ -179,9 +179,9 @@ def _check_steps(path: Path, name: str, steps: Any) -> None:
 
 def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     if 'value' in steps:
-        rows = len(next(iter(table.columns.values())))
-        return np.full(rows, float(steps['value']) * factor)
-    column = table[steps['source']].copy()
+        column = np.full(len(next(iter(table.columns.values()))), float(steps['value']))
+    else:
+        column = table[steps['source']].copy()
     if 'above' in steps:
         column[column > steps['above']] -= steps['subtract']
     if 'wraps' in steps:
@@ -193,6 +193,7 @@ def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
         column = column * factor
     if steps.get('negate'):
         column = -column
-    if 'zero' in steps:
-        column = column - (column[0] if steps['zero'] == 'first' else np.nanmean(column))
+    known = column[np.isfinite(column)]
+    if 'zero' in steps and len(known):
+        column = column - (known[0] if steps['zero'] == 'first' else np.mean(known))
     return column
