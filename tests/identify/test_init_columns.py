@@ -229,3 +229,19 @@ def test_a_column_of_text_is_named_apart_from_the_question_for_another(run, tmp_
     question, apart = said.split('; no numbers, and left out: ')
     assert "motor_position=SOURCE (of ['t', 'voltage', 'level'])" in question
     assert 'RUN' not in question and "column 'state' has 'RUN' in row 1" in apart
+
+
+def test_registers_that_were_read_as_unsigned_get_their_steps(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'voltage': run['u'], 'motor_position': run['theta'],
+        'Present Current': np.round(run['i'] / 0.00269) % 65536})
+    assert init(data, tmp_path, '--column', 'current=Present Current:2.69 mA') == 0
+    assert 'in 2.69 mA, read as unsigned of 16 bit' in capsys.readouterr().out
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    np.testing.assert_allclose(one['current'], run['i'], atol=0.0014)
+
+
+@pytest.mark.parametrize(('name', 'column'), [
+    ('qpos[0]', 'load_position'), ('qvel[0]', ''), ('ctrl[0]', 'voltage')])
+def test_it_knows_the_names_of_a_rollout_of_mujoco(name, column):
+    assert looks_like(name) == column

@@ -15,6 +15,7 @@ from .physical_units import factor_to
 from .table import Table
 from .time_units import unit_of_stamps
 from .unit_symbols import UnitError
+from .unsigned import check_signed
 
 NAMES = ('t', *COLUMNS)
 
@@ -43,8 +44,9 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     Return the columns of :data:`NAMES` in SI units: m and N of what moves straight of a servo.
 
     A header may give a unit, as in ``motor_position [deg]``: another than SI is converted, which
-    is told. Raises ValueError for an unknown unit, a name given twice, and a column whose name
-    looks like a missing one; other columns are left out and told.
+    is told. Raises ValueError for an unknown unit, a name given twice, negative numbers that were
+    read as unsigned, and a column whose name looks like a missing one; others are left out, which
+    is told.
     """
     found: dict[str, np.ndarray] = {}
     strangers: list[str] = []
@@ -65,6 +67,7 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
             into = 'A' if is_current(name, unit) else (
                 servo.reads(UNIT[name], name) if servo else UNIT[name])
             told.append(f'column {header!r} is converted to {into} by {factor:.9g}')
+        check_signed(table.path, name, header, table[header])
         found[name] = table[header] * factor
     _judge_strangers(table, strangers, [name for name in NAMES if name not in found], told)
     return found

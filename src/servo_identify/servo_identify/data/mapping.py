@@ -32,6 +32,7 @@ from servo_twin.physics.servo import Servo
 from .column_units import factor_of, NAMES
 from .joining import HELD, joined
 from .table import Table
+from .unsigned import check_signed
 from .unwrapping import doubts, unwrapped
 
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
@@ -78,14 +79,18 @@ class Mapping:
     def apply(self, table: Table, servo: Servo | None,
               warnings: list[str]) -> dict[str, np.ndarray]:
         """
-        Return the columns of a table; raises ValueError for a source that it lacks.
+        Return the columns of a table.
 
-        They are in m and N of what moves straight of the ``servo``.
+        Raises ValueError for a source that it lacks, or whose negative numbers were read as
+        unsigned. They are in m and N of what moves straight of the ``servo``.
 
         Where the drive is off its terminals are open, which a command of 0 V is not: there is no
         command there (NaN).
         """
         table = self._of_one_topic(table)
+        for name, steps in self.columns.items():
+            if 'source' in steps and not {'above', 'wraps'} & steps.keys():
+                check_signed(table.path, name, steps['source'], table[steps['source']])
         columns = {name: _follow(table, steps, self._factor(name, servo))
                    for name, steps in self.columns.items()}
         for name, steps in self.columns.items():

@@ -10,6 +10,7 @@ from servo_twin.physics.step_limit import step_within
 
 from ..data.column_units import UNIT
 from ..data.shown_ratio import BELT
+from ..data.unsigned import steps_of
 from .machine import Machine
 from .proposals import Proposal
 from .sources import Offered
@@ -115,7 +116,8 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
 def _steps(one: Proposal) -> str:
     unit = '' if one.unit in ('', UNIT[one.column]) else f', unit: {_quoted(one.unit)}'
     wraps = f', wraps: {one.wraps:.12g}' if one.wraps else ''
-    return f'{{source: {_quoted(one.source)}{wraps}{unit}}}'
+    signed = f', {steps_of(one.signed)}' if one.signed else ''
+    return f'{{source: {_quoted(one.source)}{signed}{wraps}{unit}}}'
 
 
 def _value(value: float, unit: str, given: str) -> str:

@@ -17,17 +17,18 @@ ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 
 _TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
 _SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
-          'velocities'}
+          'velocities', 'qvel'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
 _TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""
 _CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
 _TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung'}
+_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung',
+            'ctrl'}
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
 _NEITHER = {'effort', 'error', 'acceleration', 'force', 'fehler', 'abweichung'}
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
-             'counts', 'ticks', 'positions', 'estimate'}
+             'counts', 'ticks', 'positions', 'estimate', 'qpos'}
 _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
           'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
           'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
@@ -35,7 +36,8 @@ _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 """Parts of German names, which are written as one word."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
-                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints'}
+                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
+                                                'qpos'}
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,14 @@ class Proposal:
     A source for a column; ``unit`` is '' where nothing says which it is.
 
     ``wraps``: the round in this unit by which the source wraps around; 0 where it does not.
+    ``signed``: the bits of its signed numbers, which were read as unsigned; 0 where they were not.
     """
 
     column: str
     source: str
     unit: str
     wraps: float = 0.0
+    signed: int = 0
 
 
 def looks_like(source: str, kind: str = '') -> str:
@@ -199,7 +203,7 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     if of.messages or of.names or of.rows:
         return True
     for column, one in chosen.items():
-        if one.wraps:
+        if one.wraps or one.signed:
             return True
         name, unit = split(one.source)
         if name != column and not (column == 't' and name.lower() in TIMES):
