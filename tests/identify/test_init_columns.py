@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.data.column_names import ANGLE, looks_like
 from servo_identify.data.reading import read_recordings
-from servo_identify.init.proposals import ANGLE, looks_like
 from servo_twin.description.servo_file import load
 
 

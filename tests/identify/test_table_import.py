@@ -11,6 +11,7 @@ import pytest
 from small_tables import CONFIG, convert, SERVO, table, TIME, write_csv
 
 from servo_identify.cli import main
+from servo_identify.data.column_names import likely, NAMES
 from servo_identify.data.column_units import named_columns
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
@@ -244,6 +245,14 @@ def test_what_was_commanded_is_not_taken_for_a_measured_angle(tmp_path):
     table.write_text('time,Commanded Position,Actual Motor Position\n0,1,2\n')
     with pytest.raises(ValueError, match="'Commanded Position'; is it 'reference_position'"):
         named_columns(read_table(table), None, [])
+
+
+@pytest.mark.parametrize(('header', 'meant'), [
+    ('Goal Position', 'reference_position'), ('Sollposition', 'reference_position'),
+    ('Present Position', 'motor_position'), ('laod_position', 'load_position'),
+    ('Present Velocity', ''), ('torque_cmd', ''), ('humidity', '')])
+def test_a_reference_is_not_named_as_what_was_measured_nor_the_other_way(header, meant):
+    assert likely(header, list(NAMES)) == meant
 
 
 def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 
 from servo_twin.recording.recording import COLUMNS, Recording
 
-from ..data.column_units import TIMES
+from ..data.column_names import TIMES
 from ..data.table import Table
 
 

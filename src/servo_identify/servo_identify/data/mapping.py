@@ -29,7 +29,8 @@ from servo_twin.description.nearest_name import or_what
 from servo_twin.description.strict_yaml import NotPlain, read_yaml
 from servo_twin.physics.servo import Servo
 
-from .column_units import factor_of, NAMES
+from .column_names import NAMES
+from .column_units import factor_of
 from .joining import HELD, joined
 from .table import Table
 from .unsigned import check_signed

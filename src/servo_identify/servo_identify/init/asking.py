@@ -9,9 +9,10 @@ import shlex
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.straight_units import straightened
 
-from ..data.column_units import factor_of, NAMES, UNIT
+from ..data.column_names import ANGLE, looks_like, NAMES
+from ..data.column_units import factor_of, UNIT
 from .machine import ABOUT, example, flag, Machine, SECTIONS
-from .proposals import ANGLE, looks_like, Proposal
+from .proposals import Proposal
 from .sources import Offered
 
 Ask = Callable[[str, str], str]

@@ -8,36 +8,11 @@ import re
 
 import numpy as np
 
-from ..data.column_units import factor_of, likely, NAMES, split, TIMES, UNIT
+from ..data.column_names import ANGLE, likely, looks_like, NAMES, SPEED, split, TIMES
+from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .sources import Offered
-
-ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
-
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
-_SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
-          'velocities', 'qvel'}
-_REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
-_TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
-"""What a drive was told; of an angle or a speed that is a reference."""
-_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
-_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung',
-            'ctrl'}
-_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
-_NEITHER = {'effort', 'error', 'acceleration', 'force', 'fehler', 'abweichung'}
-_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
-             'counts', 'ticks', 'positions', 'estimate', 'qpos'}
-_PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
-          'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
-          'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
-          'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
-_COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
-"""Parts of German names, which are written as one word."""
-_MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
-                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
-                                                'qpos'}
 
 
 @dataclass(frozen=True)
@@ -54,50 +29,6 @@ class Proposal:
     unit: str
     wraps: float = 0.0
     signed: int = 0
-
-
-def looks_like(source: str, kind: str = '') -> str:
-    """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
-    # of a message an index names the joint, but behind .values the interface
-    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
-    if name in NAMES:
-        return name
-    words = _words(name)
-    if name.lower() in TIMES or words & _TIME and not words & _POSITION:
-        return 't'
-    if words & {'temp', 'temperature', 'temperatur'}:
-        return 'temperature'
-    if kind.endswith('JointState') and words & {'position'}:
-        return 'load_position'
-    if words & _REFERENCE:
-        for found, column in ((_SPEED, 'reference_velocity'), (_CURRENT, 'current_reference'),
-                              (_POSITION, 'reference_position')):
-            if words & found:
-                return column
-        return ''
-    if words & _TOLD and words & (_SPEED | _POSITION):
-        return 'reference_velocity' if words & _SPEED else 'reference_position'
-    if words & (_SPEED | _SUPPLY | _NEITHER):
-        return ''
-    if words & _CURRENT:
-        return 'current' if not words & _TOLD else 'current_reference'
-    if words & _TORQUE:
-        if words & _TOLD:
-            return ''  # what was told is no measured torque, and no drive is told N m
-        return 'external_torque' if words & {'external', 'ext'} else 'torque'
-    if words & _POSITION:
-        field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
-        if field & _MOTOR:
-            return 'motor_position'
-        return 'load_position' if field & _LOAD or words == {'q'} else ANGLE
-    return 'voltage' if words & _COMMAND else ''
-
-
-def _words(name: str) -> set[str]:
-    parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
-    words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
-    return {part for word in words for part in (
-        re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
 
 
 def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
@@ -165,7 +96,7 @@ def _unit_behind(source: str, column: str) -> str:
     """
     words = re.split(r'[_/,]\s*', source)
     last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
-    for word in [*last, *(word for word in words[:-1] if word.lower() in _SPEED)]:
+    for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
         if _is_unit('load_position' if column == ANGLE else column, word):
             return word
     return ''
