@@ -226,7 +226,7 @@ def test_a_column_of_text_is_named_apart_from_the_question_for_another(run, tmp_
         f'{t:.4f},{u:.6f},RUN,{u:.6f}\n' for t, u in zip(run['time'], run['u'], strict=True)))
     assert init(data, tmp_path) == 2
     said = capsys.readouterr().err
-    question, apart = said.split('; no numbers, and left out: ')
+    question, apart = said.split('; left out: ')
     assert "motor_position=SOURCE (of ['t', 'voltage', 'level'])" in question
     assert 'RUN' not in question and "column 'state' has 'RUN' in row 1" in apart
 
@@ -245,3 +245,15 @@ def test_registers_that_were_read_as_unsigned_get_their_steps(run, tmp_path, cap
     ('qpos[0]', 'load_position'), ('qvel[0]', ''), ('ctrl[0]', 'voltage')])
 def test_it_knows_the_names_of_a_rollout_of_mujoco(name, column):
     assert looks_like(name) == column
+
+
+def test_a_rollout_with_one_state_more_is_told_what_to_cut(run, tmp_path, capsys):
+    data = tmp_path / 'rollout.npz'
+    np.savez(data, time=run['time'], qpos=np.append(run['q'], 0.0)[:, None],
+             ctrl=run['u'][:, None], batch=np.zeros((2, 9, 3)))
+    assert init(data, tmp_path, '--si') == 2
+    said = capsys.readouterr().err
+    assert "'time' has 2000 rows and 'qpos[0]' 2001: cut them to the same length" in said
+    assert "'batch' has the shape (2, 9, 3): save one run" in said
+    np.savez(data, time=run['time'], qpos=50.0 * run['q'][:, None], ctrl=run['u'][:, None])
+    assert init(data, tmp_path, '--si', '--column', 'motor_position=qpos[0]') == 0

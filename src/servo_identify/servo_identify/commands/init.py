@@ -97,7 +97,7 @@ def main(arguments: argparse.Namespace) -> int:
     if missing:
         raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
             f'the {section} is {said}' for section, said in machine.chosen.items()), *(
-                f'no numbers, and left out: {said}' for said in not_asked_for(of))]))
+                f'left out: {said}' for said in not_asked_for(of))]))
     columns = with_signs(with_command(machine, columns), of)
     if arguments.mapping_out is None and needs_mapping(of, columns):
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)

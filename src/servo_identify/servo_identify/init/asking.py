@@ -11,6 +11,7 @@ from servo_twin.physics.straight_units import straightened
 
 from ..data.column_names import ANGLE, looks_like, NAMES
 from ..data.column_units import factor_of, UNIT
+from ..data.finding import SHOWN
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import Proposal
 from .sources import Offered
@@ -119,9 +120,11 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
 
 
 def not_asked_for(of: Offered) -> list[str]:
-    """Return why columns hold no numbers whose names are those of no column that is needed."""
-    return [said for name, said in of.refused.items()
-            if looks_like(name) not in ('t', *ENCODERS, ANGLE)]
+    """Return why columns cannot be read whose names are those of no column that is needed."""
+    beside = [said for name, said in of.refused.items()
+              if looks_like(name) not in ('t', *ENCODERS, ANGLE)]
+    more = len(beside) - SHOWN
+    return beside[:SHOWN] + ([f'and {more} columns more'] if more > 0 else [])
 
 
 def _joints(sources: Sequence[str]) -> list[str]:
