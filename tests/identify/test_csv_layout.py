@@ -288,3 +288,10 @@ def test_the_time_may_be_written_in_large_letters(tmp_path, name):
     path = tmp_path / 'a.csv'
     path.write_text('\n'.join([','.join([name, *NAMES[1:]]), *lines()]))
     assert import_table(path, SERVO).period == 0.002
+
+
+def test_a_second_line_of_names_with_one_unit_alone_is_no_line_of_units(tmp_path):
+    path = tmp_path / 'scope.csv'
+    path.write_text('Time,Ch1,Ch2\nms,voltage [V],motor_position [rad]\n'
+                    + '\n'.join(lines()) + '\n')
+    assert list(read_table(path).columns) == ['ms', 'voltage [V]', 'motor_position [rad]']

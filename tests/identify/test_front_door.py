@@ -200,6 +200,33 @@ def test_columns_that_were_not_read_and_exchanged_arguments_are_refused_in_a_sen
         si.check(data, data)
 
 
+@pytest.mark.parametrize(('call', 'words'), [
+    (lambda data: si.load_servo(None), 'this is NoneType'),
+    (lambda data: si.read(data.table(0), BENCH, mapping={'t': 'x'}), 'mapping is dict'),
+    (lambda data: si.read(data.table(0), BENCH, family=3), 'family is int, it must be a text'),
+    (lambda data: si.fit(data, BENCH, 'drive.gain'), r"free=\['drive.gain'\]"),
+    (lambda data: si.fit(data, BENCH, channels='current'), r"channels=\['current'\]"),
+    (lambda data: si.diagnose(data, BENCH, without='gravity'), r"without=\['gravity'\]")])
+def test_an_argument_of_another_kind_is_refused_in_a_sentence(data, call, words):
+    with pytest.raises(TypeError, match=words):
+        call(data)
+
+
+@pytest.mark.parametrize(('reach', 'words'), [
+    ({'height': 2.0}, "no reach 'height'"), ({'travel': -2.0}, 'travel = -2 rad, it must be')])
+def test_a_reach_that_is_none_is_refused(data, reach, words):
+    with pytest.raises(ValueError, match=words):
+        si.diagnose(data, BENCH, reach=reach)
+
+
+def test_a_column_of_one_column_is_read_and_several_tables_by_name_are_refused():
+    columns = {'t': np.arange(9.0) / 8, 'load_position': np.arange(9.0)[:, None]}
+    assert len(si.read(columns, BENCH)[0]) == 9
+    columns['load_position'] = np.zeros((9, 2))
+    with pytest.raises(ValueError, match=r"'load_position' has the shape \(9, 2\)"):
+        si.read(columns, BENCH)
+
+
 def test_columns_without_a_row_and_of_text_are_refused_by_name():
     with pytest.raises(ValueError, match='table has no rows'):
         si.read({'t': [], 'load_position': []}, BENCH)

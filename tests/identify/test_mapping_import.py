@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from scipy.io import savemat
-from test_table_import import CONFIG, SERVO, table, write_csv
+from small_tables import CONFIG, SERVO, table, TIME, write_csv
 
 from servo_identify.cli import main
 from servo_identify.data.mapping import read_mapping
@@ -134,3 +134,21 @@ def test_a_command_that_is_written_less_often_is_held_as_the_warning_says(tmp_pa
                        '  motor_position: {source: motor_position}\n')
     found = import_table(path, SERVO, mapping=mapping)
     assert found['voltage'].tolist() == [k // 5 for k in range(100)] and not found.warnings
+
+
+def test_a_zero_is_the_first_value_that_was_measured(tmp_path):
+    columns = table(angle=np.where(TIME < 2e-3, np.nan, 5.0 + TIME))
+    del columns['motor_position']
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('time: {source: t}\ncolumns:\n'
+                       '  motor_position: {source: angle, zero: first}\n')
+    one = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO, mapping=mapping)
+    np.testing.assert_allclose(one['motor_position'][2:], TIME[2:] - TIME[2], atol=1e-9)
+
+
+def test_a_constant_column_follows_the_steps_too(tmp_path):
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('time: {source: t}\ncolumns:\n  motor_position: {source: motor_position}\n'
+                       '  external_torque: {value: 2.0, scale: 1.5, negate: true}\n')
+    one = import_table(write_csv(tmp_path / 'a.csv', table()), SERVO, mapping=mapping)
+    assert np.all(one['external_torque'] == -3.0)

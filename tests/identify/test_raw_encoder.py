@@ -9,6 +9,7 @@ from servo_identify.cli import main
 from servo_identify.commands import import_table
 from servo_identify.data.table_import import import_table as imported
 from servo_identify.data.unwrapping import doubts, unwrapped
+from servo_twin.bag import read_recording
 
 CONFIG = Path(__file__).parents[2] / 'config'
 SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
@@ -101,3 +102,29 @@ def test_it_asks_whether_the_round_is_another():
     time, counts = turning(bits=10)
     told, = doubts('motor_position', time, counts, 4096)
     assert 'between 0 and 1023' in told and 'is the round 1024 or so?' in told
+
+
+@pytest.mark.parametrize('bits', [16, 32])
+def test_negative_numbers_that_were_read_as_unsigned_are_refused_with_their_steps(
+        tmp_path, capsys, bits):
+    raw = np.round(300.0 * np.sin(5.0 * TIME)) % 2**bits
+    path = tmp_path / 'a.csv'
+    np.savetxt(path, np.stack([TIME, raw, ANGLE], 1), '%.12g', ',',
+               header='t,current [2.69 mA],motor_position', comments='')
+    assert convert(path) == 2
+    steps = f'above: {2**(bits - 1) - 1}, subtract: {2**bits}'
+    said = capsys.readouterr().err
+    assert f'up to 300 and from {2**bits - 300} to' in said and steps in said
+    mapping = tmp_path / 'm.yaml'
+    mapping.write_text('time: {source: t}\ncolumns:\n  motor_position: {source: motor_position}\n'
+                       f'  current: {{source: "current [2.69 mA]", {steps}, unit: 2.69 mA}}\n')
+    assert convert(path, '--mapping', mapping) == 0
+    one = read_recording(tmp_path / 'bag')
+    np.testing.assert_allclose(one['current'], 0.00269 * np.round(300.0 * np.sin(5.0 * TIME)))
+
+
+def test_a_large_whole_number_alone_is_no_negative_one(tmp_path):
+    path = tmp_path / 'a.csv'
+    np.savetxt(path, np.stack([TIME, 65500.0 + np.round(9.0 * np.sin(TIME)), ANGLE], 1), '%.12g',
+               ',', header='t,voltage [mV],motor_position', comments='')
+    assert convert(path) == 0

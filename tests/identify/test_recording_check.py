@@ -223,7 +223,10 @@ def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tm
     assert 'red' not in {one['level'] for one in said['findings']}
     assert {'path': 'controller.filter', 'value': 0.0, 'unit': 's'} in said['defaults']
     assert main(['check', str(tmp_path / 's*'), '--servo', str(SERVO)]) == 1
-    assert 'turn the sign' in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert 'turn the sign' in said.out
+    assert 'as the servo file does not give them: ' in said.err
+    assert 'give those that differ' in said.err
 
 
 def test_it_asks_whether_a_torque_was_computed_from_the_current(good):

@@ -79,3 +79,36 @@ def test_a_note_that_many_tables_share_is_printed_once(tmp_path, capsys):
     assert convert(tmp_path / 'new', tmp_path / '*.csv') == 0
     said = capsys.readouterr().err
     assert said.count('there is no voltage') == 1 and '(a, b, c)' in said
+
+
+def test_a_warning_that_differs_in_its_numbers_alone_is_printed_once(tmp_path, capsys):
+    for k, name in enumerate('abc'):
+        kept = np.delete(np.arange(200), [50, *range(100, 101 + k % 2), 120])
+        np.savetxt(tmp_path / f'{name}.csv', np.stack([TIME, TIME, TIME**2], 1)[kept], '%.9g', ',',
+                   header='t,voltage,motor_position', comments='')
+    assert convert(tmp_path / 'new', tmp_path / '*.csv', '--quiet') == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1, lines
+    assert 'times are not even' in lines[0] and '(a, b, c; the numbers are of a)' in lines[0]
+
+
+def test_tables_whose_columns_differ_in_a_number_of_their_name_keep_their_lines(tmp_path, capsys):
+    for k in (1, 2):
+        write(tmp_path / f'{k}.csv', f't,humidity_{k},motor_position')
+    assert convert(tmp_path / 'new', tmp_path / '*.csv') == 0
+    said = capsys.readouterr().err
+    assert "['humidity_1'] are left out" in said and "['humidity_2'] are left out" in said
+
+
+def test_a_bag_is_read_once_for_what_is_in_it_and_for_what_wraps_around(tmp_path, monkeypatch):
+    looked = []
+
+    def counted(recording):
+        looked.append(recording)
+        return [recording]
+
+    for place in ('servo_twin.recording.parts', 'servo_identify.data.recording_facts',
+                  'servo_identify.data.survey'):
+        monkeypatch.setattr(f'{place}.parts_of', counted)
+    assert convert(tmp_path / 'bag', write(tmp_path / 'a.csv')) == 0
+    assert len(looked) == 1

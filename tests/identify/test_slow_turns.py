@@ -26,7 +26,10 @@ sensors:
   current_sensor: {noise: 0.1}
 effects:
   rubs: {effect: coulomb_friction, at: motor, level: {value: 0.0165, unit: N m, source: estimate}}
-  drags: {effect: viscous_friction, at: motor, slope: {value: 1.0e-4, unit: N m s/rad, source: estimate}}
+  drags:
+    effect: viscous_friction
+    at: motor
+    slope: {value: 1.0e-4, unit: N m s/rad, source: estimate}
 tolerance:
   drive.torque_constant: 20 %
   mechanism.rotor_inertia: 50 %

@@ -1,6 +1,5 @@
 """Tables become bags, or a sentence says why not."""
 
-import json
 from pathlib import Path
 import subprocess
 import sys
@@ -9,35 +8,15 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv, parquet
 import pytest
-from scipy.io import savemat
+from small_tables import CONFIG, convert, SERVO, table, TIME, write_csv
 
 from servo_identify.cli import main
-from servo_identify.data.check import check
+from servo_identify.data.column_names import likely, NAMES
 from servo_identify.data.column_units import named_columns
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
-from servo_identify.data.time_units import WORDS
 from servo_twin.bag import read_recording
-from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS
-
-CONFIG = Path(__file__).parents[2] / 'config'
-SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
-LINEAR = CONFIG / 'servos' / 'emps.yaml'
-TIME = np.arange(200) * 1e-3
-
-
-def table(**columns) -> dict[str, np.ndarray]:
-    return {'t': TIME, 'voltage': np.sin(TIME), 'motor_position': TIME**2} | columns
-
-
-def write_csv(path: Path, columns: dict) -> Path:
-    csv.write_csv(pa.table(columns), path)
-    return path
-
-
-def convert(path: Path, bag: Path, *options: str) -> int:
-    return main(['import', str(path), '--servo', str(SERVO), '-o', str(bag), *options])
 
 
 @pytest.mark.parametrize('suffix', ['.csv', '.parquet'])
@@ -195,28 +174,6 @@ def test_it_holds_angles_against_each_other(tmp_path, change, text):
         import_table(path, SERVO)
 
 
-@pytest.mark.parametrize('rows, refused', [(2, False), (5, True)])
-def test_stamps_that_are_coarser_than_the_rows_are_refused_above_a_half(tmp_path, rows, refused):
-    path = write_csv(tmp_path / 'a.csv', table(t=TIME // (rows * 1e-3) * rows * 1e-3))
-    if refused:
-        with pytest.raises(ValueError, match='coarser than the rows. Write .* with more digits'):
-            import_table(path, SERVO)
-    else:
-        assert len(import_table(path, SERVO)) < 120
-
-
-@pytest.mark.parametrize('time, unit', [
-    (1e9 * TIME, 'ns'), (1e3 * TIME, 'ms'), (1e6 * TIME, 'us'),
-    (45_352.4 + 2.0 * TIME / 86_400.0, 'days')])
-def test_it_asks_for_the_unit_of_the_time_that_its_size_tells(tmp_path, time, unit):
-    path = write_csv(tmp_path / 'a.csv', table(t=time))
-    recording = import_table(path, SERVO)
-    told = next((one.sentence for one in check([recording], load(SERVO))
-                 if one.level == 'red'), '')
-    assert f'for a servo; the time may be in {WORDS[unit]}.' in told
-    assert unit == 'ms' or f'is t in {unit}?' in recording.note
-
-
 def test_a_load_near_its_resonance_may_move_further_than_its_motor(tmp_path):
     servo = tmp_path / 'soft.yaml'
     time = np.arange(5000) * 1e-3
@@ -249,92 +206,6 @@ def test_it_leaves_unknown_columns_and_repeated_times_out_with_a_warning(tmp_pat
     assert any('1 rows repeat the time' in warning and 'row 51' in warning
                for warning in recording.warnings)
     assert recording.note.endswith('\n'.join(recording.warnings))
-
-
-def test_it_reads_the_signals_of_a_scope_by_their_labels(tmp_path):
-    signals = np.zeros((1, 2), [('values', 'O'), ('label', 'O')])
-    signals[0, 0] = (np.array([[1.0], [2.0], [3.0]]), 'u')
-    signals[0, 1] = (np.array([[0.0], [0.5], [1.0]]), 'motor angle')
-    savemat(tmp_path / 'a.mat', {'scope': {'time': np.arange(3.0)[:, None], 'signals': signals}})
-    read = read_table(tmp_path / 'a.mat')
-    assert read['scope.signals[u].values'].tolist() == [1.0, 2.0, 3.0]
-    assert read['scope.signals[motor angle].values'].tolist() == [0.0, 0.5, 1.0]
-    savemat(tmp_path / 'b.mat', {'Ts': 0.002})
-    with pytest.raises(ValueError, match='timeseries'):
-        read_table(tmp_path / 'b.mat')
-
-
-def test_a_record_may_stand_in_each_line_and_hold_another(tmp_path):
-    path = tmp_path / 'a.jsonl'
-    path.write_text(''.join(json.dumps({'t': 0.1 * k, 'mode': 'run', 'motor': {'q': k, 'u': 1}})
-                            + '\n' for k in range(3)))
-    read = read_table(path)
-    assert read['motor.q'].tolist() == [0.0, 1.0, 2.0] and 'mode' in read.refused
-    path.write_text('{"t": 0}\n{"t":')
-    with pytest.raises(ValueError, match='is no JSON file'):
-        read_table(path)
-
-
-def test_an_array_of_objects_that_nobody_asks_for_is_no_harm(tmp_path):
-    np.savez(tmp_path / 'a.npz', t=np.arange(3.0), motor_position=np.arange(3.0),
-             about=np.array({'rig': 1}, dtype=object))
-    assert len(import_table(tmp_path / 'a.npz', SERVO)) == 3
-    with pytest.raises(ValueError, match="'about' is no plain array"):
-        read_table(tmp_path / 'a.npz')['about']
-
-
-def test_it_reads_feather_and_single_arrays_of_numpy(tmp_path):
-    import pyarrow
-    from pyarrow import feather
-    columns = {'t': [0.0, 0.1, 0.2], 'voltage': [1.0, 2.0, 3.0], 'motor_position': [0.0, 0.5, 1.0]}
-    since = pyarrow.array([0, 100_000, 200_000], pyarrow.duration('us'))
-    feather.write_feather(pyarrow.table({**columns, 't': since}), tmp_path / 'a.feather')
-    assert import_table(tmp_path / 'a.feather', SERVO).period == pytest.approx(0.1)
-    rows = list(zip(*columns.values(), strict=True))
-    np.save(tmp_path / 'a.npy', np.array(rows, [(name, float) for name in columns]))
-    assert import_table(tmp_path / 'a.npy', SERVO)['voltage'].tolist() == [1.0, 2.0, 3.0]
-
-
-@pytest.mark.parametrize('name, content, text', [
-    ('a.csv', '', 'has no rows'), ('a.csv', 't,voltage,motor_position\n', 'has no rows'),
-    ('a.csv', 't,voltage,motor_position\n1,2\n', 'is no table'),
-    ('a.csv', 't,t,motor_position\n1,2,3\n', r"no column t; it has \['t \(1\)', 't \(2\)'"),
-    ('a.xyz', 'x', "suffix '.xyz' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
-    ('a.json', '[]', 'has no rows'), ('nowhere.csv', None, 'does not exist')])
-def test_it_says_what_is_no_table(tmp_path, name, content, text):
-    if content is not None:
-        (tmp_path / name).write_text(content)
-    with pytest.raises((ValueError, OSError), match=text):
-        import_table(tmp_path / name, SERVO)
-
-
-def test_a_clock_that_jumps_by_years_is_no_pause_of_the_logger(tmp_path):
-    time = np.arange(100) * 2e-3
-    time[50:] += 1.7e9
-    path = write_csv(tmp_path / 'a.csv', {'t': time, 'voltage': time, 'motor_position': time})
-    with pytest.raises(ValueError, match=r'time jumps from 0.098 s in row 50 to 1.7e\+09'):
-        import_table(path, SERVO)
-
-
-def test_it_resamples_measurements_linearly_and_commands_by_holding(tmp_path):
-    random = np.random.default_rng(4)
-    time = np.cumsum(random.uniform(4e-3, 6e-3, 400))
-    columns = {'t': time, 'voltage': np.arange(400.0), 'motor_position': 3.0 * time + 1.0}
-    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO, period=2e-3)
-    grid = recording.start + recording.time
-    assert recording.period == 2e-3 and 'resampled to 0.002 s' in recording.warnings[0]
-    assert np.allclose(recording['motor_position'], 3.0 * grid + 1.0)
-    assert np.array_equal(recording['voltage'], np.searchsorted(time, grid + 1e-12, 'right') - 1)
-
-
-def test_it_makes_nothing_up_across_a_hole(tmp_path):
-    keep = (TIME < 0.05) | (TIME > 0.15)
-    recording = import_table(write_csv(tmp_path / 'a.csv', {
-        name: column[keep] for name, column in table().items()}), SERVO)
-    assert len(recording) == 200 and recording.period == pytest.approx(1e-3)
-    lost = np.isnan(recording['motor_position'])
-    assert 100 <= lost.sum() <= 102 and np.isnan(recording['voltage'][lost]).all()
-    assert any('holes of more than 3 periods' in warning for warning in recording.warnings)
 
 
 def test_it_says_what_bags_hold(tmp_path, capsys):
@@ -376,19 +247,20 @@ def test_what_was_commanded_is_not_taken_for_a_measured_angle(tmp_path):
         named_columns(read_table(table), None, [])
 
 
+@pytest.mark.parametrize(('header', 'meant'), [
+    ('Goal Position', 'reference_position'), ('Sollposition', 'reference_position'),
+    ('Present Position', 'motor_position'), ('laod_position', 'load_position'),
+    ('Present Velocity', ''), ('torque_cmd', ''), ('humidity', '')])
+def test_a_reference_is_not_named_as_what_was_measured_nor_the_other_way(header, meant):
+    assert likely(header, list(NAMES)) == meant
+
+
 def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
     table = tmp_path / 'short.csv'
     table.write_text('time,u,i,theta\n0,1,2,3\n')
     with pytest.raises(ValueError, match=r"'u'; is it 'voltage'\?; 'i': is it 'current'\?; "
                        r"'theta': is it 'motor_position'\? .*servo-identify init"):
         named_columns(read_table(table), None, [])
-
-
-def test_a_frame_of_pandas_in_json_is_read_column_by_column(tmp_path):
-    path = tmp_path / 'a.json'
-    path.write_text(json.dumps({name: {str(k): float(x) for k, x in enumerate(column)}
-                                for name, column in table().items()}))
-    assert np.array_equal(import_table(path, SERVO)['motor_position'], TIME**2)
 
 
 @pytest.mark.parametrize(('named', 'text'), [
@@ -410,35 +282,6 @@ def test_a_wrong_choice_is_answered_by_its_sentence_alone(capsys):
     assert said.count('\n') == 1
 
 
-def test_mat_and_json_files_with_our_names_need_no_mapping(tmp_path):
-    columns = table(pair=np.ones((200, 2)))
-    savemat(tmp_path / 'a.mat', columns)
-    (tmp_path / 'a.json').write_text(json.dumps(
-        {name: np.asarray(column).tolist() for name, column in columns.items() if name != 'pair'}))
-    for name in ('a.mat', 'a.json'):
-        assert np.array_equal(import_table(tmp_path / name, SERVO)['motor_position'], TIME**2)
-    savemat(tmp_path / 's.mat', {'log': columns})
-    assert {'log.t', 'log.pair[1]'} <= set(read_table(tmp_path / 's.mat').columns)
-
-
-def test_jitter_and_lost_rows_leave_the_period_what_it_was(tmp_path):
-    random = np.random.default_rng(5)
-    time = (TIME + random.uniform(-2e-5, 2e-5, 200))[random.random(200) > 0.05]
-    columns = {'t': time, 'voltage': time, 'motor_position': time}
-    assert import_table(write_csv(tmp_path / 'a.csv', columns), SERVO).period == pytest.approx(
-        1e-3, rel=5e-4)
-
-
-def test_an_npz_file_is_a_table_of_its_rows(tmp_path):
-    np.savez(tmp_path / 'run.npz', t=np.arange(3), voltage=np.ones(3), gain=2.0, pair=np.ones(2))
-    table = read_table(tmp_path / 'run.npz')
-    assert set(table.columns) == {'t', 'voltage'}
-    assert table.facts == {'gain': 2.0}
-    (tmp_path / 'bad.npz').write_text('no archive')
-    with pytest.raises(ValueError, match='is no NPZ file'):
-        read_table(tmp_path / 'bad.npz')
-
-
 def test_it_takes_the_name_of_a_shipped_servo_and_says_which_there_are(tmp_path, capsys):
     table = tmp_path / 'a.csv'
     table.write_text('t [s],voltage [V],motor_position [rad]\n' + ''.join(
@@ -448,22 +291,3 @@ def test_it_takes_the_name_of_a_shipped_servo_and_says_which_there_are(tmp_path,
         main(['import', str(table), '--servo', 'gearmotor', *ends])
     assert 'dc_gearmotor' in capsys.readouterr().err
     assert main(['import', str(table), '--servo', 'dc_gearmotor', *ends]) == 0
-
-
-def test_a_lost_row_leaves_the_others_as_they_are_though_their_stamps_jitter(tmp_path):
-    chance, kept = np.random.default_rng(1), np.delete(np.arange(4000), [100, 101, 2000])
-    time = 1e-3 * np.arange(4000) + 2e-6 * chance.standard_normal(4000)
-    columns = {'t': time, 'voltage': np.ones(4000), 'motor_position': chance.normal(size=4000)}
-    recording = import_table(write_csv(tmp_path / 'a.csv', {
-        name: column[kept] for name, column in columns.items()}), SERVO)
-    assert recording.period == 1e-3 and len(recording) == 4000
-    assert np.array_equal(recording['motor_position'][kept], columns['motor_position'][kept])
-
-
-def test_a_hole_of_three_periods_is_filled_wherever_it_is(tmp_path):
-    kept = np.delete(np.arange(6000), [1234, 1235, 4000, 4001, 5000, 5001])
-    columns = {'t': np.round(1e-3 * kept, 3), 'voltage': np.ones(len(kept)),
-               'motor_position': 1e-3 * kept}
-    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
-    assert not any('holes' in warning for warning in recording.warnings)
-    assert np.allclose(recording['motor_position'], 1e-3 * np.arange(6000))

@@ -32,6 +32,9 @@ def load_servo(name_or_path: str | Path) -> ServoFile:
 
     Raises ServoError (a ValueError) that names the file, the value, its limits and the choice.
     """
+    if not isinstance(name_or_path, str | Path):
+        raise TypeError('load_servo takes a path or the name of a shipped servo file; this is '
+                        f'{type(name_or_path).__name__}')
     path = servo_at(name_or_path)
     return ServoFile(servo_file.load(path), path.read_text('utf8'), path)
 
@@ -53,6 +56,12 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     Raises TypeError for what is neither, ValueError or OSError that names the file or the column.
     """
     machine = _machine(servo)
+    if not isinstance(mapping, str | Path | None):
+        raise TypeError(f'mapping is {type(mapping).__name__}, it must be the path of a mapping '
+                        'file')
+    for word, value in (('name', name), ('family', family)):
+        if not isinstance(value, str):
+            raise TypeError(f'{word} is {type(value).__name__}, it must be a text')
     if in_memory(paths):
         return Recordings((_held(paths, machine, mapping, name, family),))
     several: list[Any] = [paths] if isinstance(paths, str | Path) or not isinstance(
@@ -91,6 +100,9 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
     (:mod:`.data.long_bags`). Raises ValueError for what cannot be fitted.
     """
     machine = _machine(servo)
+    for word, value in (('free', free), *how.items()):
+        if word in ('free', 'channels'):
+            _several(word, value)
     names = tuple(free) or tuple(machine.servo.tolerance)
     if not names:
         raise ServoError(f'{machine.name}: no parameter has a tolerance; name some as free')
@@ -117,6 +129,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
     from ..diagnose.diagnose import diagnose as diagnose_recordings
 
     machine = _machine(servo)
+    _several('without', without)
     more = {} if progress is None else {'tick': progress}
     screened, accepted, reported = _looked_at(data, accept, report)
     found = diagnose_recordings(screened, machine.servo, accepted, reported, tuple(without),
@@ -150,6 +163,13 @@ def _recordings(data: Sequence[Recording]) -> list[Recording]:
         return several
     raise TypeError(f'data is {type(data).__name__}, not recordings; read it first: '
                     'data = si.read(..., servo)')
+
+
+def _several(word: str, names: Any) -> None:
+    """Raise TypeError for a text where several names are wanted: its letters would be taken."""
+    if isinstance(names, str):
+        raise TypeError(f'{word} is a text, {names!r}, and takes several names: '
+                        f'{word}=[{names!r}]')
 
 
 def _held(columns: Mapping[str, Any], machine: ServoFile, mapping: str | Path | None, name: str,

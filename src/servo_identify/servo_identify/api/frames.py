@@ -10,7 +10,7 @@ import numpy as np
 
 from servo_twin.recording.recording import COLUMNS, Recording
 
-from ..data.column_units import TIMES
+from ..data.column_names import TIMES
 from ..data.table import Table
 
 
@@ -21,14 +21,23 @@ def table_in(held: Any, name: str) -> Table:
     An index or coordinate is the time where its name says so, or where it holds times: in s, as a
     duration or as stamps of a calendar, which count from the first. A unit in the ``units``
     attribute of an xarray variable goes behind its name, as ``motor_position [deg]``. Columns
-    that hold no numbers are refused to whoever asks for them.
+    that hold no numbers are refused to whoever asks for them. Columns of shape (samples, 1) are
+    (samples,); raises ValueError for one of several.
     """
     table = Table(Path(name), {})
     for column, values in _named(held):
         try:
-            table.columns[column] = _numbers(column, values)
+            numbers = _numbers(column, values)
         except ValueError as problem:
             table.refused[column] = str(problem)
+            continue
+        if numbers.ndim == 2 and numbers.shape[1] == 1:
+            numbers = numbers[:, 0]
+        if numbers.ndim != 1:
+            raise ValueError(f'{name}: {column!r} has the shape {numbers.shape}, and a column has '
+                             '(samples,): give its parts names of their own, and several tables '
+                             'as a list: read([first, second], ...)')
+        table.columns[column] = numbers
     return Table(table.path, table.columns, refused=table.refused)
 
 

@@ -15,14 +15,13 @@ import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, tell, terminal
-from servo_twin.description.nearest_name import or_what
 
 from ..data.arguments import add_data, files, recordings_looked_at
+from ..experiment.reach_limits import check_reach, REACH
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-REACH = {'travel': 'rad', 'speed': 'rad/s', 'torque': 'N m', 'amplitude': 'V'}
 FAIL_ON = {'gap': ('explained', 'partly_explained', 'unknown'), 'unknown': ('unknown',)}
 GAP_THERE = 3  # exit status where --fail-on finds what it names
 
@@ -60,13 +59,14 @@ def reach_of(text: str) -> dict[str, float]:
     found = {}
     for part in text.split(','):
         name, _, value = part.partition('=')
-        if name not in REACH:
-            raise argparse.ArgumentTypeError(f'there is no reach {name!r}; '
-                                             f'{or_what(name, REACH)}')
         try:
             found[name] = float(value)
         except ValueError:
             raise argparse.ArgumentTypeError(f'{name} = {value!r} is no number') from None
+    try:
+        check_reach(found)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
     return found
 
 

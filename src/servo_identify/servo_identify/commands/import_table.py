@@ -15,7 +15,9 @@ Of several tables, a pattern of them or a folder, each becomes a bag of its own 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
+import re
 import shutil
 import sys
 from typing import Any, TYPE_CHECKING
@@ -25,8 +27,11 @@ from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_
 from ..data.arguments import names_of, tables_of
 
 if TYPE_CHECKING:
+    from servo_twin.recording.recording import Recording
+
     from ..data.long_bags import Long
 
+NUMBER = re.compile(r"(?<![\w\[/'.])\d[\d.]*(e[+-]?\d+)?(?![\w\]/'])")  # and no part of a name
 IN_PARTS_FROM = 2**27  # bytes of memory from which on a table is not held whole, if it can be
 SAID_FROM = 2**30  # bytes of memory from which on they are said
 
@@ -126,19 +131,25 @@ def _sentence(output: Path, found: dict[str, Any]) -> str:
 
 
 def _say_notes(arguments: argparse.Namespace, made: dict[str, dict[str, Any]]) -> None:
-    """Print what was changed or is to be minded: each line once, with the tables it is of."""
-    lines = dict[tuple[str, bool], list[str]]()
+    """
+    Print what was changed or is to be minded, once for all tables that it is of.
+
+    Lines that differ in their numbers alone are one, with the numbers of the first table.
+    """
+    lines = dict[tuple[str, bool], list[tuple[str, str]]]()
     for name, found in made.items():
-        for line in found['note'].splitlines():
-            lines.setdefault((line, line in found['warnings']), []).append(name)
-        for one in found['findings']:
-            print(f'warning: {one.sentence} What to do: {one.action}', file=sys.stderr)
-    for (line, warned), names in lines.items():
-        of = f' ({", ".join(names)})' if len(made) > 1 else ''
-        if warned:
-            print(f'warning: {line}{of}', file=sys.stderr)
-        elif not arguments.quiet:
-            print(f'note: {line}{of}', file=sys.stderr)
+        told = [(line, line in found['warnings']) for line in found['note'].splitlines()]
+        own = f'{Path(found["path"]).name}: '
+        told += [(f'{one.sentence.removeprefix(own)} What to do: {one.action}', True)
+                 for one in found['findings']]
+        for line, warned in told:
+            lines.setdefault((NUMBER.sub('0', line), warned), []).append((name, line))
+    for (_, warned), said in lines.items():
+        names = ', '.join(name for name, _ in said)
+        first = f'; the numbers are of {said[0][0]}' if len({line for _, line in said}) > 1 else ''
+        if warned or not arguments.quiet:
+            print(('warning: ' if warned else 'note: ') + said[0][1]
+                  + (f' ({names}{first})' if len(made) > 1 else ''), file=sys.stderr)
 
 
 def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespace,
@@ -170,13 +181,24 @@ def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespa
 
 
 def _facts(output: Path, recording: Long, servo: Path) -> dict[str, Any]:
-    """Return what is in a bag, and what would be wrong of it as it is: ``findings``."""
+    """
+    Return what is in a bag, and what would be wrong of it as it is: ``findings``.
+
+    A long bag is read once for both.
+    """
     from servo_twin.description import servo_file
+    from servo_twin.recording.parts import parts_of
 
     from ..data.raw_encoder import wrapped_findings
     from ..data.recording_facts import facts_of
-    from ..data.survey import survey
+    from ..data.survey import wrapped_in
 
-    seen = survey(recording, servo_file.load(servo))
-    return facts_of(output, recording) | {
-        'findings': list(wrapped_findings(seen.name, seen.wrapped))}
+    machine, wrapped = servo_file.load(servo), dict[str, float]()
+
+    def watched() -> Iterator[Recording]:
+        for part in parts_of(recording):
+            wrapped.update(wrapped_in(part, machine))
+            yield part
+
+    return facts_of(output, recording, watched()) | {
+        'findings': list(wrapped_findings(output.name, wrapped))}

@@ -76,12 +76,12 @@ def main(arguments: argparse.Namespace) -> int:
 
     from ..data.check import check
     from ..data.plausibility import doubt_of_ratio
-    from ..init.asking import choose_columns, complete, given_columns, with_command
+    from ..init.asking import choose_columns, complete, given_columns, not_asked_for, with_command
     from ..init.files import mapping_text, servo_text, write
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed
     from ..init.sources import offered
-    from ..init.turns import with_turns
+    from ..init.turns import with_signs, with_turns
 
     arguments.data = one_file(arguments.data, 'init')
     for path in (arguments.output, arguments.mapping_out):
@@ -96,8 +96,9 @@ def main(arguments: argparse.Namespace) -> int:
     missing += complete(machine, columns, ask)
     if missing:
         raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
-            f'the {section} is {said}' for section, said in machine.chosen.items())]))
-    columns = with_command(machine, columns)
+            f'the {section} is {said}' for section, said in machine.chosen.items()), *(
+                f'left out: {said}' for said in not_asked_for(of))]))
+    columns = with_signs(with_command(machine, columns), of)
     if arguments.mapping_out is None and needs_mapping(of, columns):
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     draft = servo_text(machine, {}, arguments.tolerance)
@@ -116,6 +117,7 @@ def main(arguments: argparse.Namespace) -> int:
     findings = check([recording], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
         turn = f', and wraps around at each {one.wraps:.6g} of them' if one.wraps else ''
+        turn += f', read as unsigned of {one.signed} bit' if one.signed else ''
         say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
     taken = {one.source for one in columns.values()}
     joints = {f'[{arguments.joint}]'} if arguments.joint else {

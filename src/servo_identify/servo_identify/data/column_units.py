@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-import re
-
 import numpy as np
 
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.straight_units import straightened
 from servo_twin.recording.recording import COLUMNS
 
+from .column_names import likely, NAMES, split, TIMES
 from .physical_units import factor_to
 from .table import Table
 from .time_units import unit_of_stamps
 from .unit_symbols import UnitError
-
-NAMES = ('t', *COLUMNS)
+from .unsigned import check_signed
 
 UNIT = {'t': 's'} | COLUMNS
-TIMES = ('time', '__time', 'x_value')
-"""Other names of the time that leave no doubt, in small letters."""
-ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
-        'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
-        'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
-        'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',
-        'tau': 'torque', 'q_ref': 'reference_position'}
-"""What others call a column, and it may be another one as well."""
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
-_REFERENCE = 'reference_position'
-_TOLD = {'command', 'commanded', 'cmd', 'demand', 'demanded', 'set', 'setpoint', 'target', 'soll',
-         'desired'}
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
              'rad/s': 'deg/s, rpm, Hz (turns a second)', 'A': 'mA',
              'V': 'mV (a command may also be in A or mA)',
@@ -43,8 +29,9 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     Return the columns of :data:`NAMES` in SI units: m and N of what moves straight of a servo.
 
     A header may give a unit, as in ``motor_position [deg]``: another than SI is converted, which
-    is told. Raises ValueError for an unknown unit, a name given twice, and a column whose name
-    looks like a missing one; other columns are left out and told.
+    is told. Raises ValueError for an unknown unit, a name given twice, negative numbers that were
+    read as unsigned, and a column whose name looks like a missing one; others are left out, which
+    is told.
     """
     found: dict[str, np.ndarray] = {}
     strangers: list[str] = []
@@ -65,17 +52,10 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
             into = 'A' if is_current(name, unit) else (
                 servo.reads(UNIT[name], name) if servo else UNIT[name])
             told.append(f'column {header!r} is converted to {into} by {factor:.9g}')
+        check_signed(table.path, name, header, table[header])
         found[name] = table[header] * factor
     _judge_strangers(table, strangers, [name for name in NAMES if name not in found], told)
     return found
-
-
-def split(header: str) -> tuple[str, str]:
-    """Return the name and the unit of a header; '' where it gives none."""
-    match = re.fullmatch(r'\s*(.+?)\s*[\[(]\s*([^\[\]]*?)\s*[\])]\s*', header)
-    if match and match[2] and not match[2].isdigit():
-        return match[1], match[2]
-    return header.strip(), ''
 
 
 def factor_of(where: str, name: str, unit: str, servo: Servo | None,
@@ -126,22 +106,6 @@ def is_current(name: str, unit: str) -> bool:
         return False
 
 
-def likely(name: str, missing: list[str]) -> str:
-    """Return the missing column that a name looks like, or ''."""
-    lower = name.lower()
-    also = ALSO.get(lower) or ('t' if lower in TIMES else None)
-    if also in missing:
-        return str(also)
-    told = set(re.split('[^a-z]+', lower))
-    if told & _TOLD:  # what was commanded is no measured angle
-        missing = [one for one in missing if not one.endswith('_position') or one == _REFERENCE]
-        if told & {'position', 'angle', 'pos'} and _REFERENCE in missing:
-            return _REFERENCE
-    near = get_close_matches(lower, missing, 1, 0.7)
-    words = set(lower.split('_')) - {'reference', 'position'}
-    return next(iter([*near, *(one for one in missing if words & set(one.split('_')))]), '')
-
-
 def _judge_strangers(table: Table, strangers: list[str], missing: list[str],
                      told: list[str]) -> None:
     meant = {header: likely(split(header)[0], missing) for header in strangers}
@@ -151,7 +115,7 @@ def _judge_strangers(table: Table, strangers: list[str], missing: list[str],
         more = ''.join(f'; {header!r}: is it {name!r}?' for header, name in rest)
         raise ValueError(
             f'{table.path}: there is no column {first[0]!r}; is it {first[1]!r}?{more} Rename '
-            'what is meant, or let `servo-identify init` write a mapping file that says so. '
-            f'Columns are {list(NAMES)}')
+            'what is meant, or let `servo-identify init` write a mapping file that says so, and '
+            f'give it (--mapping). Columns are {list(NAMES)}')
     if strangers:
         told.append(f'columns {strangers} are left out: they are none of {list(NAMES)}')

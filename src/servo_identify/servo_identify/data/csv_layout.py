@@ -221,7 +221,7 @@ def _bracketless(unit: str) -> str:
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    """Tell whether a line holds units: no number, and more than nothing that is a unit."""
+    """Tell whether a line holds units: no number, and at least half of what is there is one."""
     if any(is_number(cell) for cell in cells if cell):
         return False
     known = 0
@@ -230,7 +230,7 @@ def _are_units(cells: Sequence[str]) -> bool:
             known += bool(re.search(r'[^\W\d_]|[°%]', cell) and parsed(cell))
         except UnitError as problem:
             known += isinstance(problem, CountsError)
-    return known > 0
+    return 0 < sum(map(bool, map(_bracketless, cells))) <= 2 * known
 
 
 def last_line(path: Path, encoding: str) -> str:

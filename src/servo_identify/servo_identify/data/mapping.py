@@ -29,9 +29,11 @@ from servo_twin.description.nearest_name import or_what
 from servo_twin.description.strict_yaml import NotPlain, read_yaml
 from servo_twin.physics.servo import Servo
 
-from .column_units import factor_of, NAMES
+from .column_names import NAMES
+from .column_units import factor_of
 from .joining import HELD, joined
 from .table import Table
+from .unsigned import check_signed
 from .unwrapping import doubts, unwrapped
 
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
@@ -78,14 +80,18 @@ class Mapping:
     def apply(self, table: Table, servo: Servo | None,
               warnings: list[str]) -> dict[str, np.ndarray]:
         """
-        Return the columns of a table; raises ValueError for a source that it lacks.
+        Return the columns of a table.
 
-        They are in m and N of what moves straight of the ``servo``.
+        Raises ValueError for a source that it lacks, or whose negative numbers were read as
+        unsigned. They are in m and N of what moves straight of the ``servo``.
 
         Where the drive is off its terminals are open, which a command of 0 V is not: there is no
         command there (NaN).
         """
         table = self._of_one_topic(table)
+        for name, steps in self.columns.items():
+            if 'source' in steps and not {'above', 'wraps'} & steps.keys():
+                check_signed(table.path, name, steps['source'], table[steps['source']])
         columns = {name: _follow(table, steps, self._factor(name, servo))
                    for name, steps in self.columns.items()}
         for name, steps in self.columns.items():
@@ -179,9 +185,9 @@ def _check_steps(path: Path, name: str, steps: Any) -> None:
 
 def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     if 'value' in steps:
-        rows = len(next(iter(table.columns.values())))
-        return np.full(rows, float(steps['value']) * factor)
-    column = table[steps['source']].copy()
+        column = np.full(len(next(iter(table.columns.values()))), float(steps['value']))
+    else:
+        column = table[steps['source']].copy()
     if 'above' in steps:
         column[column > steps['above']] -= steps['subtract']
     if 'wraps' in steps:
@@ -193,6 +199,7 @@ def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
         column = column * factor
     if steps.get('negate'):
         column = -column
-    if 'zero' in steps:
-        column = column - (column[0] if steps['zero'] == 'first' else np.nanmean(column))
+    known = column[np.isfinite(column)]
+    if 'zero' in steps and len(known):
+        column = column - (known[0] if steps['zero'] == 'first' else np.mean(known))
     return column

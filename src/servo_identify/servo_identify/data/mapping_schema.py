@@ -11,7 +11,8 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from .column_units import NAMES, UNIT
+from .column_names import NAMES
+from .column_units import UNIT
 from .mapping import FACTS, KEYS, STEPS, ZEROS
 
 _KINDS = {str: 'string', bool: 'boolean', int: 'integer', list: 'array', dict: 'object'}

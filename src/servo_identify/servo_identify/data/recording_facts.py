@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from servo_twin.recording.parts import parts_of
-from servo_twin.recording.recording import COLUMNS
+from servo_twin.recording.recording import COLUMNS, Recording
 
 from .long_bags import Long
 
 
-def facts_of(path: Path, recording: Long) -> dict[str, Any]:
-    """Return what a recording of any length is, as plain data."""
+def facts_of(path: Path, recording: Long,
+             parts: Iterable[Recording] | None = None) -> dict[str, Any]:
+    """
+    Return what a recording of any length is, as plain data.
+
+    ``parts`` are those of the recording, where somebody else looks at them on the way.
+    """
     known, total = dict.fromkeys(COLUMNS, 0), dict.fromkeys(COLUMNS, 0.0)
     low, high = dict.fromkeys(COLUMNS, np.inf), dict.fromkeys(COLUMNS, -np.inf)
-    for part in parts_of(recording):
+    for part in parts_of(recording) if parts is None else parts:
         for name in COLUMNS:
             values = part[name][np.isfinite(part[name])]
             known[name] += len(values)

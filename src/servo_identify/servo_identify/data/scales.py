@@ -22,7 +22,9 @@ from .likelihood import Closed, closed
 from .mistakes import Mistake, mistakes, unread
 from .plausibility import contradiction, factor_apart
 from .rough_balances import balances
+from .shown_drift import drift_findings
 from .shown_inertia import inertia_findings, NEAR
+from .shown_ratio import FORM, ratio_findings
 from .signals import ANGLES, Signals, signals
 
 Known = Mapping[int, Excitation | None]
@@ -32,7 +34,6 @@ SURE = 5.0
 ALIKE = 3.0
 """Nats within which two mistakes are told together."""
 MOST_RECORDINGS, MOST_MISTAKES = 8, 3
-FORM = 0.1  # of a channel, by which one that is alike differs
 
 
 @dataclass
@@ -75,7 +76,14 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo,
         for k, (one, at) in enumerate(usable):
             others = max(open_now[:k] + open_now[k + 1:])
             every += _findings(one.name, [at], evidence, others)
-    return every or inertia_findings(chosen, shown, servo)
+    if every:
+        return every
+    families: dict[str, list[tuple[str, Signals]]] = {}
+    for one, at in usable:
+        families.setdefault(one.family, []).append((one.name, at))
+    return [*inertia_findings(chosen, shown, servo),
+            *ratio_findings([at for _, at in usable], servo, SURE),
+            *drift_findings(families, servo, SURE)]
 
 
 def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:

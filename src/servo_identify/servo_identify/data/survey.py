@@ -78,7 +78,7 @@ def survey(one: Long, servo: Servo) -> Survey:
             whole[name] = whole[name] and bool(np.all(values == np.round(values)))
             if whole[name] and len(np.unique(values[:_COUNTED])) > FEWEST_COUNTS:
                 counts.add(name)
-            if not servo.straight(name) and (turn := round_of(values)):
+            if turn := _turn_of(name, values, servo):
                 wrapped[name] = turn
             elif len(at := jumps_of(np.concatenate([ends[name], part[name]]))):
                 begins = part.start - one.start + (at[0] - len(ends[name])) * part.period
@@ -97,6 +97,16 @@ def survey(one: Long, servo: Servo) -> Survey:
         wrapped, jumps,
         ranges['voltage'], ranges['current'],
         at_limit / max(1, known['voltage']))
+
+
+def wrapped_in(part: Recording, servo: Servo) -> dict[str, float]:
+    """Return the round, rad, of those angles of a part that jump back by it."""
+    turns = {name: _turn_of(name, part[name][np.isfinite(part[name])], servo) for name in ANGLES}
+    return {name: turn for name, turn in turns.items() if turn}
+
+
+def _turn_of(name: str, angle: np.ndarray, servo: Servo) -> float:
+    return 0.0 if servo.straight(name) else round_of(angle)
 
 
 def round_of(angle: np.ndarray) -> float:

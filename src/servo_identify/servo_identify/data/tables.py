@@ -117,7 +117,8 @@ def _numpy(path: Path) -> Table:
                         refused[name] = f'{path}: {name!r} is no plain array: {problem}'
     except (ValueError, OSError, EOFError, BadZipFile) as error:
         raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
-    return replace(_longest(path, *_parted(arrays)), refused=refused)
+    table = _longest(path, *_parted(arrays))
+    return replace(table, refused={**table.refused, **_deep(path, arrays), **refused})
 
 
 def _parted(arrays: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -167,8 +168,10 @@ def _mat(path: Path) -> Table:
         raise ValueError(f'{path} holds no array of numbers. Objects of MATLAB (timeseries, '
                          'table) have to be saved as arrays or structures: t = log.Time; u = '
                          'log.Data')
-    return _longest(path, *_parted({name: value for name, value in found.items()
-                                    if isinstance(name, str) and not name.startswith('__')}))
+    arrays = {name: value for name, value in found.items()
+              if isinstance(name, str) and not name.startswith('__')}
+    table = _longest(path, *_parted(arrays))
+    return replace(table, refused=table.refused | _deep(path, arrays))
 
 
 def _json(path: Path, rows: str) -> Table:
@@ -184,7 +187,8 @@ def _json(path: Path, rows: str) -> Table:
     if isinstance(content, dict):
         held = with_texts(Table(path, {}), {name: value for name, value in content.items()
                                              if isinstance(value, list)})
-        return replace(_longest(path, held.columns, facts), refused=held.refused)
+        table = _longest(path, held.columns, facts)
+        return replace(table, refused=table.refused | held.refused)
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
         raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
     records = [dict(flat(row)) for row in content]
@@ -193,7 +197,19 @@ def _json(path: Path, rows: str) -> Table:
 
 
 def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:
-    """Return the columns that are as long as the longest; others are no columns of the table."""
+    """Return the columns that are as long as the longest; others are refused to who asks."""
     length = max((len(column) for column in arrays.values()), default=0)
-    return Table(path, {name: column for name, column in arrays.items() if len(column) == length},
-                 facts)
+    columns = {name: column for name, column in arrays.items() if len(column) == length}
+    first = next(iter(columns), '')
+    return Table(path, columns, facts, {
+        name: f'{path}: {name!r} has {len(column)} rows and {first!r} {length}: cut them to the '
+              'same length (a rollout has one state more than commands), or save them apart'
+        for name, column in arrays.items() if name not in columns})
+
+
+def _deep(path: Path, arrays: dict[str, Any]) -> dict[str, str]:
+    """Return why arrays of three dimensions and more are no columns."""
+    shapes = {name: np.shape(value) for name, value in arrays.items()
+              if isinstance(value, np.ndarray) and value.dtype.kind in 'fiub'}
+    return {name: f'{path}: {name!r} has the shape {shape}: save one run, of shape (rows,) or '
+            '(rows, joints)' for name, shape in shapes.items() if len(shape) > 2}

@@ -16,6 +16,7 @@ from ..data.check import check as check_data
 from ..data.check import replicates
 from ..data.finding import Finding as Said
 from ..data.finding import refusal
+from ..experiment.reach_limits import check_reach
 from .answer.evidence import Evidence, Finding
 from .answer.experiments import next_experiment
 from .answer.row_instants import command_late, split_as_acted
@@ -51,8 +52,10 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     ``without`` names mechanisms that are left out of the hypotheses; ``tick(stage, share)``
     reports progress; ``reach`` widens what the next experiment may do (travel rad, speed rad/s,
     torque N m, amplitude V). Raises checks.CannotDiagnose with a sentence for recordings that
-    cannot be judged, and for red findings of the check of the data, unless ``despite`` them.
+    cannot be judged, and for red findings of the check of the data, unless ``despite`` them;
+    ValueError for a reach that is none.
     """
+    check_reach(reach or {})
     stages = Stages(tick)
     stages.begin('check')
     parts, findings, warnings = _checked(recordings, accepting, reporting, servo, despite)

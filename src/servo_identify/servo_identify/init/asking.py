@@ -9,9 +9,11 @@ import shlex
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.straight_units import straightened
 
-from ..data.column_units import factor_of, NAMES, UNIT
+from ..data.column_names import ANGLE, looks_like, NAMES
+from ..data.column_units import factor_of, UNIT
+from ..data.finding import SHOWN
 from .machine import ABOUT, example, flag, Machine, SECTIONS
-from .proposals import ANGLE, looks_like, Proposal
+from .proposals import Proposal
 from .sources import Offered
 
 Ask = Callable[[str, str], str]
@@ -92,7 +94,7 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)), '')
         else:
             meant = [said for name, said in of.refused.items()
-                     if looks_like(name) in (*names, ANGLE)] or [*of.refused.values()][:1]
+                     if looks_like(name) in (*names, ANGLE)]
             missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
                            + ''.join(f'; {one}' for one in meant)
                            + ('; a number of the row counts in its period: t=SOURCE:2 ms'
@@ -115,6 +117,14 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
                     '' if column in ('t', 'voltage', 'current', *ENCODERS) else
                     f', or --column {column}= without it'))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
+
+
+def not_asked_for(of: Offered) -> list[str]:
+    """Return why columns cannot be read whose names are those of no column that is needed."""
+    beside = [said for name, said in of.refused.items()
+              if looks_like(name) not in ('t', *ENCODERS, ANGLE)]
+    more = len(beside) - SHOWN
+    return beside[:SHOWN] + ([f'and {more} columns more'] if more > 0 else [])
 
 
 def _joints(sources: Sequence[str]) -> list[str]:

@@ -9,6 +9,8 @@ from servo_twin.description.servo_file import of_linear
 from servo_twin.physics.step_limit import step_within
 
 from ..data.column_units import UNIT
+from ..data.shown_ratio import BELT
+from ..data.unsigned import steps_of
 from .machine import Machine
 from .proposals import Proposal
 from .sources import Offered
@@ -35,7 +37,8 @@ _TOLERANCE = """
 # diagnosis calls it a gap only beyond it. Without a line a value counts as exact.
 """
 EXACT = {
-    'mechanism.ratio': ('0.5 %', 'only of a belt or a friction drive: teeth count exactly'),
+    'mechanism.ratio': (f'{100.0 * BELT:g} %',
+                        'only of a belt or a friction drive: teeth count exactly'),
     'drive.pole_pairs': ('', ''), 'drive.switching': ('', ''), 'drive.current_cycle': ('', ''),
     'drive.velocity_cycle': ('', '')}
 """Values that are exact, so that they get no tolerance: the one to write yet, and when."""
@@ -113,7 +116,8 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
 def _steps(one: Proposal) -> str:
     unit = '' if one.unit in ('', UNIT[one.column]) else f', unit: {_quoted(one.unit)}'
     wraps = f', wraps: {one.wraps:.12g}' if one.wraps else ''
-    return f'{{source: {_quoted(one.source)}{wraps}{unit}}}'
+    signed = f', {steps_of(one.signed)}' if one.signed else ''
+    return f'{{source: {_quoted(one.source)}{signed}{wraps}{unit}}}'
 
 
 def _value(value: float, unit: str, given: str) -> str:

@@ -8,29 +8,11 @@ import re
 
 import numpy as np
 
-from ..data.column_units import factor_of, likely, NAMES, split, TIMES, UNIT
+from ..data.column_names import ANGLE, likely, looks_like, NAMES, SPEED, split, TIMES
+from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .sources import Offered
-
-ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
-
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
-_SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'rpm', 'qd', 'dq', 'velocities'}
-_REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
-_TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
-"""What a drive was told; of an angle or a speed that is a reference."""
-_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
-_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung'}
-_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
-_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'encoder', 'enc', 'counts',
-             'ticks', 'positions', 'estimate'}
-_COMPOUND = re.compile(r'(soll|ist|motor|last|gelenk|dreh|abtriebs?)'
-                       r'(?=strom|winkel|position|drehzahl|moment|spannung)')
-"""First parts of German names, which are written as one word."""
-_MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
-                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints'}
 
 
 @dataclass(frozen=True)
@@ -39,55 +21,14 @@ class Proposal:
     A source for a column; ``unit`` is '' where nothing says which it is.
 
     ``wraps``: the round in this unit by which the source wraps around; 0 where it does not.
+    ``signed``: the bits of its signed numbers, which were read as unsigned; 0 where they were not.
     """
 
     column: str
     source: str
     unit: str
     wraps: float = 0.0
-
-
-def looks_like(source: str, kind: str = '') -> str:
-    """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
-    # of a message an index names the joint, but behind .values the interface
-    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
-    if name in NAMES:
-        return name
-    words = _words(name)
-    if name.lower() in TIMES or words & _TIME and not words & _POSITION:
-        return 't'
-    if words & {'temp', 'temperature', 'temperatur'}:
-        return 'temperature'
-    if kind.endswith('JointState') and words & {'position'}:
-        return 'load_position'
-    if words & _REFERENCE:
-        for found, column in ((_SPEED, 'reference_velocity'), (_CURRENT, 'current_reference'),
-                              (_POSITION, 'reference_position')):
-            if words & found:
-                return column
-        return ''
-    if words & _TOLD and words & (_SPEED | _POSITION):
-        return 'reference_velocity' if words & _SPEED else 'reference_position'
-    if words & _SPEED or words & _SUPPLY or words & {'effort', 'error', 'acceleration', 'force'}:
-        return ''
-    if words & _CURRENT:
-        return 'current' if not words & _TOLD else 'current_reference'
-    if words & _TORQUE:
-        if words & _TOLD:
-            return ''  # what was told is no measured torque, and no drive is told N m
-        return 'external_torque' if words & {'external', 'ext'} else 'torque'
-    if words & _POSITION:
-        field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
-        if field & _MOTOR:
-            return 'motor_position'
-        return 'load_position' if field & _LOAD or words == {'q'} else ANGLE
-    return 'voltage' if words & _COMMAND else ''
-
-
-def _words(name: str) -> set[str]:
-    parted = re.sub(r'(?<=[a-z])(?=[A-Z])', '_', name).lower()
-    parted = _COMPOUND.sub(r'\1_', parted)
-    return {word for word in re.split(r'[^a-z0-9_]+|(?<=[a-z0-9])_', parted) if word}
+    signed: int = 0
 
 
 def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
@@ -106,6 +47,8 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
             if column == 't' and not unit:
                 unit = unit_of_time(of.numbers.get(source))
             found.setdefault(column, []).append(Proposal(column, source, unit))
+    if not of.messages:
+        _part_from_temperatures(found, of)
     for column, several in found.items():
         exact = [one for one in several if split(one.source)[0] == column]
         found[column] = exact or several
@@ -114,17 +57,49 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
     return found
 
 
-def _unit_behind(source: str, column: str) -> str:
-    """Return the last word of a name where it is a unit of the column: current_mA, I/mA, I, mA."""
-    word = re.split(r'[_/,]\s*', source)[-1]
-    if word.isdigit():  # the number of a joint
-        return ''
+def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> None:
+    """Take out of the times what begins with T and does not rise: T_housing_C is a temperature."""
+    times = found.get('t', [])
+    rising = [one for one in times if _rises(of.numbers.get(one.source))]
+    for one in times if times != rising else ():
+        unit = of.units.get(one.source) or _unit_behind(one.source, 'temperature')
+        warm = one not in rising and bool(unit) and _is_unit('temperature', unit)
+        if warm:
+            found.setdefault('temperature', []).append(Proposal('temperature', one.source, unit))
+        if warm or rising and one not in rising:
+            found['t'] = [other for other in found['t'] if other is not one]
+
+
+def _rises(times: np.ndarray | None) -> bool:
+    """Tell whether numbers never fall, and rise in most rows."""
+    if times is None or len(times) < 2:
+        return False
+    steps = np.diff(times)
+    return bool(np.nanmin(steps) >= 0.0 and np.mean(steps > 0.0) > 0.5)
+
+
+def _is_unit(column: str, unit: str) -> bool:
     try:
-        parsed(word)
-        factor_of(source, 'load_position' if column == ANGLE else column, word, None)
+        factor_of(unit, column, unit, None)
+        if column != 'temperature':  # no symbol of physics; others are spelled with their capitals
+            parsed(unit)
     except ValueError:
-        return ''
-    return word if word != source else ''
+        return False
+    return True
+
+
+def _unit_behind(source: str, column: str) -> str:
+    """
+    Return the unit of the column that a name holds: current_mA, I/mA, I, mA, rpm_set; else ''.
+
+    That is its last word, or the word that says which quantity it is.
+    """
+    words = re.split(r'[_/,]\s*', source)
+    last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
+    for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
+        if _is_unit('load_position' if column == ANGLE else column, word):
+            return word
+    return ''
 
 
 def _of_joint(sources: tuple[str, ...], joint: str) -> list[str]:
@@ -159,7 +134,7 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     if of.messages or of.names or of.rows:
         return True
     for column, one in chosen.items():
-        if one.wraps:
+        if one.wraps or one.signed:
             return True
         name, unit = split(one.source)
         if name != column and not (column == 't' and name.lower() in TIMES):

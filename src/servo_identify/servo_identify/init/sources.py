@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..data.column_units import split
+from ..data.column_names import split
 from ..data.csv_layout import TEXTS
 from ..data.csv_table import count_of_bare_columns
 from ..data.json_file import read_json

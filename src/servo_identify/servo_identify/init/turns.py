@@ -1,4 +1,4 @@
-"""Encoders that wrap around, at each turn or where their counter ends, told by a recording."""
+"""Numbers as registers hold them: they wrap around, or were read as unsigned."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from servo_twin.recording.recording import Recording
 from ..data.column_units import factor_of
 from ..data.mistakes import TURN
 from ..data.survey import survey
+from ..data.unsigned import bits_of, OTHERS
 from .proposals import Proposal
+from .sources import Offered
 
 NEAR = 0.003  # of a round, within which the one that is meant is taken for it
 
@@ -24,6 +26,13 @@ def with_turns(columns: Mapping[str, Proposal], recording: Recording,
     turned = {name: _meant(turn / factor_of(name, name, columns[name].unit, servo), turn == TURN)
               for name, turn in survey(recording, servo).wrapped.items()}
     return {name: replace(one, wraps=turned.get(name, 0.0)) for name, one in columns.items()}
+
+
+def with_signs(columns: Mapping[str, Proposal], of: Offered) -> dict[str, Proposal]:
+    """Return the columns, with the bits of those whose negative numbers were read as unsigned."""
+    told = {name: bits_of(of.numbers[one.source]) for name, one in columns.items()
+            if name not in OTHERS and one.source in of.numbers}
+    return {name: replace(one, signed=told.get(name, 0)) for name, one in columns.items()}
 
 
 def _meant(seen: float, turn: bool) -> float:

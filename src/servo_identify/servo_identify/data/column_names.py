@@ -1,0 +1,114 @@
+"""Which column people mean by a name, in English or German, of a table or a message."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+import re
+
+from servo_twin.recording.recording import COLUMNS
+
+NAMES = ('t', *COLUMNS)
+
+TIMES = ('time', '__time', 'x_value')
+"""Other names of the time that leave no doubt, in small letters."""
+ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
+        'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
+        'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
+        'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',
+        'tau': 'torque', 'q_ref': 'reference_position'}
+"""What others call a column, and it may be another one as well."""
+ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
+
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
+SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
+          'velocities', 'qvel'}
+_REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
+_TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
+"""What a drive was told; of an angle or a speed that is a reference."""
+_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
+_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
+_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung',
+            'ctrl'}
+_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
+_NEITHER = {'effort', 'error', 'acceleration', 'force', 'fehler', 'abweichung'}
+_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
+             'counts', 'ticks', 'positions', 'estimate', 'qpos'}
+_PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
+          'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
+          'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
+          'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
+_COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
+"""Parts of German names, which are written as one word."""
+_MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
+                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
+                                                'qpos'}
+
+
+def split(header: str) -> tuple[str, str]:
+    """Return the name and the unit of a header; '' where it gives none."""
+    match = re.fullmatch(r'\s*(.+?)\s*[\[(]\s*([^\[\]]*?)\s*[\])]\s*', header)
+    if match and match[2] and not match[2].isdigit():
+        return match[1], match[2]
+    return header.strip(), ''
+
+
+def looks_like(source: str, kind: str = '') -> str:
+    """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
+    # of a message an index names the joint, but behind .values the interface
+    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
+    if name in NAMES:
+        return name
+    words = _words(name)
+    if name.lower() in TIMES or words & _TIME and not words & _POSITION:
+        return 't'
+    if words & {'temp', 'temperature', 'temperatur'}:
+        return 'temperature'
+    if kind.endswith('JointState') and words & {'position'}:
+        return 'load_position'
+    if words & _REFERENCE:
+        for found, column in ((SPEED, 'reference_velocity'), (_CURRENT, 'current_reference'),
+                              (_POSITION, 'reference_position')):
+            if words & found:
+                return column
+        return ''
+    if words & _TOLD and words & (SPEED | _POSITION):
+        return 'reference_velocity' if words & SPEED else 'reference_position'
+    if words & (SPEED | _SUPPLY | _NEITHER):
+        return ''
+    if words & _CURRENT:
+        return 'current' if not words & _TOLD else 'current_reference'
+    if words & _TORQUE:
+        if words & _TOLD:
+            return ''  # what was told is no measured torque, and no drive is told N m
+        return 'external_torque' if words & {'external', 'ext'} else 'torque'
+    if words & _POSITION:
+        field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
+        if field & _MOTOR:
+            return 'motor_position'
+        return 'load_position' if field & _LOAD or words == {'q'} else ANGLE
+    return 'voltage' if words & _COMMAND else ''
+
+
+def _words(name: str) -> set[str]:
+    parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
+    words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
+    return {part for word in words for part in (
+        re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
+
+
+def likely(name: str, missing: list[str]) -> str:
+    """Return the missing column that a name looks like, misspelt or in other words, or ''."""
+    lower = name.lower()
+    also = ALSO.get(lower) or ('t' if lower in TIMES else None)
+    if also in missing:
+        return str(also)
+    words = set(lower.split('_')) - {'reference', 'position'}
+    near = [*get_close_matches(lower, missing, 1, 0.7),
+            *(one for one in missing if words & set(one.split('_')))]
+    meant = looks_like(name)
+    if meant == ANGLE:
+        shafts = [one for one in ('motor_position', 'load_position') if one in missing]
+        return next((one for one in (*near, *shafts) if one in shafts), '') if near else ''
+    if meant or _words(name) & (SPEED | _SUPPLY | _NEITHER | _TOLD):
+        return meant if meant in missing and near else ''
+    return near[0] if near else ''

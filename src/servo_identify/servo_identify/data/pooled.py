@@ -1,0 +1,83 @@
+r"""
+One least-squares fit over several recordings, in which each also has values of its own.
+
+.. math:: y_r = S_r\,x + O_r\,z_r + e_r
+
+with x shared by all recordings r and z of each alone. Neighbouring samples are alike, so that a
+recording counts for :data:`.likelihood.SAMPLES` independent ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .likelihood import SAMPLES
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What one recording gives: ``seen`` (n,), ``shared`` (n, s) and ``own`` (n, o)."""
+
+    seen: np.ndarray
+    shared: np.ndarray
+    own: np.ndarray
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """
+    Values with their covariance: ``shared`` (s,), ``own`` (recordings, o), ``covariance`` of all.
+
+    The covariance (s + recordings o, the same) has the shared values first. It holds no finite
+    number where the recordings do not tell a value.
+    """
+
+    shared: np.ndarray
+    own: np.ndarray
+    covariance: np.ndarray
+
+    def apart(self, column: int) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return how far a value of each recording is from the mean of all, (recordings,).
+
+        Behind it the covariance of these differences, (recordings, recordings). An error that the
+        shared values put into all of them alike is not in it.
+        """
+        count, width = self.own.shape
+        places = len(self.shared) + column + width * np.arange(count)
+        centre = np.eye(count) - 1.0 / count
+        return centre @ self.own[:, column], (
+            centre @ self.covariance[np.ix_(places, places)] @ centre)
+
+
+def pooled(several: Sequence[Columns]) -> Pooled:
+    """Return the fit of recordings that all have the same columns."""
+    shared, own = several[0].shared.shape[1], several[0].own.shape[1]
+    width = shared + own * len(several)
+    blocks, count = [], 0
+    for k, one in enumerate(several):
+        small = np.linalg.qr(np.column_stack([one.shared, one.own, one.seen]), 'r')
+        block = np.zeros((len(small), width + 1))
+        block[:, :shared], block[:, width] = small[:, :shared], small[:, -1]
+        block[:, shared + own * k:shared + own * (k + 1)] = small[:, shared:-1]
+        blocks.append(block)
+        count += len(one.seen)
+    stacked = np.vstack(blocks)
+    size = np.linalg.norm(stacked[:, :width], axis=0)
+    size[size == 0.0] = np.inf
+    left, values, right = np.linalg.svd(stacked[:, :width] / size, full_matrices=False)
+    told = values > 1e-9 * values[0]
+    inverse = np.where(told, 1.0 / np.where(told, values, 1.0), 0.0)
+    x = right.T @ (inverse * (left.T @ stacked[:, width])) / size
+    rest = stacked[:, width] - stacked[:, :width] @ x
+    independent = min(count, SAMPLES * len(several))
+    # of a mean square over so many samples, as if all that are alike were one
+    variance = float(rest @ rest) / max(independent - width, 1)
+    root = right.T * inverse / size[:, None]
+    covariance = variance * root @ root.T
+    untold = (np.sum((right.T * ~told)**2, axis=1) > 1e-6) | np.isinf(size)
+    covariance[untold] = covariance[:, untold] = np.nan
+    return Pooled(x[:shared], x[shared:].reshape(len(several), own), covariance)

@@ -1,0 +1,117 @@
+r"""
+What differs between recordings of one motion: the zero of a torque sensor, or friction.
+
+A torque balance is fitted to all recordings of a family at once. Inertia, gravity and how
+friction goes with speed are shared; a constant torque and a Coulomb torque are of each recording
+alone. What a rough equation lacks is the same in all of them, since they repeat one motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import exp
+
+import numpy as np
+from scipy.stats import chi2
+
+from servo_twin.physics.servo import Servo
+from servo_twin.physics.straight_units import straightened
+
+from .finding import Finding
+from .mistakes import MISTAKE
+from .pooled import Columns, Pooled, pooled
+from .rough_balances import balances, RoughBalance
+from .signals import Signals
+
+COULOMB, VISCOUS = 'Coulomb friction', 'viscous friction'
+FRICTION = {'sensor': 'friction of the motor', 'load': 'friction of the load',
+            'torque': 'friction'}
+WARM = ('let the machine warm up before the first recording; a diagnosis names such friction, '
+        'and no servo file holds it')
+TARE = 'tare the sensor before each recording, or subtract its zero in the mapping: offset'
+FORMS = (0.5, 2.0)  # powers of the speed beside the first, for a friction of any form
+Told = tuple[str, Signals]
+
+
+def drift_findings(families: Mapping[str, Sequence[Told]], servo: Servo,
+                   sure: float) -> list[Finding]:
+    """
+    Return what surely differs between the recordings of a family.
+
+    ``families`` holds the names and smoothed channels of recordings by their family; ``sure``,
+    nats, is by how much a difference must beat chance, its rarity counted.
+    """
+    return [finding for family, several in families.items() if len(several) > 1
+            for finding in _of_family(family, several, servo, sure)]
+
+
+def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) -> list[Finding]:
+    tables = [{one.name: one for one in balances(at, servo)} for _, at in several]
+    names = [name for name, _ in several]
+    found, zeros = [], []
+    for name in FRICTION:
+        if not all(name in table and COULOMB in table[name].terms for table in tables) or (
+                name == 'torque' and all('load' in table for table in tables)):
+            continue
+        fit = _fit([table[name] for table in tables])
+        straight = servo.straight('load_position' if name == 'load' else 'motor_position')
+        unit = straightened('N m') if straight else 'N m'
+        noise = _noise(name, servo)
+        told = _told(fit, 1, sure, unit, names, 1.0, noise)
+        if told:
+            found.append(_finding(FRICTION[name], family, told, WARM))
+        if name != 'torque':  # without a sensor a constant is a torque or an angle of gravity
+            scale = servo.values['mechanism.ratio'] if name == 'sensor' else 1.0
+            zeros.append(_told(fit, 0, sure, unit, names, scale, noise))
+    if any(zeros):
+        which = ('zero of torque, or of current,' if not zeros[-1] else
+                 'zero of torque' if all(zeros) and len(zeros) > 1 else
+                 'zero of torque, or a constant torque at the load,')
+        found.append(_finding(which, family, zeros[-1] or zeros[0], TARE))
+    return found
+
+
+def _finding(what: str, family: str, told: str, action: str) -> Finding:
+    of = f' of {family}' if family else ''
+    return Finding('amber', f'The {what} differs between recordings{of}: {told}.', action)
+
+
+def _noise(name: str, servo: Servo) -> float:
+    """Return the noise of a single reading in a balance, N m or N; 0 where it is not given."""
+    motor = servo.values['drive.torque_constant'] * servo.noise('current')
+    sensor = servo.noise('torque') / (servo.values['mechanism.ratio'] if name == 'sensor' else 1.0)
+    used = {'torque': (motor,), 'sensor': (motor, sensor), 'load': (sensor,)}[name]
+    return float(np.linalg.norm(np.nan_to_num(used)))
+
+
+def _fit(several: Sequence[RoughBalance]) -> Pooled:
+    """Return the fit with a constant and a Coulomb torque of each recording."""
+    columns = []
+    for one in several:
+        speed, sign = np.abs(one.terms[VISCOUS].column), one.terms[COULOMB].column
+        shared = [term.column for name, term in one.terms.items() if name != COULOMB]
+        shared += [sign * speed**power for power in FORMS]
+        columns.append(Columns(one.seen, np.column_stack([*shared, one.free[:, 1:]]),
+                               np.stack([np.ones_like(one.seen), sign], 1)))
+    return pooled(columns)
+
+
+def _told(fit: Pooled, column: int, sure: float, unit: str, names: Sequence[str],
+          scale: float, noise: float) -> str:
+    """
+    Return how far values of the recordings are apart, '' where chance may have done it.
+
+    ``scale`` brings them to where they are read; below the ``noise`` of a reading all is well.
+    """
+    apart, covariance = fit.apart(column)
+    if not np.isfinite(covariance).all() or not covariance.any():
+        return ''
+    spread = float(apart @ np.linalg.pinv(covariance, 1e-9, True) @ apart)
+    low, high = int(np.argmin(apart)), int(np.argmax(apart))
+    far = float(apart[high] - apart[low])
+    if far < noise or chi2.sf(spread, len(apart) - 1) >= exp(-sure - MISTAKE):
+        return ''
+    pair = np.zeros(len(apart))
+    pair[[low, high]] = -1.0, 1.0
+    error = scale * float(np.sqrt(pair @ covariance @ pair))
+    return f'{names[high]} has {scale * far:.3g} +- {error:.1g} {unit} more than {names[low]}'

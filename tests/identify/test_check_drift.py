@@ -1,0 +1,71 @@
+"""What recordings of one machine say against each other, and encoders: the check ..."""
+
+from dataclasses import replace
+
+from bench_recording import bench_recording, SERVO
+import numpy as np
+import pytest
+
+from servo_identify.data.check import check
+from servo_twin.description.servo_file import load
+
+BENCH = load(SERVO)
+
+
+def run(number, coulomb=22.0, zero=0.0):
+    """Return a recording of the bench with noise of its own, and a zero of the torque, N m."""
+    one, chance = bench_recording(4.0, coulomb), np.random.default_rng(number)
+    noisy = {name: one[name] + BENCH.noise(name) * chance.standard_normal(len(one))
+             for name in ('motor_position', 'load_position', 'torque', 'current')}
+    noisy['torque'] = noisy['torque'] + zero
+    return replace(one, name=f'run_{number}', columns={**one.columns, **noisy})
+
+
+def said(recordings, words, servo=BENCH):
+    return [one for one in check(recordings, servo) if words in one.sentence]
+
+
+def test_it_finds_no_drift_between_recordings_that_are_alike():
+    assert not said([run(k) for k in range(4)], 'differs between')
+
+
+@pytest.mark.parametrize(('changed', 'words'), [
+    ({'zero': 0.5}, 'run_3 has 1.5 +- '), ({'coulomb': 2.0}, 'run_3 has 5.9')])
+def test_it_names_what_differs_between_recordings_with_its_size(changed, words):
+    several = [run(k, 22.0 + changed.get('coulomb', 0.0) * k, changed.get('zero', 0.0) * k)
+               for k in range(4)]
+    found, = said(several, 'differs between recordings of sine')
+    assert ('zero of torque' if 'zero' in changed else 'friction of the load') in found.sentence
+    assert words in found.sentence and 'more than run_0' in found.sentence
+    assert found.level == 'amber' and ('tare' if 'zero' in changed else 'warm') in found.action
+
+
+def test_it_holds_only_recordings_of_one_motion_against_each_other():
+    several = [replace(run(k, zero=k), family=f'motion {k}') for k in range(3)]
+    assert not said(several, 'differs between')
+
+
+def test_it_says_that_two_encoders_contradict_the_ratio_of_the_file():
+    belt = BENCH.with_values({'mechanism.ratio': 161.0 / 1.03})
+    found, = said([run(0)], 'encoders show a ratio', belt)
+    assert found.level == 'amber' and 'a ratio of 161 +- ' in found.sentence
+    assert 'mechanism.ratio is 156.311: +3 %' in found.sentence
+    assert 'count the teeth' in found.action
+    assert not said([run(0)], 'encoders show a ratio')
+
+
+def test_it_leaves_a_ratio_within_its_tolerance_alone():
+    belt = BENCH.with_values({'mechanism.ratio': 161.0 / 1.03})
+    wide = replace(belt, tolerance={**belt.tolerance, 'mechanism.ratio': (150.0, 162.0)})
+    assert not said([run(0)], 'encoders show a ratio', wide)
+
+
+def test_one_sine_does_not_tell_a_ratio_from_a_twist():
+    time = np.arange(4000) * 1e-3
+    angle = 0.2 * np.sin(20.0 * time)
+    one = run(0)
+    columns = {name: np.full(4000, np.nan) for name in one.columns}
+    chance = np.random.default_rng(2)
+    for name, size in (('load_position', 1.0), ('motor_position', 161.0 * 1.03)):
+        columns[name] = size * angle + BENCH.noise(name) * chance.standard_normal(4000)
+    assert not said([replace(one, columns=columns)], 'encoders show a ratio')

@@ -1,0 +1,96 @@
+"""The kinds of files that hold a table: what of them is read, or a sentence says why not."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from small_tables import SERVO, table, TIME
+
+from servo_identify.data.table_import import import_table
+from servo_identify.data.tables import read_table
+
+
+def test_it_reads_the_signals_of_a_scope_by_their_labels(tmp_path):
+    signals = np.zeros((1, 2), [('values', 'O'), ('label', 'O')])
+    signals[0, 0] = (np.array([[1.0], [2.0], [3.0]]), 'u')
+    signals[0, 1] = (np.array([[0.0], [0.5], [1.0]]), 'motor angle')
+    savemat(tmp_path / 'a.mat', {'scope': {'time': np.arange(3.0)[:, None], 'signals': signals}})
+    read = read_table(tmp_path / 'a.mat')
+    assert read['scope.signals[u].values'].tolist() == [1.0, 2.0, 3.0]
+    assert read['scope.signals[motor angle].values'].tolist() == [0.0, 0.5, 1.0]
+    savemat(tmp_path / 'b.mat', {'Ts': 0.002})
+    with pytest.raises(ValueError, match='timeseries'):
+        read_table(tmp_path / 'b.mat')
+
+
+def test_a_record_may_stand_in_each_line_and_hold_another(tmp_path):
+    path = tmp_path / 'a.jsonl'
+    path.write_text(''.join(json.dumps({'t': 0.1 * k, 'mode': 'run', 'motor': {'q': k, 'u': 1}})
+                            + '\n' for k in range(3)))
+    read = read_table(path)
+    assert read['motor.q'].tolist() == [0.0, 1.0, 2.0] and 'mode' in read.refused
+    path.write_text('{"t": 0}\n{"t":')
+    with pytest.raises(ValueError, match='is no JSON file'):
+        read_table(path)
+
+
+def test_an_array_of_objects_that_nobody_asks_for_is_no_harm(tmp_path):
+    np.savez(tmp_path / 'a.npz', t=np.arange(3.0), motor_position=np.arange(3.0),
+             about=np.array({'rig': 1}, dtype=object))
+    assert len(import_table(tmp_path / 'a.npz', SERVO)) == 3
+    with pytest.raises(ValueError, match="'about' is no plain array"):
+        read_table(tmp_path / 'a.npz')['about']
+
+
+def test_it_reads_feather_and_single_arrays_of_numpy(tmp_path):
+    import pyarrow
+    from pyarrow import feather
+    columns = {'t': [0.0, 0.1, 0.2], 'voltage': [1.0, 2.0, 3.0], 'motor_position': [0.0, 0.5, 1.0]}
+    since = pyarrow.array([0, 100_000, 200_000], pyarrow.duration('us'))
+    feather.write_feather(pyarrow.table({**columns, 't': since}), tmp_path / 'a.feather')
+    assert import_table(tmp_path / 'a.feather', SERVO).period == pytest.approx(0.1)
+    rows = list(zip(*columns.values(), strict=True))
+    np.save(tmp_path / 'a.npy', np.array(rows, [(name, float) for name in columns]))
+    assert import_table(tmp_path / 'a.npy', SERVO)['voltage'].tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize('name, content, text', [
+    ('a.csv', '', 'has no rows'), ('a.csv', 't,voltage,motor_position\n', 'has no rows'),
+    ('a.csv', 't,voltage,motor_position\n1,2\n', 'is no table'),
+    ('a.csv', 't,t,motor_position\n1,2,3\n', r"no column t; it has \['t \(1\)', 't \(2\)'"),
+    ('a.xyz', 'x', "suffix '.xyz' is not a table"), ('a.parquet', 'x', 'is no Parquet file'),
+    ('a.json', '[]', 'has no rows'), ('nowhere.csv', None, 'does not exist')])
+def test_it_says_what_is_no_table(tmp_path, name, content, text):
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    with pytest.raises((ValueError, OSError), match=text):
+        import_table(tmp_path / name, SERVO)
+
+
+def test_a_frame_of_pandas_in_json_is_read_column_by_column(tmp_path):
+    path = tmp_path / 'a.json'
+    path.write_text(json.dumps({name: {str(k): float(x) for k, x in enumerate(column)}
+                                for name, column in table().items()}))
+    assert np.array_equal(import_table(path, SERVO)['motor_position'], TIME**2)
+
+
+def test_mat_and_json_files_with_our_names_need_no_mapping(tmp_path):
+    columns = table(pair=np.ones((200, 2)))
+    savemat(tmp_path / 'a.mat', columns)
+    (tmp_path / 'a.json').write_text(json.dumps(
+        {name: np.asarray(column).tolist() for name, column in columns.items() if name != 'pair'}))
+    for name in ('a.mat', 'a.json'):
+        assert np.array_equal(import_table(tmp_path / name, SERVO)['motor_position'], TIME**2)
+    savemat(tmp_path / 's.mat', {'log': columns})
+    assert {'log.t', 'log.pair[1]'} <= set(read_table(tmp_path / 's.mat').columns)
+
+
+def test_an_npz_file_is_a_table_of_its_rows(tmp_path):
+    np.savez(tmp_path / 'run.npz', t=np.arange(3), voltage=np.ones(3), gain=2.0, pair=np.ones(2))
+    table = read_table(tmp_path / 'run.npz')
+    assert set(table.columns) == {'t', 'voltage'}
+    assert table.facts == {'gain': 2.0}
+    (tmp_path / 'bad.npz').write_text('no archive')
+    with pytest.raises(ValueError, match='is no NPZ file'):
+        read_table(tmp_path / 'bad.npz')

@@ -1,0 +1,88 @@
+"""Times of a table: their unit, jitter, lost rows, holes and jumps."""
+
+import numpy as np
+import pytest
+from small_tables import SERVO, table, TIME, write_csv
+
+from servo_identify.data.check import check
+from servo_identify.data.table_import import import_table
+from servo_identify.data.time_units import WORDS
+from servo_twin.description.servo_file import load
+
+
+@pytest.mark.parametrize('rows, refused', [(2, False), (5, True)])
+def test_stamps_that_are_coarser_than_the_rows_are_refused_above_a_half(tmp_path, rows, refused):
+    path = write_csv(tmp_path / 'a.csv', table(t=TIME // (rows * 1e-3) * rows * 1e-3))
+    if refused:
+        with pytest.raises(ValueError, match='coarser than the rows. Write .* with more digits'):
+            import_table(path, SERVO)
+    else:
+        assert len(import_table(path, SERVO)) < 120
+
+
+@pytest.mark.parametrize('time, unit', [
+    (1e9 * TIME, 'ns'), (1e3 * TIME, 'ms'), (1e6 * TIME, 'us'),
+    (45_352.4 + 2.0 * TIME / 86_400.0, 'days')])
+def test_it_asks_for_the_unit_of_the_time_that_its_size_tells(tmp_path, time, unit):
+    path = write_csv(tmp_path / 'a.csv', table(t=time))
+    recording = import_table(path, SERVO)
+    told = next((one.sentence for one in check([recording], load(SERVO))
+                 if one.level == 'red'), '')
+    assert f'for a servo; the time may be in {WORDS[unit]}.' in told
+    assert unit == 'ms' or f'is t in {unit}?' in recording.note
+
+
+def test_a_clock_that_jumps_by_years_is_no_pause_of_the_logger(tmp_path):
+    time = np.arange(100) * 2e-3
+    time[50:] += 1.7e9
+    path = write_csv(tmp_path / 'a.csv', {'t': time, 'voltage': time, 'motor_position': time})
+    with pytest.raises(ValueError, match=r'time jumps from 0.098 s in row 50 to 1.7e\+09'):
+        import_table(path, SERVO)
+
+
+def test_it_resamples_measurements_linearly_and_commands_by_holding(tmp_path):
+    random = np.random.default_rng(4)
+    time = np.cumsum(random.uniform(4e-3, 6e-3, 400))
+    columns = {'t': time, 'voltage': np.arange(400.0), 'motor_position': 3.0 * time + 1.0}
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO, period=2e-3)
+    grid = recording.start + recording.time
+    assert recording.period == 2e-3 and 'resampled to 0.002 s' in recording.warnings[0]
+    assert np.allclose(recording['motor_position'], 3.0 * grid + 1.0)
+    assert np.array_equal(recording['voltage'], np.searchsorted(time, grid + 1e-12, 'right') - 1)
+
+
+def test_it_makes_nothing_up_across_a_hole(tmp_path):
+    keep = (TIME < 0.05) | (TIME > 0.15)
+    recording = import_table(write_csv(tmp_path / 'a.csv', {
+        name: column[keep] for name, column in table().items()}), SERVO)
+    assert len(recording) == 200 and recording.period == pytest.approx(1e-3)
+    lost = np.isnan(recording['motor_position'])
+    assert 100 <= lost.sum() <= 102 and np.isnan(recording['voltage'][lost]).all()
+    assert any('holes of more than 3 periods' in warning for warning in recording.warnings)
+
+
+def test_jitter_and_lost_rows_leave_the_period_what_it_was(tmp_path):
+    random = np.random.default_rng(5)
+    time = (TIME + random.uniform(-2e-5, 2e-5, 200))[random.random(200) > 0.05]
+    columns = {'t': time, 'voltage': time, 'motor_position': time}
+    assert import_table(write_csv(tmp_path / 'a.csv', columns), SERVO).period == pytest.approx(
+        1e-3, rel=5e-4)
+
+
+def test_a_lost_row_leaves_the_others_as_they_are_though_their_stamps_jitter(tmp_path):
+    chance, kept = np.random.default_rng(1), np.delete(np.arange(4000), [100, 101, 2000])
+    time = 1e-3 * np.arange(4000) + 2e-6 * chance.standard_normal(4000)
+    columns = {'t': time, 'voltage': np.ones(4000), 'motor_position': chance.normal(size=4000)}
+    recording = import_table(write_csv(tmp_path / 'a.csv', {
+        name: column[kept] for name, column in columns.items()}), SERVO)
+    assert recording.period == 1e-3 and len(recording) == 4000
+    assert np.array_equal(recording['motor_position'][kept], columns['motor_position'][kept])
+
+
+def test_a_hole_of_three_periods_is_filled_wherever_it_is(tmp_path):
+    kept = np.delete(np.arange(6000), [1234, 1235, 4000, 4001, 5000, 5001])
+    columns = {'t': np.round(1e-3 * kept, 3), 'voltage': np.ones(len(kept)),
+               'motor_position': 1e-3 * kept}
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
+    assert not any('holes' in warning for warning in recording.warnings)
+    assert np.allclose(recording['motor_position'], 1e-3 * np.arange(6000))
