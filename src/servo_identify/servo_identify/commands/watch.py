@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING
 from servo_twin.commands.terminal import named_servo, new_folder, plain, say, tell
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from servo_twin.physics.servo import Servo
     from servo_twin.recording.recording import Recording
 
@@ -118,27 +120,35 @@ def main(arguments: argparse.Namespace) -> int:
 
 def watch(servo: Servo, recording: Recording, settings: Settings) -> list[Alarm]:
     """Return the alarms of a recording, as the identify node would have given them."""
+    from servo_twin.recording.recording import BALANCES
+
+    from ..watch.changes.change_detector import ChangeDetector
+
+    residuals, covariates = watched(servo, recording)
+    detector = ChangeDetector(BALANCES, recording.period, settings)
+    alarms: list[Alarm] = []
+    for at in range(0, len(residuals), _STEP):
+        alarms += detector.push(at, residuals[at:at + _STEP], covariates[at:at + _STEP])
+    return alarms
+
+
+def watched(servo: Servo, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the identify node gives its detector: residuals (n, balances), covariates."""
     import numpy as np
 
     from servo_twin.lockstep.whole_recording import answer
     from servo_twin.recording.joined_samples import samples_of
     from servo_twin.recording.recording import BALANCES
 
-    from ..watch.changes.change_detector import ChangeDetector
     from ..watch.changes.excitation_level import driving, half_window
 
     rows = samples_of(recording.columns)
     found = answer(recording, servo)
-    residuals = np.column_stack([found.residual[name] for name in BALANCES])
     half = half_window(recording.period)
     padded = np.full((len(rows) + 2 * half, rows.shape[1]), np.nan)
     padded[half:-half] = rows
-    covariates = driving(padded, recording.period, servo.values['mechanism.ratio'])
-    detector = ChangeDetector(BALANCES, recording.period, settings)
-    alarms: list[Alarm] = []
-    for at in range(0, len(rows), _STEP):
-        alarms += detector.push(at, residuals[at:at + _STEP], covariates[at:at + _STEP])
-    return alarms
+    return (np.column_stack([found.residual[name] for name in BALANCES]),
+            driving(padded, recording.period, servo.values['mechanism.ratio']))
 
 
 def _switched(name: str, servo: Servo, rig: str, settings: Settings, wait: float, seed: int

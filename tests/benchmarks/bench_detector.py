@@ -1,0 +1,222 @@
+"""
+The change detector of the identify node, judged: false changes an hour, and changes found.
+
+    python tests/benchmarks/bench_detector.py [SEED] [--hours 2] [--times 1] [--jobs 1]
+
+The emulated rigs of detector_cases.py work at 1 kHz, warm up and drift as they do; the shipped
+servo file of each runs beside as its twin. The detector has the settings of the identify node.
+First nothing changes, and every change that is named is false; the detector learns again then.
+Then each change comes once a rig, at once and slowly, --times over, at a random instant. A
+change is found when a balance is named within 30 s after it is complete. Its balance is right when
+the balance that is named first is one that the change enters directly. Intervals are Wilson's,
+and of the rate Poisson's, both of 95 %.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from math import ceil
+from pathlib import Path
+import zlib
+
+from detector_cases import Change, CHANGES, MACHINES, PERIOD, played, RAMP
+import numpy as np
+from scipy.stats import chi2
+
+from servo_identify.commands.watch import watched
+from servo_identify.watch.changes.change_detector import Alarm, ChangeDetector, Settings
+from servo_twin.description import servo_file
+from servo_twin.description.shipped import shipped
+from servo_twin.recording.recording import BALANCES
+
+WITHIN = 30.0  # s after a change is complete
+PIECE = 600.0  # s that a rig is watched at a stretch with nothing changed
+GIVEN = 100  # samples that the detector is given at once, as in the node
+PLACES = {'torque_balance': ('motor', 'load')}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One recording: a rig, a seed of motion and noise, and perhaps a change at an instant, s."""
+
+    rig: str
+    seed: int
+    seconds: float
+    change: Change | None = None
+    at: float = np.inf
+    slow: bool = False
+
+    @property
+    def name(self) -> str:
+        """What it is called on a line."""
+        what = self.change.name if self.change else 'nothing'
+        return f'{self.rig} {what}{" slowly" if self.slow else ""} {self.seed}'
+
+
+@dataclass
+class Outcome:
+    """What the detector said: false alarms in ``watched`` s, and alarms after the change."""
+
+    case: Case
+    watched: float = 0.0
+    false: list[Alarm] = field(default_factory=list)
+    true: list[Alarm] = field(default_factory=list)
+    passed_over: float = 0.0
+
+    @property
+    def after(self) -> float:
+        """Seconds from the begin of the change to the first alarm; NaN: none in time."""
+        if not self.true:
+            return np.nan
+        after = self.true[0].sequence * PERIOD - self.case.at
+        return after if after <= WITHIN + RAMP * self.case.slow else np.nan
+
+    @property
+    def right(self) -> bool:
+        """Whether the first balance named is one that the change enters."""
+        return self.after > 0.0 and self.true[0].balance in self.case.change.balances
+
+    @property
+    def placed(self) -> bool:
+        """Whether the place of the first balance named is that of the change."""
+        first = self.true[0].balance if self.after > 0.0 else ''
+        return self.case.change.place in PLACES.get(first, (first,))
+
+
+def judged(case: Case, keep: Path | None) -> Outcome:
+    """Have the detector watch a recording."""
+    residuals, covariates = _signals(case, keep)
+    settings = Settings()
+    detector = ChangeDetector(BALANCES, PERIOD, settings)
+    outcome, passed = Outcome(case), 0
+    for at in range(0, len(residuals), GIVEN):
+        found = detector.push(at, residuals[at:at + GIVEN], covariates[at:at + GIVEN])
+        if detector.state == 'learning':
+            continue
+        outcome.watched += GIVEN * PERIOD if at * PERIOD < case.at else 0.0
+        late = [alarm for alarm in found if alarm.sequence * PERIOD > case.at]
+        outcome.true += late
+        outcome.false += [alarm for alarm in found if alarm not in late]
+        if found and not late:
+            passed += detector.passed_over
+            detector.relearn()
+    outcome.passed_over = (passed + detector.passed_over) * settings.block
+    return outcome
+
+
+def _signals(case: Case, keep: Path | None) -> tuple[np.ndarray, np.ndarray]:
+    file = keep / f'{zlib.crc32(repr(case).encode()):08x}.npz' if keep else None
+    if file and file.exists():
+        with np.load(file) as kept:
+            return kept['residuals'].astype(float), kept['covariates'].astype(float)
+    servo = servo_file.load(shipped(f'servos/{case.rig}.yaml'))
+    recording = played(case.rig, case.seconds, case.seed, case.change, case.at, case.slow)
+    residuals, covariates = watched(servo, recording)
+    if file:
+        np.savez(file, residuals=residuals.astype(np.float32),
+                 covariates=covariates.astype(np.float32))
+    return residuals, covariates
+
+
+def quiet(rigs: Iterable[str], hours: float, seed: int) -> list[Case]:
+    """Return recordings in which nothing changes, of so many hours in all."""
+    rigs = list(rigs)
+    count = ceil(hours * 3600.0 / PIECE / len(rigs))
+    return [Case(rig, 1000 * seed + n, PIECE + Settings().learn) for rig in rigs
+            for n in range(count)]
+
+
+def changed(rigs: Iterable[str], times: int, seed: int) -> list[Case]:
+    """Return recordings with one change each."""
+    random, found = np.random.default_rng(seed), []
+    for change in CHANGES:
+        for rig in (rig for rig in change.rigs if rig in set(rigs)):
+            for n in range(times):
+                for slow in (False, True):
+                    if slow and change.column and not change.added:
+                        continue  # a sensor sticks at once
+                    at = round(Settings().learn + random.uniform(20.0, 60.0), 3)
+                    found.append(Case(rig, 1000 * seed + 500 + len(found) + n,
+                                      round(at + WITHIN + RAMP * slow), change, at, slow))
+    return found
+
+
+def wilson(right: int, of: int) -> str:
+    """Return a share and its interval of 95 %, in percent."""
+    z, share = 1.96, right / max(of, 1)
+    middle = (share + z * z / 2 / of) / (1 + z * z / of)
+    half = z / (1 + z * z / of) * (share * (1 - share) / of + z * z / 4 / of / of) ** 0.5
+    return f'{right} of {of}, {100 * share:.0f} % [{100 * (middle - half):.0f}, ' \
+           f'{100 * (middle + half):.0f}]'
+
+
+def _line(one: Outcome) -> str:
+    said = ', '.join(f'{a.balance} {a.sequence * PERIOD:.1f} s ({a.feature} {a.deviations:+.1f})'
+                     for a in (*one.false, *one.true))
+    if not one.case.change:
+        verdict = f'{len(one.false)} false'
+    else:
+        verdict = ('missed' if not one.after > 0.0 else
+                   f'{"right" if one.right else "WRONG"} after {one.after:.1f} s')
+        verdict += f', {len(one.false)} false before' if one.false else ''
+    return f'{one.case.name}: {verdict}; changed at {one.case.at:.1f} s; {said}; ' \
+           f'{one.passed_over:.0f} s passed over'
+
+
+def _report(outcomes: list[Outcome]) -> None:
+    watched = sum(one.watched for one in outcomes) / 3600.0
+    false = sum(len(one.false) for one in outcomes)
+    low, high = (chi2.ppf(0.025, 2 * false) / 2 if false else 0.0,
+                 chi2.ppf(0.975, 2 * false + 2) / 2)
+    print(f'false changes: {false} in {watched:.2f} h, {false / watched:.2f} an hour '
+          f'[{low / watched:.2f}, {high / watched:.2f}]')
+    for rig in MACHINES:
+        for free in (False, True):
+            part = [one for one in outcomes
+                    if one.case.rig == rig and bool(one.case.seed % 2) == free]
+            if part:
+                print(f'  {rig} {"free" if free else "cycle"}: '
+                      f'{sum(len(one.false) for one in part)} in '
+                      f'{sum(one.watched for one in part) / 3600.0:.2f} h')
+    cases = [one for one in outcomes if one.case.change]
+    if not cases:
+        return
+    for name in dict.fromkeys(one.case.change.name for one in cases):
+        part = [one for one in cases if one.case.change.name == name]
+        print(f'  {name}: found {sum(one.after > 0.0 for one in part)}, balance right '
+              f'{sum(one.right for one in part)}, place right '
+              f'{sum(one.placed for one in part)} of {len(part)}')
+    for slow in (False, True):
+        part = [one for one in cases if one.case.slow == slow]
+        print(f'{"slowly" if slow else "at once"}: found '
+              f'{wilson(sum(one.after > 0.0 for one in part), len(part))}; balance right '
+              f'{wilson(sum(one.right for one in part), len(part))}; place right '
+              f'{wilson(sum(one.placed for one in part), len(part))}')
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('seed', type=int, nargs='?', default=1)
+    parser.add_argument('--hours', type=float, default=2.0, help='in which nothing changes')
+    parser.add_argument('--times', type=int, default=1, help='each change, rig and speed')
+    parser.add_argument('--rigs', nargs='+', choices=MACHINES, default=list(MACHINES))
+    parser.add_argument('--jobs', type=int, default=1)
+    parser.add_argument('--keep', type=Path, metavar='FOLDER', help='for recordings, to use again')
+    told = parser.parse_args()
+    if told.keep:
+        told.keep.mkdir(parents=True, exist_ok=True)
+    cases = (quiet(told.rigs, told.hours, told.seed) if told.hours else []) + (
+        changed(told.rigs, told.times, told.seed) if told.times else [])
+    outcomes = []
+    with ProcessPoolExecutor(told.jobs) as pool:
+        for one in pool.map(judged, cases, [told.keep] * len(cases)):
+            outcomes.append(one)
+            print(_line(one), flush=True)
+    _report(outcomes)
+
+
+if __name__ == '__main__':
+    main()
