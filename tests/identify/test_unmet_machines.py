@@ -346,6 +346,8 @@ def test_a_command_that_is_followed_no_faster_than_a_limit_is_a_limit_of_its_rat
     several = [moved(limited, seed, row=2e-3) for seed in (1, 2, 3)]
     answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
     assert [one.effect for one in answer.report.which] == ['command_rate_limit']
+    low, high = answer.report.which[0].interval
+    assert low - 1e-9 <= answer.report.which[0].shrink_realised <= high + 1e-9
     assert answer.augmented.numbers['effects.command_rate_limit.rate'] == pytest.approx(
         12.0, rel=0.05)
 

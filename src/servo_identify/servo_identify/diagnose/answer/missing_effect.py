@@ -41,7 +41,9 @@ def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
     reported, dropped = evidence.reported, evidence.dropped[id(one.part)].gap
     full = reported['given'].gap.total() or 1.0
     realised = (dropped.total() - reported['patch'].gap.total()) / full
-    interval = shrink_interval(dropped, reported['patch'].gap)
+    low, high = shrink_interval(dropped, reported['patch'].gap)
+    part = dropped.total() / full  # the interval is of what is left without the effect
+    interval = part * low, part * high
     predicted = evidence.accepted[id(one.part)]
     if evidence.worse:  # nothing is handed over, so nothing shrinks
         realised, interval = 0.0, (min(0.0, interval[0]), 0.0)

@@ -126,6 +126,8 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
     """
     were = {id(one.part): one.values for one in begun}
     for number, one in enumerate(best.added):
+        if not one.fitted:
+            continue  # held at what the equations say
         if one.placed:
             known: dict[str, Value] = {
                 f'effects.{placed.name}.{name}': placed.effect.parameters[name].off or 0.0
