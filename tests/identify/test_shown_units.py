@@ -69,3 +69,9 @@ def test_waves_are_told_by_amplitude_order_and_shaft():
             ('cosine', 'sine'), pair, strict=True)}
     assert size_of(waves, None, 'motor') == (
         'amplitude 0.05 +- 0.0002 N m, 22 per turn of the motor, and 0.01 N m at 44')
+
+
+def test_an_effect_without_a_curve_is_told_with_all_its_values():
+    values = {'stiffness': {'value': 1870.0, 'std': 200.0, 'unit': 'N/m'},
+              'time': {'value': 0.3115, 'std': None, 'unit': 's'}}
+    assert size_of(values, None) == 'stiffness 1.87e+03 +- 200 N/m and time 0.311 s'

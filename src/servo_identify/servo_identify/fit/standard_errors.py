@@ -46,7 +46,7 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, known: np.ndarra
     classical = level * bread
     grow = np.ones(len(free))
     if blocks < 10 * len(free):
-        grow = np.sqrt(np.maximum(1.0, np.diag(classical) / np.maximum(np.diag(sandwich), 1e-300)))
+        grow = _wider(sandwich, classical)
     covariance[np.ix_(free, free)] = sandwich * np.outer(grow, grow)
     # what the linear model still promises and kinks of friction did not let the fit have
     if settled:
@@ -56,8 +56,14 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, known: np.ndarra
 
 def cautious(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
     """Return the fine covariance, widened where the coarse one is wider."""
-    grow = np.sqrt(np.maximum(1.0, np.diag(coarse) / np.maximum(np.diag(fine), 1e-300)))
+    grow = _wider(fine, coarse)
     return fine * np.outer(grow, grow)
+
+
+def _wider(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
+    """Return by what each standard deviation of a covariance grows to be that of another."""
+    own, other = np.diag(fine), np.diag(coarse)
+    return np.sqrt(np.maximum(1.0, other / np.maximum(own, 1e-15 * other + 1e-300)))
 
 
 def _correlation_time(residual: np.ndarray) -> float:

@@ -26,6 +26,8 @@ SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('tra
 SURE = 1.645
 """Standard deviations of a 90 % interval."""
 
+TOLD = 3  # values of one effect in a sentence
+
 VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque constant',
           'controller_mismatch': 'setting of the controller'}
 """Effects that are another value of the servo file, with the value."""
@@ -157,7 +159,7 @@ def _listed(words: Sequence[str], last: str = 'and') -> str:
 def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
             turn: str = '') -> str:
     """
-    Return the size of an effect with its unit: its first value, or the span of its curve.
+    Return the size of an effect with its unit: its values, or the span of its curve.
 
     Waves are told by their amplitudes; ``turn`` is the shaft whose turn they are counted in.
     """
@@ -178,9 +180,9 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         std = max(one['std'] or 0.0 for one in (a, b))
         return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
     if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
-        name, p = first[0]
-        value = f'{_measured(p["value"], p["std"])} {p["unit"]}'.strip()
-        return f'{name.rpartition(".")[2].replace("_", " ")} {value}'
+        told = [f'{_last(name).replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
+                for name, p in (first[:1] if curve else first[:TOLD])]
+        return _listed([one.strip() for one in told])
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])
         unit, x = curve['y_unit'], curve['x']

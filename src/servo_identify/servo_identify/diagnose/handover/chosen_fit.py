@@ -80,6 +80,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
                         'that, what is added brings the simulation nearer in some recordings only')
     scale, patch = torque_scale(servo, fitting), servo_with(base, added)
     stds = {} if chosen is None else spread(several, chosen, scale)
+    held = {path for one in added for path in one.held}  # what was searched has none of its own
+    stds = {name: std for name, std in stds.items() if name.partition('[')[0] not in held}
     stds |= held_spread(added, patch, scale)
     patch = signed(patch, stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)

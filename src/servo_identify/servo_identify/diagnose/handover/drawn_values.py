@@ -14,6 +14,8 @@ from .curves import Part
 from .laws import Formed
 from .with_values import with_values
 
+ROUNDING = 1e-12  # share of a value by which it differs from itself
+
 
 def stds_of(part: Part, read: Callable[[Part], Mapping[str, Value]]) -> dict[str, float]:
     """
@@ -31,8 +33,10 @@ def stds_of(part: Part, read: Callable[[Part], Mapping[str, Value]]) -> dict[str
             continue
         names = [f'{path}[{k}]' for k in range(len(several[0]))] if isinstance(
             first, tuple) else [path]
-        found |= dict(zip(names, map(float, np.std(several, axis=0)), strict=True))
-    return {name: std for name, std in found.items() if std > 0.0}
+        size = ROUNDING * np.abs(several).max(axis=0)
+        found |= {name: float(std) for name, std, least in zip(
+            names, np.std(several, axis=0), size, strict=True) if std > least}
+    return found
 
 
 def by_path(placed: Sequence[Placed], several: Sequence[Formed | None]) -> dict[str, Value]:

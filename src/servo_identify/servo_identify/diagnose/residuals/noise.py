@@ -58,7 +58,7 @@ def count_of(x: np.ndarray) -> float:
     if len(rest) >= 16:
         count = float(np.percentile(rest, 1))
         first = np.abs(rest - count) <= DECIMALS * decimal
-        count = float(rest[first].mean())
+        count = float(rest[first].mean()) if first.any() else count
         off = np.abs(steps - count * np.round(steps / count))
         if count > 4 * DECIMALS * decimal and np.mean(off <= DECIMALS * decimal) > 0.9:
             return count
