@@ -65,8 +65,9 @@ def main(arguments: argparse.Namespace) -> int:
         for k, bag, _, play in known])
     for k, bag, _, play in known:
         at = f' at {1e3 * settings[k]:g} mm' if settings else ''
-        say(arguments, f'{bag.name}{at}: {1e3 * play.width:.3f} mrad ± {1e3 * play.std:.3f}, from '
-            f'cell to cell ± {1e3 * play.varies:.3f}, beside {1e3 * play.wound:.3f} of torsion')
+        per, unit = (1e6, 'um') if servo.linear else (1e3, 'mrad')
+        say(arguments, f'{bag.name}{at}: {per * play.width:.3f} {unit} ± {per * play.std:.3f}, '
+            f'from cell to cell ± {per * play.varies:.3f}, beside {per * play.wound:.3f} of torsion')
     for problem in refused:
         print(f'left out: {problem}', file=sys.stderr)
     if not known:
