@@ -67,7 +67,8 @@ def main(arguments: argparse.Namespace) -> int:
         at = f' at {1e3 * settings[k]:g} mm' if settings else ''
         per, unit = (1e6, 'um') if servo.linear else (1e3, 'mrad')
         say(arguments, f'{bag.name}{at}: {per * play.width:.3f} {unit} ± {per * play.std:.3f}, '
-            f'from cell to cell ± {per * play.varies:.3f}, beside {per * play.wound:.3f} of torsion')
+            f'from cell to cell ± {per * play.varies:.3f}, '
+            f'beside {per * play.wound:.3f} of torsion')
     for problem in refused:
         print(f'left out: {problem}', file=sys.stderr)
     if not known:
