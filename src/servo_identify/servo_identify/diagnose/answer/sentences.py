@@ -180,9 +180,9 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         std = max(one['std'] or 0.0 for one in (a, b))
         return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
     if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
-        told = [f'{_last(name).replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
+        each = [f'{_last(name).replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
                 for name, p in (first[:1] if curve else first[:TOLD])]
-        return _listed([one.strip() for one in told])
+        return _listed([one.strip() for one in each])
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])
         unit, x = curve['y_unit'], curve['x']
