@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servo_identify.data.column_units import factor_of
 from servo_identify.data.physical_units import factor_to, value_in
 from servo_identify.data.unit_symbols import UnitError
 from servo_identify.init.asking import choose_columns
@@ -131,3 +132,13 @@ def test_it_asks_for_the_topic_where_two_tell_the_angle_of_one_joint():
     missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)[1]
     assert missing == [f"--column load_position=SOURCE (of ['{dynamic}', '{plain}'])"]
 
+
+
+@pytest.mark.parametrize(('name', 'unit', 'words'), [
+    ('voltage', '%', 'scale: 0.08 where the whole is 8 V'),
+    ('current', 'N m', 'torque constant of 1 N m/A'),
+    ('voltage', 'N m', 'torque constant of 1 N m/A')])
+def test_a_share_or_a_torque_for_a_current_is_refused_with_what_to_give(name, unit, words):
+    with pytest.raises(ValueError, match='leave the unit out') as refused:
+        factor_of('a column', name, unit, None)
+    assert words in str(refused.value)

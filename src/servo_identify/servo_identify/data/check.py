@@ -58,10 +58,11 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
     if not any(one.level == 'red' for one in found):
-        found += contradicting(looked, servo) or scale_findings(looked, servo, shown)
+        scales = contradicting(looked, servo) or scale_findings(looked, servo, shown)
+        found += scales
     if not any(one.level == 'red' for one in found):
         open_ = untold(looked, servo, shown)
-        if not open_ and any(one.duration >= SHORTEST for one in surveys):
+        if not open_ and not scales and any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))
         found += open_

@@ -18,6 +18,7 @@ from .unsigned import check_signed
 UNIT = {'t': 's'} | COLUMNS
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
+CURRENTS = ('current', 'current_reference')
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
              'rad/s': 'deg/s, rpm, Hz (turns a second)', 'A': 'mA',
              'V': 'mV (a command may also be in A or mA)',
@@ -88,6 +89,12 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
         hint = ('; the motor of this axis turns, since its ratio is in rad/m'
                 if servo is not None and servo.linear else
                 '; a linear axis says so in its servo file: travel: linear')
+    if unit in ('%', 'percent'):
+        hint += ('; leave the unit out and give scale: in the mapping, what 1 % is in '
+                 f'{wanted}: scale: 0.08 where the whole is 8 {wanted}')
+    if name in (*CURRENTS, *COMMANDS) and _is_of(unit, 'N m'):
+        hint += ('; leave the unit out and give the drive a torque constant of 1 N m/A, so that '
+                 '1 A stands for 1 N m')
     raise ValueError(f'{where} is in {unit!r}, {name} is in {wanted}: {said}; known units are '
                      f'{wanted}, {_EXAMPLES[wanted]} and the like{hint}')
 
@@ -98,12 +105,16 @@ def takes_current(servo: Servo) -> bool:
     return gain is not None and gain.unit == 'A/V'
 
 
-def is_current(name: str, unit: str) -> bool:
-    """Tell whether a column is a command in A or mA, since its drive takes a current."""
+def _is_of(unit: str, wanted: str) -> bool:
     try:
-        return name in COMMANDS and bool(unit) and factor_to(unit, 'A') > 0.0
+        return factor_to(unit, wanted) > 0.0
     except UnitError:
         return False
+
+
+def is_current(name: str, unit: str) -> bool:
+    """Tell whether a column is a command in A or mA, since its drive takes a current."""
+    return name in COMMANDS and bool(unit) and _is_of(unit, 'A')
 
 
 def _judge_strangers(table: Table, strangers: list[str], missing: list[str],

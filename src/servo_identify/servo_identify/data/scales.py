@@ -23,6 +23,7 @@ from .mistakes import Mistake, mistakes, unread
 from .plausibility import contradiction, factor_apart
 from .rough_balances import balances
 from .shown_drift import drift_findings
+from .shown_factor import off_references, reference_findings, unnamed
 from .shown_inertia import inertia_findings, NEAR
 from .shown_ratio import FORM, ratio_findings
 from .signals import ANGLES, Signals, signals
@@ -67,6 +68,9 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo,
     usable = [(one, at) for one, at in zip(chosen, seen, strict=True) if at is not None]
     if not usable:
         return []
+    off = off_references(usable, servo, SURE)
+    if unnamed(off, servo):
+        return reference_findings(off)
     evidence = Evidence(servo)
     every = _findings('', [at for _, at in usable], evidence)
     if every:
@@ -81,7 +85,8 @@ def scale_findings(recordings: Sequence[Recording], servo: Servo,
     families: dict[str, list[tuple[str, Signals]]] = {}
     for one, at in usable:
         families.setdefault(one.family, []).append((one.name, at))
-    return [*inertia_findings(chosen, shown, servo),
+    return [*reference_findings(off),
+            *inertia_findings(chosen, shown, servo),
             *ratio_findings([at for _, at in usable], servo, SURE),
             *drift_findings(families, servo, SURE)]
 
@@ -111,13 +116,15 @@ def untold(recordings: Sequence[Recording], servo: Servo,
     Return which mistakes these recordings cannot tell from none, where they all share one.
 
     No equation closes worse once such a mistake is undone: the channels are alike, or hardly move.
-    A reference that the controller does not read raises no question, nor do two channels that are
-    alike: exchanged they do no harm.
+    A reference that the controller does not read raises no question, nor does one that is off by
+    a factor of its own, nor do two channels that are alike: exchanged they do no harm.
     """
-    seen = [at for at in _seen(recordings, servo, known)[2] if at is not None]
-    if not seen:
+    chosen, _, found = _seen(recordings, servo, known)
+    usable = [(one, at) for one, at in zip(chosen, found, strict=True) if at is not None]
+    if not usable:
         return []
-    evidence, unused = Evidence(servo), unread(servo)
+    seen, evidence = [at for _, at in usable], Evidence(servo)
+    unused = unread(servo) | {off.channel for off in off_references(usable, servo, SURE)}
     alike = []
     for one in mistakes(set.intersection(*(set(at.plain) for at in seen)), servo):
         if one.touches <= unused or all(_same(one, at) for at in seen):
