@@ -36,7 +36,9 @@ def test_a_unit_may_be_a_word_in_english_or_german(unit, wanted, factor):
 
 @pytest.mark.parametrize(('text', 'wanted', 'word'), [
     ('2.1', 'ohm', 'no unit; say 2.1 ohm'), ('2.1 mH', 'ohm', "'mH' is no unit of ohm"),
-    ('1 furlong', 'm', 'no unit that is known'), ('much', 'ohm', 'no number')])
+    ('1 furlong', 'm', 'no unit that is known'), ('much', 'ohm', 'no number'),
+    ('1', 'A/V', '1 A/A where the command is a current'), ('39.27 rad/m', '', 'say --linear'),
+    ('5 mm/rev', '', 'say --linear')])
 def test_it_refuses_a_value_without_its_unit(text, wanted, word):
     with pytest.raises(UnitError, match=word):
         value_in(text, wanted)

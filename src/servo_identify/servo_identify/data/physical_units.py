@@ -99,9 +99,13 @@ def value_in(text: str, wanted: str) -> float:
     if not unit:
         if wanted in ('', 'V/V'):
             return number
-        raise UnitError(f'{text!r} has no unit; say {match[1]} {wanted}, or one that is of the '
-                        'same quantity')
+        asked = f', or {match[1]} A/A where the command is a current' if wanted == 'A/V' else ''
+        raise UnitError(f'{text!r} has no unit; say {match[1]} {wanted}{asked}, or one that is '
+                        'of the same quantity')
     if not wanted:
+        if _of(unit, 'rad/m') or _of(unit, 'm/rad'):
+            raise UnitError(f'{text!r} is the ratio of an axis that moves straight: say --linear, '
+                            'or travel: linear in the servo file; one that turns has no unit')
         return number * factor_to(unit, '1')
     try:
         return number * factor_to(unit, wanted)
