@@ -227,7 +227,7 @@ def test_a_column_of_text_is_named_apart_from_the_question_for_another(run, tmp_
     assert init(data, tmp_path) == 2
     said = capsys.readouterr().err
     question, apart = said.split('; left out: ')
-    assert "motor_position=SOURCE (of ['t', 'voltage', 'level'])" in question
+    assert "motor_position=SOURCE (of ['level'])" in question
     assert 'RUN' not in question and "column 'state' has 'RUN' in row 1" in apart
 
 
@@ -257,3 +257,10 @@ def test_a_rollout_with_one_state_more_is_told_what_to_cut(run, tmp_path, capsys
     assert "'batch' has the shape (2, 9, 3): save one run" in said
     np.savez(data, time=run['time'], qpos=50.0 * run['q'][:, None], ctrl=run['u'][:, None])
     assert init(data, tmp_path, '--si', '--column', 'motor_position=qpos[0]') == 0
+
+
+@pytest.mark.parametrize(('name', 'column'), [
+    ('AZ_deg', ANGLE), ('AZ_cmd_deg', 'reference_position'), ('AZ_rate_cmd', 'reference_velocity'),
+    ('UTC_s', 't'), ('wheel_rate', ''), ('case_temp_deg', 'temperature')])
+def test_it_knows_an_angle_by_its_unit_and_a_speed_by_the_word_rate(name, column):
+    assert looks_like(name) == column

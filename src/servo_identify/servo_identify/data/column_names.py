@@ -19,9 +19,9 @@ ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'volta
 """What others call a column, and it may be another one as well."""
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'}
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc'}
 SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
-          'velocities', 'qvel'}
+          'velocities', 'qvel', 'rate'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
 _TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""
@@ -39,6 +39,8 @@ _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb
           'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 """Parts of German names, which are written as one word."""
+_IN_ANGLES = re.compile(r'_(deg|m?rad)$')
+"""Names that end with the unit of an angle: AZ_deg."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
                                                 'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
                                                 'qpos'}
@@ -58,7 +60,7 @@ def looks_like(source: str, kind: str = '') -> str:
     name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
     if name in NAMES:
         return name
-    words = _words(name)
+    words = _words(name) | ({'angle'} if _IN_ANGLES.search(name.lower()) else set())
     if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
     if words & {'temp', 'temperature', 'temperatur'}:

@@ -95,7 +95,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         else:
             meant = [said for name, said in of.refused.items()
                      if looks_like(name) in (*names, ANGLE)]
-            missing.append(f'--column {names[0]}=SOURCE (of {list(of.sources)[:12]}'
+            free = [one for one in of.sources if one not in taken]
+            missing.append(f'--column {names[0]}=SOURCE (of {free[:12]}'
                            + ''.join(f'; {one}' for one in meant)
                            + ('; a number of the row counts in its period: t=SOURCE:2 ms'
                               if names == ('t',) and not of.messages else '') + ')')
