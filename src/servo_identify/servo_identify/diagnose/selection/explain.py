@@ -121,7 +121,7 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
             if mechanism.port == 'friction':
                 rubs = columns.signal.replace('torque', 'resistance')
                 unseen[rubs] = unseen.get(rubs, 0.0) + series
-            if 'current' in mechanism.variables:
+            if columns.signal == 'motor_torque' and 'current' in mechanism.variables:
                 unseen['motor_lost'] = unseen['motor_lost'] + series
     if not sensed:
         shift = shift - unseen.get('load_torque', 0.0)
