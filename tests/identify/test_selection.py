@@ -37,10 +37,14 @@ def recorded(rig, seed, seconds=5.0):
     return replace(sampled(rig, command, seed=seed), name=f'multisine_{seed}', family='multisine')
 
 
-def answered(rig):
-    """Return the report on three recordings of a rig, one for each purpose."""
+def diagnosed(rig):
+    """Return the diagnosis of three recordings of a rig, one for each purpose."""
     first, second, third = (recorded(rig, seed) for seed in (1, 2, 3))
-    return diagnose([first], SERVO, [second], [third]).report
+    return diagnose([first], SERVO, [second], [third])
+
+
+def answered(rig):
+    return diagnosed(rig).report
 
 
 def with_effect(name, site, **values):

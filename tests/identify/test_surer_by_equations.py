@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from synthetic_recordings import PERIOD, sampled
+from test_one_motor import HOBBY
 from test_selection import SERVO, with_effect
-from test_unmet_machines import HOBBY
 
 from servo_identify.diagnose.diagnose import diagnose
 

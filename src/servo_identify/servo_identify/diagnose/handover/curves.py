@@ -51,6 +51,10 @@ class Curve:
         """Return the standard deviation at each point, for a band of normal deviates."""
         return (self.high - self.low) / (norm.ppf(BAND[1] / 100.0) - norm.ppf(BAND[0] / 100.0))
 
+    def doubt(self) -> float:
+        """Return the standard deviation of the size of the curve, as a share of it."""
+        return self.size(self.spread()) / self.size()
+
     def certain(self) -> float:
         """
         Share of the curve's squares where its band leaves zero out; 1.0 for a curve of zeros.

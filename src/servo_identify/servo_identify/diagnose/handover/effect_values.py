@@ -45,7 +45,7 @@ def wave_stds(curve: Curve | None, placed: Sequence[Placed],
     found: dict[str, float] = {}
     if curve is None or not curve.size():
         return found
-    share = curve.size(curve.spread()) / curve.size()
+    share = curve.doubt()
     for one in placed:
         rows = {path: np.atleast_1d(values[path]) for path in (
             f'effects.{one.name}.{name}' for name in ('cosine', 'sine')) if path in values}
@@ -67,7 +67,7 @@ def scale_std(curve: Curve | None, placed: Sequence[Placed],
     value = values[free[0]] if len(free) == 1 and free[0] in amplitudes else None
     if curve is None or not curve.size() or not isinstance(value, float):
         return {}
-    std = abs(value) * curve.size(curve.spread()) / curve.size()
+    std = abs(value) * curve.doubt()
     return {free[0]: float(std)} if std > 0.0 else {}
 
 

@@ -101,22 +101,17 @@ def _dead_time(builder: Builder) -> Hypothesis | None:
     resistance = builder.samples.servo.numbers.get('drive.resistance')
     if not resistance:
         return None
-    top = max(float(np.nanmax(np.abs(_driven(one)))) for one in builder.samples.errors)
+    top = max(float(np.nanmax(np.abs(one.driven_current))) for one in builder.samples.errors)
     knees = tuple(share * top for share in KNEES)
     mechanism = Mechanism('drive_dead_band', 'drive', 'current', ('current',), 'odd')
 
     def lost(current: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
 
-    columns = _through(builder, lambda one: lost(np.nan_to_num(_driven(one))))
-    form = Form('current', 'A', 'V', lambda one: _inner(one, _driven(one)), lost)
+    columns = _through(builder, lambda one: lost(np.nan_to_num(one.driven_current)))
+    form = Form('current', 'A', 'V', lambda one: one.inner(one.driven_current), lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
                               detail={'law': 'drive_dead_time', 'resistance': resistance})
-
-
-def _driven(one: EquationErrors) -> np.ndarray:
-    """Return the current that the drive of the file makes of a command, A at every sample."""
-    return one.drive_current(one.servo.theta, one.regressor_command)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:
@@ -124,17 +119,17 @@ def _limited(builder: Builder) -> Hypothesis | None:
     if 'drive.resistance' not in builder.samples.servo.numbers:
         return None  # a command of a current is limited as a command
 
-    top = max(float(np.nanmax(np.abs(_driven(one)))) for one in builder.samples.errors)
+    top = max(float(np.nanmax(np.abs(one.driven_current))) for one in builder.samples.errors)
     knots = tuple(share * top for share in CEILINGS)
 
     def lost(current: np.ndarray) -> np.ndarray:
         return _beyond(current, knots)
 
     mechanism = Mechanism('drive_saturation', 'drive', 'current', ('current',), 'odd')
-    columns = _of_current(builder, lambda one: lost(_driven(one)))
+    columns = _of_current(builder, lambda one: lost(one.driven_current))
     return builder.hypothesis(mechanism, columns, [1] * len(knots), knots,
-                              form=Form('current', 'A', 'A', lambda one: _inner(one, _driven(one)),
-                                        lost),
+                              form=Form('current', 'A', 'A',
+                                        lambda one: one.inner(one.driven_current), lost),
                               detail={'law': 'current_limit'})
 
 
@@ -170,13 +165,7 @@ def _change(late: Callable[[np.ndarray, float, float], np.ndarray], times: tuple
 
 
 def _command(one: EquationErrors) -> np.ndarray:
-    return _inner(one, one.regressor_command)
-
-
-def _inner(one: EquationErrors, series: np.ndarray) -> np.ndarray:
-    """Return a series of every sample at the inner ones of the motion."""
-    reach = one.motion.test.reach
-    return series[reach:reach + len(one.motion.rows)]
+    return one.inner(one.regressor_command)
 
 
 def _beyond(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
@@ -193,8 +182,7 @@ def _through(builder: Builder, change: Callable[[EquationErrors], np.ndarray]) -
     """
     def current(one: EquationErrors) -> np.ndarray:
         command, theta = one.regressor_command, one.servo.theta
-        before = one.drive_current(theta, command)
-        return np.column_stack([one.drive_current(theta, command + more) - before
+        return np.column_stack([one.drive_current(theta, command + more) - one.driven_current
                                 for more in change(one).T])
 
     return _of_current(builder, current)

@@ -15,15 +15,23 @@ def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
     """
     Return the number between ``low`` and ``high`` whose column takes most of a residual.
 
-    ``column(number)`` (samples,) counts with a positive amplitude alone: one that takes from the
-    residual by a negative one takes nothing.
+    ``column(number)`` (samples,) counts as :func:`taken` has it.
     """
-    def taken(log: float) -> float:
-        one = column(float(np.exp(log)))
-        return float(min(one @ residual, 0.0) ** 2 / max(one @ one, 1e-300))
+    def gain(log: float) -> float:
+        return float(taken(column(float(np.exp(log)))[:, None], residual)[0])
 
     grid = np.linspace(np.log(low), np.log(high), SHAPES)
-    best = int(np.argmax([taken(log) for log in grid]))
-    found = minimize_scalar(lambda log: -taken(log), method='bounded', options={'xatol': FINE},
+    best = int(np.argmax([gain(log) for log in grid]))
+    found = minimize_scalar(lambda log: -gain(log), method='bounded', options={'xatol': FINE},
                             bounds=(grid[max(best - 1, 0)], grid[min(best + 1, SHAPES - 1)]))
     return float(np.exp(found.x))
+
+
+def taken(table: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """
+    Return what each column (samples, n) takes of the squares of a residual, (n,).
+
+    It counts with a positive amplitude alone: one that would need a negative one takes nothing.
+    """
+    squares = np.maximum((table**2).sum(axis=0), 1e-300)
+    return np.minimum(table.T @ residual, 0.0) ** 2 / squares

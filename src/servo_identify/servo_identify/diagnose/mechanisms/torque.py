@@ -14,7 +14,7 @@ from .friction import shaft_equation
 from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import relaxation, resonator
 from .orders import periodic, waves
-from .shape_search import best_shape, SHAPES
+from .shape_search import best_shape, SHAPES, taken
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
@@ -115,8 +115,7 @@ def _relaxing(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
 
     def torque(one: EquationErrors, time: float) -> np.ndarray:
         left = relaxation(bridged(one.angles()[1]), one.measured.period, time)
-        reach = one.motion.test.reach
-        return -left[reach:reach + len(one.motion.rows), None]
+        return -one.inner(left)[:, None]
 
     time = best_shape(low, high, lambda time: builder.place(
         'load_torque', lambda one: torque(one, time)).table[:, 0], residual)
@@ -153,13 +152,12 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     pushed = {id(one): _shaken(one) for one in builder.samples.errors}
     fixed = builder.place('load_torque', lambda one: -pushed[id(one)][:, None]).table
 
+    def gain(table: np.ndarray) -> np.ndarray:
+        return taken(table, residual)
+
     def swinging(tones: np.ndarray, damping: float) -> np.ndarray:
         return builder.place('load_torque', lambda one: -np.column_stack([resonator(
             pushed[id(one)], one.measured.period, tone, damping) for tone in tones])).table
-
-    def gain(table: np.ndarray) -> np.ndarray:
-        square = np.maximum((table**2).sum(axis=0), 1e-300)
-        return np.minimum(table.T @ residual, 0.0) ** 2 / square
 
     tones = np.geomspace(low, high, FREQUENCIES)
     grid = [(damping, swinging(tones, damping)) for damping in DAMPINGS]
@@ -197,5 +195,4 @@ def _shaken(one: EquationErrors) -> np.ndarray:
     """
     raw = np.gradient(np.gradient(bridged(one.angles()[1]), one.measured.period),
                       one.measured.period)
-    reach = one.motion.test.reach
-    return raw[reach:reach + len(one.motion.rows)]
+    return one.inner(raw)

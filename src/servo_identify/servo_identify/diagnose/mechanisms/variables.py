@@ -54,5 +54,4 @@ def variables_of(equation: str) -> tuple[Variable, ...]:
 
 
 def _command(one: EquationErrors) -> np.ndarray:
-    reach = one.motion.test.reach
-    return one.measured.column('voltage', 0.0)[reach:reach + len(one.motion.rows)]
+    return one.inner(one.measured.column('voltage', 0.0))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
@@ -164,7 +164,7 @@ class AlongMotion:
         key = 'flank', motion.test
         if key not in self._projected:
             sensed = 'torque' in self.measured.channels
-            torque = motion.calm_torque + self._inner(self.shift, motion) if sensed else (
+            torque = motion.calm_torque + self._shifted(motion) if sensed else (
                 self.transmitted(motion))
             noise = np.nan_to_num(self.measured.noise['torque']) * motion.test.gain(0)
             work = float(np.sqrt(np.nanmean(torque**2))) if np.isfinite(torque).any() else 0.0
@@ -173,15 +173,14 @@ class AlongMotion:
             self._projected[key] = np.clip(np.nan_to_num(torque) / unsure, -1.0, 1.0)
         return self._projected[key]
 
-    @overload
-    def _inner(self, series: np.ndarray, motion: Motion) -> np.ndarray: ...
-
-    @overload
-    def _inner(self, series: float, motion: Motion) -> float: ...
-
-    def _inner(self, series: np.ndarray | float, motion: Motion) -> np.ndarray | float:
+    def inner(self, series: np.ndarray, motion: Motion | None = None) -> np.ndarray:
+        """Return a series of every sample at the inner ones of a motion."""
+        motion = motion or self.motion
         reach = motion.test.reach
-        return series[reach:reach + len(motion.rows)] if isinstance(series, np.ndarray) else series
+        return series[reach:reach + len(motion.rows)]
+
+    def _shifted(self, motion: Motion) -> np.ndarray:
+        return self.inner(np.broadcast_to(self.shift, len(self.measured.recording)), motion)
 
     def transmitted(self, motion: Motion | None = None) -> np.ndarray:
         """Torque on the load at the inner samples, N m: measured, or what the load takes."""
@@ -189,7 +188,7 @@ class AlongMotion:
         torque = motion['torque']
         if not np.isfinite(torque).any():
             torque = self.evaluated(self.servo.theta, motion)[:, EVALUATED.index('torque')]
-        return torque + self._inner(self.shift, motion)
+        return torque + self._shifted(motion)
 
     def full(self, series: np.ndarray, motion: Motion | None = None) -> np.ndarray:
         """Return a series of inner samples at every sample, NaN where it is not known."""

@@ -277,7 +277,7 @@ class EquationErrors(AlongMotion):
         """Return what an explanation adds to a signal at the inner samples."""
         if signal not in self.unseen:
             return np.zeros(())
-        return self._inner(np.nan_to_num(self.unseen[signal]), self.motion)
+        return self.inner(np.nan_to_num(self.unseen[signal]))
 
     @cached_property
     def regressor_command(self) -> np.ndarray:
@@ -299,6 +299,11 @@ class EquationErrors(AlongMotion):
             gain *= values.get('drive.proportional') or 1.0
         asked = self.full(current / gain)
         return np.where(np.isfinite(asked), asked, command)
+
+    @cached_property
+    def driven_current(self) -> np.ndarray:
+        """Current that the drive of the file makes of that command, A at every sample."""
+        return self.drive_current(self.servo.theta, self.regressor_command)
 
     @cached_property
     def of_file(self) -> dict[str, np.ndarray]:

@@ -1,0 +1,80 @@
+"""A motor alone with its drive: what a bridge loses, limits and follows late."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_recordings import sampled
+from test_selection import named_by_equations
+
+from servo_identify.diagnose.diagnose import diagnose
+from servo_twin.description import servo_file
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
+
+HOBBY = servo_file.loads("""
+servo: hobby
+step: 1.0e-4
+drive: {type: voltage, resistance: 3.2, inductance: 0.0, back_emf: 0.3, torque_constant: 0.3}
+mechanism: {type: rigid, rotor_inertia: 1.0e-4, load_inertia: 0.0, ratio: 1.0}
+sensors:
+  motor_encoder: {noise: 1.0e-3}
+  current_sensor: {noise: 2.0e-3}
+effects:
+  rubs: {effect: coulomb_friction, at: motor, level: 0.05}
+""")
+ROW = 0.01  # s, and J R / (K_m K_e) is 3.6 ms
+
+
+def moved(rig, seed, lost=0.0, row=ROW, size=1.2):
+    """Return a recording of a motor; at 100 Hz it answers within a row."""
+    time = np.arange(round(15.0 / row)) * row
+    command = sum(size * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
+    one = sampled(rig, command, seed=seed, period=row)
+    gone = np.full(len(time), np.nan)
+    return replace(one, columns={**one.columns, 'load_position': gone, 'torque': gone,
+                                 'voltage': command + lost * np.sign(one.columns['current'])},
+                   family='multisine', name=f'multisine_{seed}')
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_motor_that_answers_within_a_row_is_not_blamed_for_it():
+    assert named_by_equations([moved(HOBBY, seed) for seed in (1, 2)], HOBBY) == set()
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_volts_that_a_bridge_loses_by_the_sign_of_its_current_are_a_dead_band():
+    several = [moved(HOBBY, seed, lost=0.4, row=1e-3) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
+    assert [one.effect for one in answer.report.which] == ['drive_dead_band']
+    numbers = answer.augmented.numbers  # here the current has the sign of the command
+    lost = numbers.get('effects.drive_dead_band.half_width') or (
+        3.2 * numbers['effects.drive_dead_time.loss'])
+    assert lost == pytest.approx(0.4, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_chopper_that_limits_the_current_saturates_the_drive():
+    limited = HOBBY.with_effects(Placed('e', find('current_limit'), 'current'),
+                                 values={'effects.e.limit': 0.25})
+    several = [moved(limited, seed, row=2e-3, size=4.0) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
+    first = answer.report.which[0]
+    assert (first.effect, first.site, first.law) == ('drive_saturation', 'current', True)
+    assert answer.augmented.numbers['effects.current_limit.limit'] == pytest.approx(0.25, rel=0.05)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_command_that_is_followed_no_faster_than_a_limit_is_a_limit_of_its_rate():
+    limited = HOBBY.with_effects(Placed('e', find('command_rate_limit'), 'command'),
+                                 values={'effects.e.rate': 12.0})
+    several = [moved(limited, seed, row=2e-3) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HOBBY, several[1:2], several[2:])
+    assert [one.effect for one in answer.report.which] == ['command_rate_limit']
+    low, high = answer.report.which[0].interval
+    assert low - 1e-9 <= answer.report.which[0].shrink_realised <= high + 1e-9
+    assert answer.augmented.numbers['effects.command_rate_limit.rate'] == pytest.approx(
+        12.0, rel=0.05)
