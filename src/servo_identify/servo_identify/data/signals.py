@@ -13,6 +13,7 @@ from servo_twin.recording.recording import Recording
 from .white_noise import FOURTH, QUARTILE
 
 NOISES = 2.0  # times the noise that is left of a channel, up to which it may be nothing else
+APART = 0.5  # of the width, between samples: a Gaussian lets less than 1e-8 of power pass beyond
 MOST = 20_000  # samples that are looked at: the first ones
 ANGLES = ('motor_position', 'load_position')
 OTHERS = ('voltage', 'current', 'current_reference', 'torque', 'external_torque',
@@ -24,6 +25,7 @@ class Signals:
     """
     Channels under one Gaussian of ``width`` samples; arrays of shape (samples,).
 
+    As many samples are left as tell what passes the Gaussian.
     ``plain`` holds each measured channel in its own unit. ``speed``, ``acceleration`` and ``sign``
     (of the speed, smoothed) are those of each measured angle, on its own shaft. ``silent`` are
     channels that hold no more than the noise of a sensor.
@@ -69,9 +71,11 @@ def signals(one: Recording, width: float) -> Signals | None:
     if whole.sum() < 20 * width:
         return None
 
+    apart = max(1, int(APART * width))
+
     def through(values: np.ndarray, order: int = 0) -> np.ndarray:
         smooth = gaussian_filter1d(values, width, order=order) / one.period**order
-        return smooth[kept][whole]
+        return smooth[kept][whole][::apart]
 
     filled = {name: bridged(one[name][:MOST]) for name in has}
     angles = [name for name in ANGLES if name in has]

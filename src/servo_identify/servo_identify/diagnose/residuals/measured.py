@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import nan
+from math import ceil, nan
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from ...data.signals import ANGLES
 from .noise import count_of, noises_of, of_encoders
 from .test_function import TestFunction
 
+FAST = 2  # samples of spacing of the electrical equations
 SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
 LONGEST = 0.25  # s, of a test function
 SAWTOOTH = 0.3  # of a count, over the spacing squared: acceleration of a creeping shaft at worst
@@ -30,6 +31,7 @@ SMOOTH_ENOUGH = 0.005  # noise of the inertial torque, as a share of the torque 
 SMOOTH_TORSION = 0.05  # noise of the torsion times the stiffness, as a share of the same
 BLOCK = 1.5  # s that count as independent of their neighbours
 FEWEST_BLOCKS, MOST_BLOCKS = 40, 120  # of all recordings together; more only cost time
+MOST_CENTRES = 12_000  # of an equation, of all recordings together; more only cost time
 
 
 @dataclass(frozen=True)
@@ -98,19 +100,29 @@ def measure(recordings: Sequence[Recording], servo: Servo,
         gears[recording.period] = min(needed, gears.get(recording.period, needed))
     together = sum(r.duration for r in recordings)
     block = float(np.clip(together / FEWEST_BLOCKS, 0.2, max(BLOCK, together / MOST_BLOCKS)))
+    spacings = []
+    for recording in recordings:
+        longest = shafts[recording.period, recording.family]
+        spacings.append((longest, min(longest, gears[recording.period]), FAST))
+    apart = [2 * _thinned(recordings, some) for some in zip(*spacings, strict=True)]
     prepared = []
-    for recording, noise, count in zip(recordings, noises, counts, strict=True):
+    for recording, noise, count, some in zip(recordings, noises, counts, spacings, strict=True):
         period = recording.period
-        spacing = shafts[period, recording.family]
-        gear = min(spacing, gears[period])
         # a controller works by its own rows: on resampled ones it would be blamed for the grid
         looped = bool(servo.controller.parameters) and not recording.resampled and (
             recording.has('reference_position') or recording.has('reference_velocity'))
-        prepared.append(Measured(
-            recording, TestFunction(spacing, period, 2 * spacing),
-            TestFunction(gear, period, 2 * gear), TestFunction(2, period, 4), noise, count,
-            looped, block, _twist(recording, servo)))
+        shaft, gear, fast = (TestFunction(spacing, period, spacing * each)
+                             for spacing, each in zip(some, apart, strict=True))
+        prepared.append(Measured(recording, shaft, gear, fast, noise, count, looped, block,
+                                 _twist(recording, servo)))
     return prepared
+
+
+def _thinned(recordings: Sequence[Recording], spacings: Sequence[int]) -> int:
+    """Return of how many centres one is kept; they are two spacings from each other."""
+    centres = sum(len(recording) / (2 * spacing)
+                  for recording, spacing in zip(recordings, spacings, strict=True))
+    return max(1, ceil(centres / MOST_CENTRES))
 
 
 def _torque_at_work(recording: Recording, servo: Servo) -> float:
