@@ -172,6 +172,29 @@ def test_a_rate_limit_makes_a_ramp_of_a_jump_and_lets_slow_changes_pass():
     assert followed(slow) == pytest.approx(slow, abs=1e-12)
 
 
+def test_a_drive_out_of_voltage_gives_less_while_it_drives_and_all_while_it_brakes():
+    effect = find('torque_speed_limit')
+    p = parameters(effect, limit=80.0, slope=0.4)
+
+    def gives(command, speed):
+        return effect.law(p, np.zeros(1), effect.motion(command, speed, 0.0), 1e-3)
+
+    assert gives(20.0, 100.0) == 20.0 and gives(-20.0, 0.0) == -20.0
+    assert gives(20.0, 160.0) == pytest.approx(80.0 - 0.4 * 160.0)
+    assert gives(-20.0, -160.0) == pytest.approx(-16.0)
+    assert gives(20.0, -160.0) == 20.0  # it brakes
+    assert gives(20.0, 250.0) == 0.0 and gives(0.0, 250.0) == 0.0
+
+
+def test_a_reading_behind_a_filter_shows_63_percent_of_a_step_in_its_time():
+    effect, h = find('sensor_lag'), 1e-4
+    p, s = parameters(effect, lag=0.02), np.zeros(2)
+    read = [effect.law(p, s, effect.motion(value, 0.0, 0.0, 0.0), h)
+            for value in [3.0] * 10 + [5.0] * 200]
+    assert read[:10] == [3.0] * 10  # it begins settled
+    assert read[-1] == pytest.approx(5.0 - 2.0 * np.exp(-1.0), rel=1e-6)
+
+
 def test_a_command_delay_moves_the_answer_by_as_many_samples():
     place = 'command_delay_at_command'
     t = np.arange(400) * PERIOD

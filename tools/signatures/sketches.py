@@ -127,6 +127,11 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
         lambda: (TIME, 0.0 * TIME)),
     'command_rate_limit': ('time', 'current', lambda: (
         TIME, np.clip(1.6 * (TIME - 0.2), 0.0, 1.0)), lambda: (TIME, 1.0 * (TIME > 0.2))),
+    'torque_speed_limit': ('speed', 'current', lambda: (
+        X, np.minimum(1.0, 1.3 - 1.2 * X)), lambda: (X, 1.0 + 0.0 * X)),
+    'sensor_lag': ('time', 'reading', lambda: (
+        TIME, (TIME > 0.2) * (1.0 - np.exp(-8.0 * np.maximum(TIME - 0.2, 0.0)))),
+        lambda: (TIME, 1.0 * (TIME > 0.2))),
     'external_torque': ('time', 'torque', lambda: (
         TIME, 0.5 * np.sin(16 * TIME) + 0.2 * np.sin(32 * TIME)), lambda: (TIME, 0.0 * TIME)),
     'controller_mismatch': ('time', 'command', lambda: (

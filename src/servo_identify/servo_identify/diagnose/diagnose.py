@@ -26,6 +26,7 @@ from .decisions import EVEN
 from .diagnosis import Diagnosis
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over
+from .handover.curves import Part
 from .handover.cut import Cut
 from .handover.handover import Handover
 from .handover.parts import friction_at_once, parts_of
@@ -163,14 +164,22 @@ def _named(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
         at = np.isin(fit.columns[1:], found.search.regression.members[number])
         confidence, rivals = known[number]
         for part in parts_of(found, number, draws[:, at], without):
-            same = [one for one in rivals if one.mechanism.key == part.mechanism.key]
-            sure = confidence + sum(one.confidence for one in same)  # it is a part of a pattern
+            whole = (part.mechanism.key, _law_of(found, part))
+            same = [one for one in rivals if one.mechanism.key in whole]
+            sure = confidence + sum(one.confidence for one in same)  # it is a part of these
             several.append(Finding(part, sure, tuple(one for one in rivals if one not in same),
                                    Added(part)))
     known_of = {one.part.number: one for one in several}
     return [next((one for one in several if one.part is part), None)
             or replace(known_of[part.number], part=part, added=Added(part))
             for part in friction_at_once(found, [one.part for one in several], without)]
+
+
+def _law_of(found: Explained, part: Part) -> tuple[str, ...]:
+    """Return the law of the file that a part is a value of, and its site; empty for others."""
+    path = part.path or found.hypotheses[part.number].path
+    return next(((placed.effect.name, placed.site) for placed in found.samples.servo.effects
+                 if path.startswith(f'effects.{placed.name}.')), ())
 
 
 def _evidence(found: Explained, named: Sequence[Finding], one: Finding) -> float:

@@ -61,7 +61,8 @@ def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
         tuple(a.effect for a in alternatives), rung,
         {name: round(confidence[name], 3) for name in RUNGS},
         {'port': mechanism.port, 'site': mechanism.site, 'variables': list(mechanism.variables),
-         'symmetry': mechanism.symmetry, 'memory': mechanism.memory},
+         'symmetry': mechanism.symmetry, 'memory': mechanism.memory,
+         'driving': mechanism.driving},
         added.law, drawn, alternatives,
         _size(evidence, one, parameters, drawn),
         asdict(one.wave) if one.wave else None, round(halves, 3), not mechanism.outside)

@@ -79,14 +79,16 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     it = 'it' if len(which) == 1 else 'them'
     it = f'Adding {it}' if lacks else f'Taking {it} over'
     apart = [one for one in which if _remedy(one)]
-    if len(apart) == len(which):
+    if all(one.site == 'controller' for one in which):
+        pass  # it has its remedy
+    elif len(apart) == len(which):
         text += f' No effect of a twin can hold {"it" if len(which) == 1 else "them"}.'
     elif gone > 0:
         text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
         text += (f' {it} alone does not reduce the error of the simulation on unseen recordings: '
                  'the servo file stays as given.')
-    text += ''.join(f' {_remedy(one)}' for one in apart)
+    text += ''.join(f' {remedy}' for remedy in dict.fromkeys(map(_remedy, apart)))
     least = min(which, key=lambda one: one.confidence['mechanism'])
     text += f' Confidence: {round(100.0 * least.confidence["mechanism"])} %.'
     if least.named_in < EVEN:  # what else could stand there is said below
@@ -123,10 +125,18 @@ def _remedy(one: MissingEffect) -> str:
     """Return what to do about what no effect of a twin can hold; '' of others."""
     if one.effect == EXTERNAL:
         return f'Measured, it comes in as the column {EXTERNAL}.'
+    if one.site == 'controller':
+        return ('Set the controller of the servo file so. The comparison by simulation runs under '
+                'the recorded command and does not show it.')
+    if one.mechanism['driving']:
+        return (f'The {one.site} drives the twin: take the filter off it, or log it without, '
+                'before it is simulated.')
     if BY_RECORDING not in one.mechanism['variables']:
         return ''
     if one.mechanism['port'] == 'sensor':
         return f'Take the zero of the {one.site} before each recording.'
+    if one.mechanism['port'] in ('torque', 'inertia'):
+        return 'Diagnose recordings with another load on their own, each with its servo file.'
     return 'Let the machine warm up before it is recorded, or record its temperature.'
 
 

@@ -31,6 +31,8 @@ SHOWN_BY = {
     'spring_load': 'the load held ever further from its rest: it pulls ever harder',
     'current_lag': 'a chirp: its gain falls with frequency',
     'command_delay': 'a chirp: its phase falls in proportion to frequency, its gain does not',
+    'torque_speed_limit': 'the same large command at standstill and at speed: only at speed is '
+                          'current missing',
     'command_rate_limit': 'jumps of the command, small and large: only the large ones are late',
     'drive_dead_band': 'small commands: the current does not answer',
     'drive_saturation': 'the largest commands',
@@ -42,6 +44,7 @@ SHOWN_BY = {
     'hysteresis': 'loads up and down: the loop stays at rest',
     'transmission_error': 'slow turns under two loads: it stays the same',
     'load_encoder_eccentricity': 'a turn of the load: the torque stays clean',
+    'sensor_lag': 'a chirp: the reading falls with frequency where the quantity does not',
     'sensor_delay': 'two speeds: the error grows with speed',
     'torque_sensor_gain': 'a known load on the output',
     'torque_sensor_offset': 'the load taken off',

@@ -112,7 +112,7 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
         return None
     seen = np.concatenate([np.asarray(one.form.of(errors)) for errors in found.samples.errors])
     seen = seen[np.isfinite(seen)]
-    if one.form.variable == 'angle' and np.ptp(seen) > 2.0 * np.pi:
+    if one.form.variable == 'angle' and np.ptp(seen) > 2.0 * np.pi and _repeats(one, seen):
         seen = np.mod(seen, 2.0 * np.pi)
         ends = (0.0, 2.0 * np.pi)
     else:
@@ -126,6 +126,13 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
     density = np.histogram(seen, np.append(x - half, x[-1] + half))[0].astype(float)
     return Curve(one.form.variable, one.form.unit, one.form.y_unit, x, y, np.minimum(low, y),
                  np.maximum(high, y), density + 0.01 * density.mean())
+
+
+def _repeats(one: Hypothesis, angle: np.ndarray) -> bool:
+    """Tell whether a mechanism repeats with the turn: a spring over several turns does not."""
+    assert one.form is not None
+    some = angle[::max(1, len(angle) // POINTS)]
+    return one.tried > 1 or np.allclose(one.form.shape(some), one.form.shape(some + 2.0 * np.pi))
 
 
 def _points(one: Hypothesis, span: float) -> int:

@@ -87,10 +87,14 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values, law = _gain(part)
     elif name in ('sensor_delay', 'command_delay'):
         values = {'delay': float(np.asarray(one.knots or (1.0,)) @ a)}
+    elif name == 'sensor_lag':
+        values = {'lag': float(a[0] * one.knots[0])}
     elif name == 'current_lag':
         values = {'lag': float(np.asarray(one.knots) @ a)}
     elif name == 'command_rate_limit':
         values = {'rate': float(one.knots[0])}
+    elif name == 'torque_speed_limit':
+        values = {'limit': float(one.knots[0]), 'slope': float(one.detail['slope'])}
     elif name == 'relaxing_spring':
         values = {'stiffness': float(a[0]), 'time': float(one.knots[0])}
     elif name == 'payload_resonance':

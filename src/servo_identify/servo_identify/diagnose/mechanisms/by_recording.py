@@ -1,4 +1,4 @@
-"""What is another in each recording: friction of a machine that warms up, a zero that drifts."""
+"""What differs by recording: friction of a warm machine, a zero that drifts, a part held."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from servo_twin.physics.servo import Servo
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import BY_RECORDING, Hypothesis, Mechanism, Series
+from .orders import waves
 
 
 def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesis]:
@@ -28,6 +29,8 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
     for site in sides:
         for changes in (False, True):
             yield from filter(None, (_friction(builder, site, changes),))
+    if 'load' in sides:
+        yield from filter(None, (_weight(builder),))
     has = frozenset.intersection(*(one.measured.channels for one in errors))
     for channel in ('torque', 'current'):
         if channel in has:
@@ -71,7 +74,31 @@ def _friction(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
     low = np.tile([-1.0 if own else 0.0, -np.inf][:1 + changes], len(errors))
     return builder.hypothesis(
         mechanism, builder.resisting(site, partial(apart, errors, more)), [0] * len(knots), knots,
-        room=(low, np.inf), detail={'told': _rubs if own else partial(_lies, 'N m', site)})
+        room=(low, np.inf), detail={'told': partial(_rubs, names_of(builder)) if own else
+                                    partial(_lies, names_of(builder), 'N m', site)})
+
+
+def _weight(builder: Builder) -> Hypothesis | None:
+    """A weight at the load that differs, as that of a part which is held in some recordings."""
+    errors = builder.samples.errors
+    turns = builder.turns('load_angle')
+
+    def pull(one: EquationErrors) -> np.ndarray:
+        return waves(one.motion['load_angle'], (1.0,)) if turns else np.ones(
+            (len(one.motion.rows), 1))
+
+    mechanism = Mechanism('gravity' if turns else 'constant_torque', 'torque', 'load',
+                          (BY_RECORDING,), 'even')
+    knots = [k for k in range(len(errors)) for _ in range(1 + turns)]
+    return builder.hypothesis(mechanism, builder.place(
+        'load_torque', partial(apart, errors, pull)), [0] * len(knots), knots,
+        detail={'told': partial(_pulls, names_of(builder)) if turns else
+                partial(_lies, names_of(builder), 'N m', 'load')})
+
+
+def names_of(builder: Builder) -> list[str]:
+    """Return the names of the recordings, as the columns of each stand."""
+    return [one.measured.recording.name for one in builder.samples.errors]
 
 
 def _offset(builder: Builder, channel: str) -> Hypothesis | None:
@@ -83,25 +110,41 @@ def _offset(builder: Builder, channel: str) -> Hypothesis | None:
 
     mechanism = Mechanism(f'{channel}_sensor_offset', 'sensor', channel, (BY_RECORDING,), 'even')
     knots = list(range(len(errors)))
-    return builder.hypothesis(mechanism, builder.place(channel, partial(apart, errors, ones),
-                                                       -1.0), [0] * len(knots), knots,
-                              detail={'told': partial(_lies, unit, channel)})
+    return builder.hypothesis(
+        mechanism, builder.place(channel, partial(apart, errors, ones), -1.0), [0] * len(knots),
+        knots, detail={'told': partial(_lies, names_of(builder), unit, channel)})
 
 
-def _rubs(knots: Sequence[int], amplitudes: np.ndarray, servo: Servo) -> str:
-    """Return how many times the friction of the file there is, in words."""
-    low, high = _between(knots, amplitudes)
-    return f'{1.0 + low:.3g} to {1.0 + high:.3g} times that of the file, by recording'
-
-
-def _lies(unit: str, place: str, knots: Sequence[int], amplitudes: np.ndarray,
+def _rubs(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,
           servo: Servo) -> str:
+    """Return how many times the friction of the file there is, in words."""
+    return between(names, knots, 1.0 + amplitudes, 'times that of the file')
+
+
+def _lies(names: Sequence[str], unit: str, place: str, knots: Sequence[int],
+          amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what a level lies, in words."""
-    low, high = _between(knots, amplitudes)
-    return f'{low:.3g} to {high:.3g} {servo.reads(unit, place)}, by recording'
+    return between(names, knots, amplitudes, servo.reads(unit, place))
 
 
-def _between(knots: Sequence[int], amplitudes: np.ndarray) -> tuple[float, float]:
-    """Return the least and the largest of the first amplitudes of each recording."""
-    first = amplitudes[np.unique(knots, return_index=True)[1]]
-    return float(first.min()), float(first.max())
+def _pulls(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,
+           servo: Servo) -> str:
+    """Return by how much a weight differs from that of the file, in words."""
+    squares = np.bincount(knots, amplitudes**2)[np.asarray(knots)]
+    unit = servo.reads('N m', 'load')
+    return between(names, knots, np.sqrt(squares), f'{unit} beside that of the file')
+
+
+def between(names: Sequence[str], knots: Sequence[int], values: np.ndarray, unit: str) -> str:
+    """
+    Return the least and the largest value and the recordings that have them, in words.
+
+    ``names`` are those of the recordings, ``knots`` (n,) the recording of each of the ``values``
+    (n,), of which the first of each recording counts.
+    """
+    of, first = np.unique(knots, return_index=True)
+    values = values[first]
+    low, high = ((values[place], names[of[place]])
+                 for place in (int(np.argmin(values)), int(np.argmax(values))))
+    span = ' to '.join(f'{value:.3g} ({name})' for value, name in (low, high))
+    return f'{span} {unit}'.rstrip() + ', by recording'

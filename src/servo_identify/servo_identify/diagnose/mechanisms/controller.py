@@ -1,8 +1,9 @@
-"""A controller that is another: its gains, all at once, about those that leave least."""
+"""A controller that is another: its gains, all at once, or what it does to its references."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -12,12 +13,17 @@ from servo_twin.physics.servo import Servo
 
 from ..decisions import OPEN
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import shifted
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
+from .memory import lagged
+from .shape_search import best_shape, SHAPES
 from .values import default_of
 
+LATEST = 0.1  # of the longest recording, by which a reference may come late
 SETTLING = 40  # evaluations of a controller in search of its gains
+REFERENCES = ('reference_position', 'reference_velocity')
 
 
 def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -30,7 +36,9 @@ def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis
     samples, servo = builder.samples, builder.samples.servo
     if 'controller' not in samples.present:
         return
-    yield from filter(None, (_fed_forward(builder),))
+    yield from filter(None, (_fed_forward(builder),
+                             _late(builder, residual, lagged, 'pass a lag of'),
+                             _late(builder, residual, shifted, 'come late by')))
     gains = {path: parameter for path, parameter in servo.declarations()
              if path.startswith('controller.') and parameter.off is not None
              and path not in servo.tolerance}
@@ -74,6 +82,34 @@ def _fed_forward(builder: Builder) -> Hypothesis | None:
 def _feeds(knots: Sequence[str], amplitudes: np.ndarray, servo: Servo) -> str:
     return (f'it adds {amplitudes[0]:.3g} V per {servo.reads("rad", "load")}/s2 of the '
             'acceleration of the reference')
+
+
+def _late(builder: Builder, residual: np.ndarray,
+          late: Callable[[np.ndarray, float, float], np.ndarray], words: str
+          ) -> Hypothesis | None:
+    """A firmware that smooths its references or takes them over late."""
+    def change(one: EquationErrors, time: float) -> np.ndarray:
+        measured = one.measured
+        held = {name: late(measured.column(name, 0.0), time, measured.period)
+                for name in REFERENCES if measured.recording.has(name)}
+        now = one.controller_output(one.servo.theta, held=held)
+        return (now - one.controller_output(one.servo.theta))[:, None]
+
+    def column(time: float) -> np.ndarray:
+        return builder.place('controller_output', lambda one: change(one, time)).table[:, 0]
+
+    period = builder.scales.period
+    time = best_shape(period, max(LATEST * builder.scales.duration, 2.0 * period), column,
+                      residual, whole=True)
+    mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('time',), 'odd',
+                          memory=True)
+    return builder.hypothesis(mechanism, builder.place(
+        'controller_output', lambda one: change(one, time)), [1], (time,), tried=SHAPES,
+        detail={'told': partial(_delays, words)})
+
+
+def _delays(words: str, knots: Sequence[float], amplitudes: np.ndarray, servo: Servo) -> str:
+    return f'its references {words} {knots[0]:.3g} s'
 
 
 def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],

@@ -7,14 +7,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
-from .memory import within_rate
-from .shape_search import best_shape, SHAPES
+from .memory import lagged, within_rate
+from .shape_search import best_shape, best_shapes, EACH, SHAPES
 
 BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 """Shares of the largest command within which nothing may come."""
@@ -25,6 +24,8 @@ CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 KNEES = (0.003, 0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
+BEGINS, ENDS = (0.02, 1.0), (0.05, 10.0)
+"""Shares of the top speed at which the top command begins to be cut, and over which it is."""
 SLOWEST = 0.01  # limit of the rate of a command, share of the fastest change that was asked for
 
 
@@ -74,12 +75,12 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         _dead_time(builder),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
-        _limited(builder), _rate_limited(builder, residual),
+        _limited(builder), _rate_limited(builder, residual), _out_of_voltage(builder, residual),
         # a gain that differs by the sign of the command
         'drive.gain' in builder.samples.servo.numbers and shaped(
             'parameter:gain', both, [0, 0], site='drive', detail={'law': 'drive_asymmetry'})))
     period = builder.scales.period
-    for name, shares, late in (('current_lag', LAGS, _lagged),
+    for name, shares, late in (('current_lag', LAGS, lagged),
                                ('current_lag', LAGS, _lagged_twice),
                                ('command_delay', DELAYS, shifted)):
         site = 'current' if name == 'current_lag' else 'command'
@@ -152,6 +153,37 @@ def _rate_limited(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
                               (rate,), tried=SHAPES)
 
 
+def _out_of_voltage(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+    """
+    A command of current that a supply cannot drive at speed; braking finds more.
+
+    Where the twin has a winding, that is a limit of its voltage.
+    """
+    if 'drive.resistance' in builder.samples.servo.numbers:
+        return None
+    top = builder.scales.command
+    fastest = max(float(np.max(np.sign(one.regressor_command) * one.fast_speed, initial=0.0))
+                  for one in builder.samples.errors)
+    if not fastest > 0.0:
+        return None
+
+    def line(begins: float, over: float) -> tuple[float, float]:
+        return top * (1.0 + begins / over), top / over
+
+    def lost(one: EquationErrors, limit: float, slope: float) -> np.ndarray:
+        way = np.sign(one.regressor_command)
+        most = np.maximum(limit - slope * way * one.fast_speed, 0.0)
+        return -way[:, None] * np.maximum(np.abs(one.regressor_command) - most, 0.0)[:, None]
+
+    limit, slope = line(*best_shapes(
+        [(fastest * low, fastest * high) for low, high in (BEGINS, ENDS)],
+        lambda *ends: _through(builder, lambda one: lost(one, *line(*ends))).table[:, 0],
+        residual))
+    mechanism = Mechanism('torque_speed_limit', 'drive', 'command', ('command', 'speed'), 'odd')
+    return builder.hypothesis(mechanism, _through(builder, lambda one: lost(one, limit, slope)),
+                              [1], (limit,), tried=EACH**2, detail={'slope': slope})
+
+
 def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:
     """Return what a command that is late by some times (s) does to all residuals."""
     return _through(builder, partial(_change, shifted, times))
@@ -201,11 +233,6 @@ def _of_current(builder: Builder, current: Callable[[EquationErrors], np.ndarray
     return Columns(direct.table + driven.table, 'drive_current', current)
 
 
-def _lagged(command: np.ndarray, settling: float, period: float) -> np.ndarray:
-    keep = float(np.exp(-period / settling))
-    return lfilter([1.0 - keep], [1.0, -keep], command)
-
-
 def _lagged_twice(command: np.ndarray, settling: float, period: float) -> np.ndarray:
     """The same of second order, as a current loop of its own is: as late in all."""
-    return _lagged(_lagged(command, 0.5 * settling, period), 0.5 * settling, period)
+    return lagged(lagged(command, 0.5 * settling, period), 0.5 * settling, period)

@@ -33,7 +33,8 @@ class Mechanism:
 
     ``name`` is that of the table of signatures; ``port`` and ``site`` where it acts;
     ``variables`` what it depends on, the first being that of its curve; ``symmetry`` how it
-    answers to the other direction (odd, even, none); ``memory`` whether it remembers.
+    answers to the other direction (odd, even, none); ``memory`` whether it remembers;
+    ``driving`` whether it is of the reading that drives the twin.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Mechanism:
     variables: tuple[str, ...]
     symmetry: str
     memory: bool = False
+    driving: bool = False
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -52,8 +54,8 @@ class Mechanism:
 
     @property
     def outside(self) -> bool:
-        """Whether no twin of the plant under the recorded command can show it."""
-        return (self.site == 'controller' or self.name == EXTERNAL
+        """Whether no twin of the plant under what was recorded can show it."""
+        return (self.site == 'controller' or self.name == EXTERNAL or self.driving
                 or BY_RECORDING in self.variables)
 
     @property

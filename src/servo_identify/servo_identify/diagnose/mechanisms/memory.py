@@ -49,6 +49,12 @@ def relaxation(angle: np.ndarray, period: float, time: float) -> np.ndarray:
     return lfilter([gain, -gain], [1.0, -keep], angle - angle[0])
 
 
+def lagged(x: np.ndarray, time: float, period: float) -> np.ndarray:
+    """Return ``x`` behind a lag of first order that begins settled, shape of ``x``."""
+    keep = float(np.exp(-period / time))
+    return lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])[0]
+
+
 def within_rate(x: np.ndarray, most: float) -> np.ndarray:
     """Return what follows ``x`` by no more than ``most`` a sample, shape of ``x``."""
     return _within_rate(np.ascontiguousarray(x), most)

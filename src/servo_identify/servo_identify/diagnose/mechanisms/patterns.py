@@ -69,6 +69,8 @@ def patterns_of(builder: Builder, sides: Collection[str],
                 if edges is None:
                     continue
                 for symmetry in ('even', 'odd'):
+                    if (equation, variable.name, symmetry) == ('torque', 'load', 'even'):
+                        continue  # that load comes from this balance: it would explain itself
                     found = _pattern(builder, equation, signal, site, variable, edges, symmetry,
                                      without)
                     if found and ((signal, site) == PLACES[equation]
@@ -95,9 +97,9 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
     if (place, variable.name, symmetry) == ('transmission', 'acceleration', 'odd') and not all(
             'torque' in one.measured.channels for one in builder.samples.errors):
         known = 'stiffness_error'  # there the torque is what the acceleration asks for
-    if (place, site, variable.name, symmetry) == ('shaft', 'load', 'angle', 'even') and (
-            not builder.turns('load_angle')):
-        known = 'spring_load'  # what else pushes by the place alone, where nothing turns
+    if (place, site, variable.name, symmetry) == ('shaft', 'load', 'angle', 'even') and not (
+            builder.turns('load_angle') and np.ptp(edges) < len(edges) * 2.0 * np.pi):
+        known = 'spring_load'  # by the place alone, where nothing turns or from turn to turn
     known = UNKNOWN if known in without else known
     mechanism = Mechanism(known, _port(known, place), site, (variable.name,), symmetry)
     columns = builder.place(signal, of)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -11,17 +11,26 @@ import numpy as np
 from servo_twin.balances.equation_terms import EQUATIONS
 
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import shifted
 from .builder import Builder
 from .encoders import encoders_of
 from .hypothesis import Form, Hypothesis, Mechanism, Series
-from .memory import LOOPS, stop_operator
+from .memory import lagged, LOOPS, stop_operator
 from .orders import hats, periodic
+from .shape_search import best_shape, SHAPES
 
 MOMENTS = 6
 """Of a recording, between which an offset changes evenly."""
 
+LATE = (0.25, 64.0)
+"""Sample periods between which a reading may be late."""
+
 RANGES = (0.1, 0.3, 0.6)
 """Shares of the largest reading from which another gain may hold."""
+
+
+Behind = Callable[[np.ndarray, float, float], np.ndarray]
+"""What comes behind a series (samples,) by a time, s, at a period, s."""
 
 
 def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -34,24 +43,34 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
 
     def off(name: str, channel: str, variables: tuple[str, ...], symmetry: str, of: Series,
             signs: tuple[int, ...] = (0,), knots: tuple[float, ...] = (),
-            tried: int = 1) -> Hypothesis | None:
-        mechanism = Mechanism(name, 'sensor', channel, variables, symmetry)
+            tried: int = 1, **more: bool) -> Hypothesis | None:
+        mechanism = Mechanism(name, 'sensor', channel, variables, symmetry, **more)
         columns = builder.place(channel, of, -1.0)  # what a reading has too much is not true
         return builder.hypothesis(mechanism, columns, signs, knots, tried=tried)
+
+    def late(name: str, channel: str, behind: Behind) -> Hypothesis | None:
+        low, high = (share * builder.scales.period for share in LATE)
+        time = best_shape(low, high, lambda time: builder.place(
+            channel, partial(_late, channel, behind, time), -1.0).table[:, 0], residual,
+            whole=True)
+        return off(name, channel, ('time',), 'none', partial(_late, channel, behind, time), (1,),
+                   (time,), SHAPES, memory=True, driving=channel == 'current' and not driven)
 
     def full(one: EquationErrors) -> int:
         return len(one.measured.recording)
 
+    driven = 'drive' in builder.samples.present
     for channel, sensor in (('current', 'current_sensor'), ('torque', 'torque_sensor')):
         if channel not in has:
             continue
         yield from filter(None, (
             off(f'{sensor}_offset', channel, ('constant',), 'even',
                 lambda one: np.ones((full(one), 1))),
-            _drifting(builder, f'{sensor}_offset', channel)))
-        if channel == 'torque' or 'drive' in builder.samples.present:
+            _drifting(builder, f'{sensor}_offset', channel),
+            late('sensor_lag', channel, lagged)))
+        if channel == 'torque' or driven:
             yield from filter(None, (
-                off('sensor_delay', channel, ('time',), 'odd', partial(_late, channel), (1,)),
+                late('sensor_delay', channel, shifted),
                 *(_gain(builder, f'{sensor}_gain', channel, by)
                   for by in ('constant', channel, 'time'))))
     if 'torque' in has:
@@ -60,10 +79,10 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from encoders_of(builder, has, residual)
 
 
-def _late(channel: str, one: EquationErrors) -> np.ndarray:
-    """Return how much too much a reading that is a second late reads of what changes."""
+def _late(channel: str, behind: Behind, time: float, one: EquationErrors) -> np.ndarray:
+    """Return how much too much a reading reads that comes behind the quantity by a time, s."""
     known = one.known_current if channel == 'current' else one.motion.calm_torque
-    return -np.gradient(known, one.measured.period)[:, None]
+    return (behind(known, time, one.measured.period) - known)[:, None]
 
 
 def _torque_over_angle(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:

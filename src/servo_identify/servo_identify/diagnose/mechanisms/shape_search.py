@@ -1,30 +1,52 @@
-"""The one number that a mechanism is shaped by, where no sum of columns can stand for it."""
+"""The numbers that a mechanism is shaped by, where no sum of columns can stand for it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 
 SHAPES, FINE = 16, 0.01  # tried between two bounds, and share by which the best is told
+EACH, REFINED = 8, 60  # of each of several numbers, and tried about the best of these
 
 
 def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
-               residual: np.ndarray) -> float:
+               residual: np.ndarray, whole: bool = False) -> float:
     """
     Return the number between ``low`` and ``high`` whose column takes most of a residual.
 
-    ``column(number)`` (samples,) counts as :func:`taken` has it.
+    ``column(number)`` (samples,) counts as :func:`taken` has it; ``whole``: as it is. The number
+    alone then says how much there is, as of a lag: many times a short one is no long one.
     """
     def gain(log: float) -> float:
-        return float(taken(column(float(np.exp(log)))[:, None], residual)[0])
+        one = column(float(np.exp(log)))
+        if whole:
+            return float(-2.0 * one @ residual - one @ one)
+        return float(taken(one[:, None], residual)[0])
 
     grid = np.linspace(np.log(low), np.log(high), SHAPES)
     best = int(np.argmax([gain(log) for log in grid]))
     found = minimize_scalar(lambda log: -gain(log), method='bounded', options={'xatol': FINE},
                             bounds=(grid[max(best - 1, 0)], grid[min(best + 1, SHAPES - 1)]))
     return float(np.exp(found.x))
+
+
+def best_shapes(bounds: Sequence[tuple[float, float]],
+                column: Callable[..., np.ndarray], residual: np.ndarray) -> tuple[float, ...]:
+    """Return the same of several numbers, each between its ``bounds``; ``column(*numbers)``."""
+    def gain(logs: Sequence[float]) -> float:
+        return float(taken(column(*np.exp(logs))[:, None], residual)[0])
+
+    edges = np.log(np.asarray(bounds))
+    grids = [np.linspace(float(low), float(high), EACH) for low, high in edges]
+    best = max(product(*grids), key=gain)
+    steps = np.diag((edges[:, 1] - edges[:, 0]) / (2.0 * EACH))
+    inside = np.clip(np.asarray(best) + np.vstack((0.0 * steps[:1], steps)), *edges.T)
+    found = minimize(lambda logs: -gain(logs), best, method='Nelder-Mead', bounds=edges,
+                     options={'maxfev': REFINED, 'xatol': FINE, 'initial_simplex': inside})
+    return tuple(map(float, np.exp(found.x)))
 
 
 def taken(table: np.ndarray, residual: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..residuals.motion import Motion
 from ..residuals.nuisance import value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
-from .by_recording import apart, repeated
+from .by_recording import apart, between, names_of, repeated
 from .hypothesis import BY_RECORDING, Columns, Form, Hypothesis, Mechanism
 from .orders import hats
 
@@ -75,15 +75,16 @@ def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism
         samples.errors, lambda _: np.ones((len(motion.rows), 1)), one))
     return builder.hypothesis(
         replace(mechanism, variables=(BY_RECORDING,)), Columns(table),
-        [0] * table.shape[1],
-        detail={'of': path, 'told': partial(_told, partial(value_of, samples, path), path)})
+        [0] * table.shape[1], tuple(range(table.shape[1])),
+        detail={'of': path, 'told': partial(_told, names_of(builder), partial(
+            value_of, samples, path), path)})
 
 
-def _told(value: Callable[[float], float], path: str, knots: Sequence[int],
-          amplitudes: np.ndarray, servo: Servo) -> str:
+def _told(names: Sequence[str], value: Callable[[float], float], path: str,
+          knots: Sequence[int], amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what a value lies, in words."""
-    values = [value(float(one)) for one in amplitudes]
-    return f'{min(values):.3g} to {max(values):.3g} {servo.unit(path)}'.strip() + ', by recording'
+    values = np.array([value(float(one)) for one in amplitudes])
+    return between(names, knots, values, servo.unit(path))
 
 
 def _along(motion: Motion, variable: str) -> np.ndarray:

@@ -71,7 +71,7 @@ class AlongMotion:
         if key is not None and self._projected.get('drive key') == key:
             return self._projected['drive current']
         command = self.measured.column('voltage', 0.0) if command is None else command
-        current = drive_current(self.servo, theta, command, self._fast_speed, self.measured)
+        current = drive_current(self.servo, theta, command, self.fast_speed, self.measured)
         if self.measured.recording.has('voltage'):  # a drive without a command is off
             current[~np.isfinite(self.measured.recording['voltage'])] = np.nan
         if key is not None:
@@ -81,29 +81,30 @@ class AlongMotion:
     def drive_current_ahead(self, time: float) -> np.ndarray:
         """Return how the current of the drive changes with the speed some time later, A."""
         command = self.measured.column('voltage', 0.0)
-        speed = shifted(self._fast_speed, -time, self.measured.period)
+        speed = shifted(self.fast_speed, -time, self.measured.period)
         ahead = drive_current(self.servo, self.servo.theta, command, speed, self.measured)
         return ahead - self.drive_current(self.servo.theta)
 
     @cached_property
-    def _fast_speed(self) -> np.ndarray:
+    def fast_speed(self) -> np.ndarray:
         """Speed of the motor for the electrical equations, rad/s, at every sample."""
         fast = self.measured.fast
         return np.pad(fast.smooth(bridged(self._angles(self._readings)[0]), 1), fast.reach,
                       mode='edge')
 
     def controller_output(self, theta: np.ndarray, settings: Mapping[int, float] | None = None,
-                          shaken: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
+                          shaken: tuple[np.ndarray, np.ndarray] | None = None,
+                          held: Mapping[str, np.ndarray] | None = None) -> np.ndarray:
         """
         Return what the controller makes of references and readings, V, at every sample.
 
-        ``shaken`` are the two angles where noise is added to them.
+        ``shaken`` are the two angles where noise is added to them; ``held`` stands for references.
         """
         motor, load = self._angles(self._readings) if shaken is None else shaken
         theta = theta.copy()
         for slot, change in (settings or {}).items():
             theta[slot] += change
-        return self._commanded(theta, motor, load, {})
+        return self._commanded(theta, motor, load, held or {})
 
     def _commanded(self, theta: np.ndarray, motor: np.ndarray, load: np.ndarray,
                    held: Mapping[str, np.ndarray]) -> np.ndarray:

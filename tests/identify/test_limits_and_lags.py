@@ -1,0 +1,159 @@
+"""Limits of a drive, filters of readings and references, and a part that some recordings hold."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from test_selection import named_by_equations
+
+from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.mechanisms.shape_search import best_shape, best_shapes
+from servo_twin.description import servo_file
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
+from servo_twin.recording.recording import COLUMNS, Recording
+
+HIP = servo_file.loads("""
+servo: hip
+step: 5.0e-4
+drive: {type: current, gain: 1.0, torque_constant: 0.1}
+mechanism: {type: rigid, rotor_inertia: 1.0e-4, load_inertia: 0.03, ratio: 9.0}
+sensors: {motor_encoder: {noise: 1.0e-4}, current_sensor: {noise: 0.1}}
+effects:
+  rubs: {effect: coulomb_friction, at: load, level: 0.4}
+  drags: {effect: viscous_friction, at: load, slope: 0.1}
+  weight: {effect: gravity, at: load, cosine: 0.0, sine: -2.5}
+""")
+PERIOD = 2e-3
+
+
+def swung(rig, seed, size=6.0, seconds=12.0, commanded=True, behind=0.0,
+          tones=(0.4, 0.9, 1.7, 3.1)):
+    """Return a joint that a sum of sines of current swings; its current may pass a filter."""
+    time = np.arange(0.0, seconds, PERIOD)
+    chance = np.random.default_rng(seed)
+    phase = chance.uniform(0.0, 2.0 * np.pi, len(tones))
+    command = size * np.sin(2.0 * np.pi * time[:, None] * np.array(tones) + phase).mean(axis=1)
+    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    columns['voltage'] = command
+    y = simulate(rig, inputs_of(columns), PERIOD, initial_state(rig, 0.0, 0.0), 'measured_input')
+    angle, current = y[:, 0], y[:, 3]
+    if behind:
+        keep = np.exp(-PERIOD / behind)
+        current = lfilter([1.0 - keep], [1.0, -keep], current)
+    seen = {'motor_position': angle + chance.normal(0.0, 1e-4, len(time)),
+            'current': current + chance.normal(0.0, 0.1, len(time))}
+    if commanded:
+        seen['voltage'] = command
+    return Recording(f'swing {seed}', PERIOD, columns | seen if commanded else {
+        **columns, 'voltage': columns['torque'], **seen}, family='swing', replicate=seed,
+        digest=f'{seed:064d}')
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_drive_that_runs_out_of_voltage_at_speed_is_named_with_its_line():
+    limited = HIP.with_effects(Placed('e', find('torque_speed_limit'), 'command'),
+                               values={'effects.e.limit': 30.0, 'effects.e.slope': 0.25})
+    several = [swung(limited, seed, size=20.0) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], HIP, several[1:2], several[2:])
+    assert [one.effect for one in answer.report.which] == ['torque_speed_limit']
+    values = answer.augmented.numbers
+    at = 1.0 / values['effects.torque_speed_limit.slope']  # the speed without any current
+    assert at * values['effects.torque_speed_limit.limit'] == pytest.approx(120.0, rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_current_that_passed_a_filter_is_late_and_no_resonance():
+    several = [swung(HIP, seed, commanded=False, behind=0.015) for seed in (1, 2)]
+    assert named_by_equations(several, HIP) == {('sensor_lag', 'current')}
+    assert named_by_equations([swung(HIP, seed, commanded=False) for seed in (1, 2)], HIP) == set()
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_part_held_in_some_recordings_differs_by_recording_and_is_told_with_them():
+    holds = HIP.with_values({'effects.weight.sine': -3.4, 'mechanism.load_inertia': 0.036})
+    several = [swung(holds if seed in (2, 4) else HIP, seed, commanded=False)
+               for seed in (1, 2, 3, 4, 5)]
+    report = diagnose(several[:3], HIP, several[3:4], several[4:]).report
+    weight = next(one for one in report.which if one.effect == 'gravity')
+    assert weight.mechanism['variables'] == ['recording']
+    low, _, high = weight.change.partition(' to ')
+    assert '(swing 1)' in low or '(swing 3)' in low
+    assert '(swing 2)' in high or '(swing 4)' in high
+    assert 'on their own' in report.verdict['sentence']
+    assert 'warm up' not in report.verdict['sentence']
+
+
+LOOP = servo_file.loads("""
+servo: turret
+step: 5.0e-4
+drive: {type: voltage, resistance: 3.0, inductance: 0.0, back_emf: 0.0125, torque_constant: 0.0125}
+mechanism: {type: rigid, rotor_inertia: 2.0e-6, load_inertia: 0.012, ratio: 90.0}
+controller: {type: position_loop, kp: 8.0, kv: 6.0, ki: 0.0, kd: 1.0, limit: 12.0, on_load: 0.0}
+sensors: {motor_encoder: {noise: 1.0e-3}, current_sensor: {noise: 0.01}}
+effects:
+  rubs: {effect: coulomb_friction, at: load, level: 0.07}
+""")
+
+
+@pytest.mark.slow
+def test_a_firmware_that_smooths_its_reference_is_no_other_gain():
+    time = np.arange(0.0, 12.0, PERIOD)
+    keep = np.exp(-PERIOD / 0.045)
+
+    def recording(seed):
+        chance = np.random.default_rng(seed)
+        goal = sum(0.3 * np.sin(2.0 * np.pi * f * time + chance.uniform(0.0, 6.0))
+                   for f in (0.3, 0.8, 1.9))
+        goal -= goal[0]
+        columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+        smooth = lfilter([1.0 - keep], [1.0, -keep], goal)
+        columns['reference_position'] = smooth
+        y = simulate(LOOP, inputs_of(columns), PERIOD, initial_state(LOOP, 0.0, 0.0),
+                     'closed_loop')
+        seen = {'reference_position': goal, 'voltage': y[:, 4],
+                'motor_position': y[:, 0] + chance.normal(0.0, 1e-3, len(time)),
+                'current': y[:, 3] + chance.normal(0.0, 0.01, len(time))}
+        return Recording(f'goals {seed}', PERIOD, columns | seen, family='goals', replicate=seed,
+                         digest=f'{seed:064d}')
+
+    several = [recording(seed) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], LOOP, several[1:2], several[2:]).report
+    first = report.which[0]
+    assert first.effect == 'controller_mismatch'
+    assert float(first.change.rpartition(' of ')[2].removesuffix(' s')) == pytest.approx(
+        0.045, rel=0.15)
+    assert 'recorded command' in report.verdict['sentence']
+
+
+@pytest.mark.slow
+def test_what_pushes_by_the_place_over_many_turns_is_a_spring_and_no_matter_of_the_load():
+    drum = HIP.without_effects(lambda placed: placed.name == 'weight').with_values(
+        {'effects.drags.slope': 0.3})
+    rope = drum.with_effects(Placed('e', find('spring_load'), 'load'),
+                             values={'effects.e.stiffness': 0.03, 'effects.e.rest': 0.0})
+    several = [swung(rope, seed, size=14.0, seconds=30.0, tones=(0.06, 0.11, 1.7))
+               for seed in (1, 2)]
+    assert np.ptp(several[0]['motor_position']) / 9.0 > 4.0 * np.pi
+    assert named_by_equations(several, drum) == {('spring_load', 'load')}
+
+
+def test_a_shape_is_sought_with_its_amplitude_free_or_as_it_is():
+    x = np.linspace(0.0, 1.0, 400)
+    assert best_shape(0.05, 5.0, lambda time: np.exp(-x / time), -3.0 * np.exp(-x / 0.4)) == (
+        pytest.approx(0.4, rel=0.02))
+    lag = lfilter([0.1], [1.0, -0.9], np.sign(np.sin(20.0 * x))) - np.sign(np.sin(20.0 * x))
+
+    def late(time):
+        keep = np.exp(-1.0 / time)
+        way = np.sign(np.sin(20.0 * x))
+        return lfilter([1.0 - keep], [1.0, -keep], way) - way
+
+    assert best_shape(0.1, 100.0, late, -lag, whole=True) == pytest.approx(
+        -1.0 / np.log(0.9), rel=0.02)
+    hinge = -2.0 * np.maximum(x - 0.6 + 0.2 * np.cos(9.0 * x), 0.0)
+    begin, swing = best_shapes([(0.1, 1.0), (0.02, 1.0)], lambda begin, swing: np.maximum(
+        x - begin + swing * np.cos(9.0 * x), 0.0), hinge)
+    assert (begin, swing) == pytest.approx((0.6, 0.2), rel=0.05)
