@@ -155,7 +155,8 @@ def test_its_report_has_all_fields_of_the_schema(loaded_friction):
             'ambiguous_with', 'rung', 'confidence', 'mechanism', 'law', 'curve',
             'alternatives'} <= set(one)
     assert set(one['confidence']) == {'place', 'mechanism', 'curve', 'law'}
-    assert set(one['mechanism']) == {'port', 'site', 'variables', 'symmetry', 'memory'}
+    assert set(one['mechanism']) == {'port', 'site', 'variables', 'symmetry', 'memory',
+                                         'driving'}
     curve = one['curve']
     assert curve['variable'] == 'load' and curve['unit'] == 'N m'
     assert all(low <= y <= high for low, y, high in zip(

@@ -1,5 +1,7 @@
 """Limits of a drive, filters of readings and references, and a part that some recordings hold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -86,6 +88,22 @@ def test_a_part_held_in_some_recordings_differs_by_recording_and_is_told_with_th
     assert 'warm up' not in report.verdict['sentence']
 
 
+@pytest.mark.slow
+def test_the_weight_of_a_carried_axis_shows_by_both_angles():
+    def with_elbow(seed):
+        time = np.arange(0.0, 12.0, PERIOD)
+        elbow = 1.1 * np.sin(2.0 * np.pi * 0.23 * time + seed)
+        one = swung(HIP, seed, commanded=False)
+        pulled = one['current'] + 1.6 / 9.0 / 0.1 * np.sin(one['motor_position'] / 9.0 + elbow)
+        return replace(one, columns={**one.columns, 'current': pulled, 'coupled_position': elbow})
+
+    several = [with_elbow(seed) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], HIP, several[1:2], several[2:]).report
+    assert [one.effect for one in report.which] == ['external_torque']
+    assert float(report.which[0].change.partition(' ')[0]) == pytest.approx(1.6, rel=0.05)
+    assert 'sum of both angles' in report.which[0].change
+
+
 LOOP = servo_file.loads("""
 servo: turret
 step: 5.0e-4
@@ -157,3 +175,19 @@ def test_a_shape_is_sought_with_its_amplitude_free_or_as_it_is():
     begin, swing = best_shapes([(0.1, 1.0), (0.02, 1.0)], lambda begin, swing: np.maximum(
         x - begin + swing * np.cos(9.0 * x), 0.0), hinge)
     assert (begin, swing) == pytest.approx((0.6, 0.2), rel=0.05)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_friction_that_no_line_within_tolerance_follows_is_handed_over_as_its_curve():
+    file = replace(HIP, tolerance={'effects.rubs.level': (0.34, 0.46),
+                                   'effects.drags.slope': (0.07, 0.13)})
+    drag = HIP.with_effects(Placed('e', find('friction_over_speed'), 'load'), values={
+        'effects.e.low': 0.0, 'effects.e.high': 12.0,
+        'effects.e.curve': tuple(np.sqrt(np.linspace(0.0, 12.0, 8)) - 1.0),
+        'effects.drags.slope': 0.0})
+    several = [swung(drag, seed, size=8.0, commanded=False) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], file, several[1:2], several[2:])
+    first = answer.report.which[0]
+    assert not first.effect.startswith('parameter:') and first.curve['variable'] == 'speed'
+    assert answer.report.gap['solved'] > 0.8

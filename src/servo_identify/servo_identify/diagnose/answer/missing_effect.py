@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_twin.physics.servo import Servo
 
-from ..decisions import EVEN
+from ..decisions import EVEN, PRACTICAL
 from ..handover.added import Added
 from ..handover.curves import Curve
 from ..handover.gap import shrink_interval
@@ -83,7 +83,13 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
         unit = evidence.servo.unit(detail['value'])
         return (f'{first:.3g} to {last:.3g} {unit} from {x[0]:.3g} to '
                 f'{x[-1]:.3g} {drawn["unit"]}')
-    turn = _turn(one.added, evidence.servo)
+    turn, given = _turn(one.added, evidence.servo), evidence.servo.numbers
+    values = evidence.handover.patch.numbers
+    stayed = {path.rpartition('.')[2] for path in one.added.free
+              if path in given.keys() & values.keys()
+              and abs(values[path] - given[path]) <= PRACTICAL * abs(given[path])}
+    changed = {name: value for name, value in parameters.items() if name not in stayed}
+    parameters = changed or parameters  # a setting that stayed is none of the answer
     # the values of a law that does not hold say less than the curve
     return size_of(parameters if one.added.law or turn or not drawn else {}, drawn, turn)
 

@@ -13,13 +13,18 @@ RUNGS = ('place', 'mechanism', 'curve', 'law')
 
 @dataclass(frozen=True)
 class Located:
-    """How far one equation is off: ``share`` of the whole gap, residual over noise and margin."""
+    """
+    How far one equation is off: ``share`` of the whole gap, residual over noise and margin.
+
+    ``by_recording`` has the same of each recording that was searched, by its name.
+    """
 
     balance: str
     share: float
     gap_to_noise: float
     interval: tuple[float, float]
     verdict: str
+    by_recording: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

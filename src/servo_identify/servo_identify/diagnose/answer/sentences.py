@@ -23,6 +23,12 @@ SHOWS = {'motor': ('motor', 'torque'), 'load': ('load', 'torque'), 'mesh': ('tra
          'controller': ('controller',)}
 """In which balances an effect at a site shows of itself."""
 
+UNHELD = ('friction', 'sensor')
+"""Ports at which what differs by recording is no matter of one value of the file for each."""
+
+WORDS = {'load': 'torque of the load', 'angle': 'angle of the shaft'}
+"""Variables of a pattern that a reader may take for something else."""
+
 SURE = 1.645
 """Standard deviations of a 90 % interval."""
 
@@ -48,11 +54,12 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if not which:
         text = f'The {place} does not match the rig, and no effect of the list explains it.'
         if unknown.get('depends_on'):
-            over = ' and '.join(unknown['depends_on'])
+            over = ' and '.join(WORDS.get(one, one) for one in unknown['depends_on'])
             text += (f' What is missing depends on the {over} and is {unknown["parity"]} in the '
                      'direction of motion.')
             if unknown.get('size'):
                 text += f' Its size is {unknown["size"]}.'
+        text += unknown.get('recordings', '')
         if unknown.get('nearest'):
             several = [spoken(one['effect']) for one in unknown['nearest']]
             text += (f' {_listed(several).capitalize()} would come nearest, but no nearer than '
@@ -79,10 +86,9 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     it = 'it' if len(which) == 1 else 'them'
     it = f'Adding {it}' if lacks else f'Taking {it} over'
     apart = [one for one in which if _remedy(one)]
-    if all(one.site == 'controller' for one in which):
-        pass  # it has its remedy
-    elif len(apart) == len(which):
-        text += f' No effect of a twin can hold {"it" if len(which) == 1 else "them"}.'
+    if len(apart) == len(which):
+        if all(one.effect == EXTERNAL or one.mechanism['port'] in UNHELD for one in which):
+            text += f' No effect of a twin can hold {"it" if len(which) == 1 else "them"}.'
     elif gone > 0:
         text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
@@ -124,7 +130,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
 def _remedy(one: MissingEffect) -> str:
     """Return what to do about what no effect of a twin can hold; '' of others."""
     if one.effect == EXTERNAL:
-        return f'Measured, it comes in as the column {EXTERNAL}.'
+        return f'Measured or computed, it comes in as the column {EXTERNAL}.'
     if one.site == 'controller':
         return ('Set the controller of the servo file so. The comparison by simulation runs under '
                 'the recorded command and does not show it.')
@@ -136,7 +142,8 @@ def _remedy(one: MissingEffect) -> str:
     if one.mechanism['port'] == 'sensor':
         return f'Take the zero of the {one.site} before each recording.'
     if one.mechanism['port'] in ('torque', 'inertia'):
-        return 'Diagnose recordings with another load on their own, each with its servo file.'
+        return ('One servo file has one load: diagnose the recordings with another on their own, '
+                'each with its file.')
     return 'Let the machine warm up before it is recorded, or record its temperature.'
 
 
@@ -191,7 +198,7 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
     if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
         each = [f'{_last(name).replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
-                for name, p in (first[:1] if curve else first[:TOLD])]
+                for name, p in (first[:1] if curve and len(first) > TOLD else first[:TOLD])]
         return _listed([one.strip() for one in each])
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])

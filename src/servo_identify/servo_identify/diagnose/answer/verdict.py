@@ -18,6 +18,7 @@ from .missing_effect import drawn_curve, missing_effect, stable
 from .report import GapReport, Located, MissingEffect
 from .row_instants import told_late
 from .sentences import sentence
+from .shown_in import by_recording, told
 from .shown_units import channel_unit
 from .telling import confirmations
 
@@ -77,7 +78,7 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
         gap = name in acting or squares[name] > search.open_from[i]
         located.append(Located(name, excess[name] / total if gap else 0.0,
                                float(np.sqrt(squares[name])), (float(low), float(high)),
-                               'gap' if gap else 'at the noise floor'))
+                               'gap' if gap else 'at the noise floor', by_recording(search, i)))
     return tuple(located), squares
 
 
@@ -201,13 +202,15 @@ def _remains(evidence: Evidence, gap: dict[str, Any], status: str) -> str:
     limits = evidence.found.samples.open_from
     left = [name for name, one in _equations(evidence).items() if one['after']**2 > limits(name)]
     text = f'{round(100.0 * max(0.0, 1.0 - gap["solved"]))} % of the error above the noise remains'
+    if evidence.named and all(one.part.mechanism.outside for one in evidence.named):
+        text = 'No simulation of the twin shows what is named; its equations do'
     return text + (f'; the equations of {", ".join(left)} are still off' if left else '') + '.'
 
 
 def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]:
     """Return what is known of a pattern without a name, or of a gap that follows none."""
     nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False,
-               'nearest': _nearest(evidence)}
+               'nearest': _nearest(evidence), 'recordings': _shown(evidence, located)}
     if not evidence.unnamed:
         return nothing
     one = evidence.unnamed[0].part
@@ -222,6 +225,13 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]
         drawn = drawn_curve(evidence, evidence.unnamed[0], curve)
         known |= {'size': f'{curve.size():.2g} {drawn["y_unit"]}', 'curve': drawn}
     return known
+
+
+def _shown(evidence: Evidence, located: tuple[Located, ...]) -> str:
+    """Return in which recordings the equation at fault is off, in words; '' where in all."""
+    balance = _place(evidence, located)
+    limit = np.sqrt(evidence.found.samples.open_from(balance)) if balance else np.inf
+    return next((told(one.by_recording, limit) for one in located if one.balance == balance), '')
 
 
 def _nearest(evidence: Evidence, most: int = 3) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 
 from servo_twin.physics.servo import Placed
 
-from ..decisions import FORM, WORTH
+from ..decisions import FORM, OPEN, WORTH
 from ..mechanisms.hypothesis import UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
 from ..selection.explain import Explained
@@ -54,6 +54,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = {'backlash': np.full(len(curve.x), common)}
     elif one.mechanism.name == SPEED_FRICTION:
         named = _over_speed(curve, _own(found, one.mechanism.site))
+        if _follow_not(found, whole, named):
+            return _nameable([_bent(whole, named)], whole, without)
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
         level, way = amplitudes[2], float(np.sign(curve.mean()))
         if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
@@ -108,12 +110,37 @@ def _by_speed(found: Explained, whole: Part, without: Collection[str]) -> list[P
     assert whole.curve is not None
     curve = whole.curve
     named = _over_speed(curve, _own(found, whole.mechanism.site))
-    if curve.size(curve.y - sum(named.values())) > FORM * curve.size():
-        largest = max(named, key=lambda name: curve.size(named[name]))
-        parts = [replace(whole, mechanism=replace(whole.mechanism, name=largest))]
-    else:
-        parts = _worth_naming(found, whole, named)
+    parts = _worth_naming(found, whole, named)
+    if curve.size(curve.y - sum(named.values())) > FORM * curve.size() or (
+            _follow_not(found, whole, named)):
+        parts = [_bent(whole, named)]
     return _nameable(parts, whole, without)
+
+
+def _bent(whole: Part, named: dict[str, np.ndarray]) -> Part:
+    """Return a curve that no sum of laws is, with the name of the largest of them."""
+    assert whole.curve is not None
+    sizes = {name: whole.curve.size(y) for name, y in named.items()}
+    return replace(whole, mechanism=replace(whole.mechanism, name=max(
+        sizes, key=lambda name: sizes[name])))
+
+
+def _follow_not(found: Explained, whole: Part, named: dict[str, np.ndarray]) -> bool:
+    """
+    Tell whether values of the file cannot follow a curve: what they leave is certainly there.
+
+    Where no law is missing, only its shape says that something is.
+    """
+    curve, one = whole.curve, found.hypotheses[whole.number]
+    assert curve is not None and one.form is not None
+    parts = _worth_naming(found, whole, named)
+    if not all(part.path for part in parts):
+        return False
+    moved = one.columns.table @ whole.amplitudes  # in noise and margin, where it moves anything
+    unit = float(np.sqrt(np.mean(moved**2))) / max(
+        curve.size(one.form.shape(curve.x) @ whole.amplitudes), 1e-300)
+    left = curve.y - sum(part.curve.y for part in parts if part.curve is not None)
+    return curve.size(left) * unit > OPEN
 
 
 def _nameable(parts: list[Part], whole: Part, without: Collection[str]) -> list[Part]:

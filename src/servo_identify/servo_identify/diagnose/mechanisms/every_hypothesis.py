@@ -17,6 +17,7 @@ from .drive import drive_of
 from .friction import friction_of
 from .hypothesis import EXTERNAL, Hypothesis, UNKNOWN
 from .in_time import in_time
+from .next_joint import next_joint
 from .patterns import patterns_of
 from .readings import readings_of
 from .torque import torque_of
@@ -39,6 +40,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     if set(builder.samples.present) & {'motor', 'load', 'torque'}:
         found += torque_of(builder, residual)
         found += in_time(builder, residual)
+        found += next_joint(builder)
     found += transmission_of(builder, residual)
     found += drive_of(builder, residual)
     found += readings_of(builder, residual)
