@@ -138,19 +138,21 @@ def test_a_payload_shows_its_resonance_and_antiresonance():
     assert np.abs(y[:, 1] - angle).max() < 5e-3 * np.ptp(angle)
 
 
-def test_the_torque_of_a_relaxing_spring_fades_at_rest_and_damps_slow_motion():
-    effect, s, h = find('relaxing_spring'), np.zeros(1), 1e-5
+@pytest.mark.parametrize(('name', 'rate', 'way'), [
+    ('relaxing_spring', 'speed', -1.0), ('viscoelasticity', 'rate', 1.0)])
+def test_the_torque_of_what_creeps_fades_at_rest_and_damps_slow_motion(name, rate, way):
+    effect, s, h = find(name), np.zeros(1), 1e-5
     p = parameters(effect, stiffness=20.0, time=0.05)
 
     def moving(speed):
-        return effect.motion(**dict.fromkeys(effect.motion._fields, 0.0) | {'speed': speed})
+        return effect.motion(**dict.fromkeys(effect.motion._fields, 0.0) | {rate: speed})
 
     moved = [effect.law(p, s, moving(2.0), h) for _ in range(100)]
-    assert moved[-1] == pytest.approx(-20.0 * 2.0 * 100 * h, rel=0.02)  # at once, a spring
+    assert moved[-1] == pytest.approx(way * 20.0 * 2.0 * 100 * h, rel=0.02)  # at once, a spring
     rests = [effect.law(p, s, moving(0.0), h) for _ in range(5000)]
     assert rests[-1] / moved[-1] == pytest.approx(np.exp(-1.0), rel=1e-3)
     goes_on = [effect.law(p, s, moving(2.0), h) for _ in range(100_000)]
-    assert goes_on[-1] == pytest.approx(-20.0 * 0.05 * 2.0, rel=1e-3)  # in the end, a damper
+    assert goes_on[-1] == pytest.approx(way * 20.0 * 0.05 * 2.0, rel=1e-3)  # in the end, a damper
 
 
 # --- delays

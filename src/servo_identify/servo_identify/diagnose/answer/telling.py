@@ -40,6 +40,7 @@ SHOWN_BY = {
     'load_dependent_backlash': 'reversals under several loads',
     'position_dependent_backlash': 'reversals at several angles',
     'hysteresis': 'loads up and down: the loop stays at rest',
+    'viscoelasticity': 'a step of the load that is held: the torsion creeps on',
     'transmission_error': 'slow turns under two loads: it stays the same',
     'load_encoder_eccentricity': 'a turn of the load: the torque stays clean',
     'sensor_delay': 'two speeds: the error grows with speed',
