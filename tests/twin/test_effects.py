@@ -31,7 +31,7 @@ torque_ripple torque_saturation current_sensor_offset current_sensor_gain gravit
 current_lag command_delay drive_dead_band drive_saturation nonlinear_stiffness backlash
 load_dependent_backlash position_dependent_backlash hysteresis transmission_error
 load_encoder_eccentricity sensor_delay torque_sensor_gain torque_sensor_offset payload_resonance
-relaxing_spring command_rate_limit viscoelasticity
+relaxing_spring command_rate_limit viscoelasticity torque_sensor_inertia
 """.split()
 """The effects among the table of signatures of GAP_METHOD.md; the rest of it are parameters."""
 

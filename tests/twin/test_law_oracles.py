@@ -155,6 +155,20 @@ def test_the_torque_of_what_creeps_fades_at_rest_and_damps_slow_motion(name, rat
     assert goes_on[-1] == pytest.approx(way * 20.0 * 0.05 * 2.0, rel=1e-3)  # in the end, a damper
 
 
+def test_a_torque_sensor_with_an_inertia_in_front_lacks_what_that_takes():
+    place = 'torque_sensor_inertia_at_torque'
+    servo = two_inertia(load=0.05, stiffness=400.0, damping=0.5, step=1e-5,
+                        **{f'{place}__inertia': 0.004})
+    t = np.arange(1000) * PERIOD
+    driven = inputs(len(t), voltage=np.sin((5.0 + 20.0 * t) * t))
+    whole, lacks = (rolled(servo, driven, switches)[0] for switches in (only(), only(place)))
+    assert np.array_equal(np.delete(whole, 2, 1), np.delete(lacks, 2, 1))
+    speed = np.diff(whole[:, 1]) / PERIOD  # halfway between readings, as the law has it
+    taken = 0.004 * np.diff(speed) / PERIOD
+    said = 0.5 * (whole - lacks)[1:-1, 2] + 0.5 * (whole - lacks)[2:, 2]
+    assert np.abs(said - taken).max() < 0.01 * np.abs(taken).max()
+
+
 # --- delays
 
 

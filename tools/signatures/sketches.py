@@ -118,6 +118,7 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
                            lambda: (X, X)),
     'torque_sensor_offset': ('transmitted torque', 'reading', lambda: (X, X + 0.25),
                              lambda: (X, X)),
+    'torque_sensor_inertia': ('acceleration', 'reading', lambda: (X, 0.65 * X), lambda: (X, X)),
     'torque_sensor_hysteresis': ('transmitted torque', 'reading', lambda: _loop(0.22),
                                  lambda: (X, X)),
     'motor_encoder_eccentricity': ('motor angle', 'torsion', lambda: (

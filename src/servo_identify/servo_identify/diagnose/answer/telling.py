@@ -46,6 +46,7 @@ SHOWN_BY = {
     'sensor_delay': 'two speeds: the error grows with speed',
     'torque_sensor_gain': 'a known load on the output',
     'torque_sensor_offset': 'the load taken off',
+    'torque_sensor_inertia': 'quick moves without load: the reading lacks torque as they speed up',
     'torque_sensor_hysteresis': 'known loads up and down: the reading alone has a loop',
     'motor_encoder_eccentricity': 'slow turns of the motor: it stays the same under any load',
     'external_torque': 'standstill: it goes on while the axis rests',

@@ -91,6 +91,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values = {'lag': float(np.asarray(one.knots) @ a)}
     elif name == 'command_rate_limit':
         values = {'rate': float(one.knots[0])}
+    elif name == 'torque_sensor_inertia':
+        values = {'inertia': float(a[0])}
     elif name == 'relaxing_spring':
         values = {'stiffness': float(a[0]), 'time': float(one.knots[0])}
     elif name == 'viscoelasticity':

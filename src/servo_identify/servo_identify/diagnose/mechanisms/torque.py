@@ -142,7 +142,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     low, high = max(BAND[0] * rate, 2.0 / builder.scales.duration), BAND[1] * rate
     if not high > low:
         return
-    pushed = {id(one): _shaken(one) for one in builder.samples.errors}
+    pushed = {id(one): shaken(one) for one in builder.samples.errors}
     fixed = builder.place('load_torque', lambda one: -pushed[id(one)][:, None]).table
 
     def gain(table: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
 
         def torque(one: EquationErrors, tone: float = tone, damping: float = damping,
                    part: bool = part) -> np.ndarray:
-            moved = _shaken(one)
+            moved = shaken(one)
             hung = resonator(moved, one.measured.period, tone, damping)
             return (part * moved - hung)[:, None]
 
@@ -179,7 +179,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
             yield one
 
 
-def _shaken(one: EquationErrors) -> np.ndarray:
+def shaken(one: EquationErrors) -> np.ndarray:
     """
     Acceleration of the load, rad/s2 at the inner samples, that no test function has smoothed.
 
