@@ -149,7 +149,12 @@ def spoken(effect: str) -> str:
 
 def _named(one: MissingEffect | Alternative) -> str:
     if _is_value(one.effect):
-        return spoken(one.effect)
+        text = spoken(one.effect)
+        if isinstance(one, MissingEffect) and '.' not in one.effect and (
+                'angle' in one.mechanism['variables'][1:]):
+            where = 'place' if (one.curve or {}).get('unit') == 'm' else 'angle'
+            text += f' at each {where} of the {"motor" if one.site == "motor" else "load"}'
+        return text
     return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
 
 
