@@ -5,10 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from servo_identify.diagnose.answer.missing_effect import _turn
 from servo_identify.diagnose.answer.sentences import size_of
 from servo_identify.diagnose.answer.shown_units import channel_unit, curve_units
+from servo_identify.diagnose.handover.added import Added
 from servo_identify.diagnose.mechanisms.hypothesis import Form, Mechanism, UNKNOWN
 from servo_twin.description.servo_file import load
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 
 BENCH = load(Path(__file__).parents[2] / 'config' / 'servos' / 'rv_bench.yaml')
 BELT = replace(BENCH, linear=True)
@@ -75,3 +79,15 @@ def test_an_effect_without_a_curve_is_told_with_all_its_values():
     values = {'stiffness': {'value': 1870.0, 'std': 200.0, 'unit': 'N/m'},
               'time': {'value': 0.3115, 'std': None, 'unit': 's'}}
     assert size_of(values, None) == 'stiffness 1.87e+03 +- 200 N/m and time 0.311 s'
+
+
+@pytest.mark.parametrize(('servo', 'told'), [
+    (BENCH, '151 per turn of the motor, and 0.5 N at 302'),
+    (BELT, '151 per turn of the motor, and 0.5 N at 302'),
+    (LINEAR_MOTOR, 'a period of 41.6 mm, and 0.5 N at 20.8 mm')])
+def test_waves_of_a_motor_that_does_not_turn_are_told_by_their_period(servo, told):
+    added = Added(None, (Placed('e', find('cogging'), 'motor'),))
+    parameters = {name: {'value': value, 'std': 0.01, 'unit': unit} for name, value, unit in (
+        ('cosine[0]', 1.0, 'N'), ('sine[0]', 0.0, 'N'), ('cosine[1]', 0.5, 'N'),
+        ('sine[1]', 0.0, 'N'), ('order', 151.0, '1/rad'))}
+    assert size_of(parameters, None, _turn(added, servo)) == f'amplitude 1 +- 0.01 N, {told}'

@@ -1,6 +1,7 @@
 """Values that the equations know better than a simulation that drifts."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,10 @@ from test_one_motor import HOBBY
 from test_selection import SERVO, with_effect
 
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.handover.added import Added
+from servo_identify.diagnose.handover.held_values import surer
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 
 
 def steps(rig, seed, size=2.5, lost=0.0):
@@ -46,3 +51,14 @@ def test_a_payload_keeps_the_size_and_frequency_of_the_equations():
     found = answer.augmented.numbers
     assert found['effects.payload_resonance.inertia'] == pytest.approx(swings, rel=0.1)
     assert found['effects.payload_resonance.frequency'] == pytest.approx(9.0, rel=0.03)
+
+
+@pytest.mark.parametrize(('doubt', 'held'), [(0.5, True), (0.01, False)])
+def test_the_travel_of_a_loop_is_held_where_its_level_is(doubt, held):
+    """A fit that does not know the level may take the travel of that level to nothing."""
+    level, travel = (f'effects.loop.{name}' for name in ('level', 'travel'))
+    loop = Added(None, (Placed('loop', find('hysteresis'), 'mesh'),),
+                 {level: 0.8, travel: 3e-3}, (level, travel), stds={level: 0.1, travel: 8e-4})
+    fit = SimpleNamespace(values={level: 0.7, travel: 1e-5},
+                          std_within={level: doubt, travel: 1e-5})
+    assert surer(loop, fit).fitted == (() if held else (level, travel))

@@ -32,6 +32,8 @@ def test_an_inertia_that_varies_over_the_turn_is_the_loads_and_comes_with_its_la
     answer = diagnose([first], SERVO, [second], [third])
     (one,) = answer.report.which
     assert (one.effect, one.site) == ('parameter:load_inertia', 'load')
+    assert 'another value of load inertia at each angle of the load (amplitude' in (
+        answer.report.verdict['sentence'])
     (added,) = (p for p in answer.augmented.effects if p.effect.name == 'linked_inertia')
     values = answer.augmented.values
     assert values[f'effects.{added.name}.order'] == 2.0

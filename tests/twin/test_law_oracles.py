@@ -138,19 +138,35 @@ def test_a_payload_shows_its_resonance_and_antiresonance():
     assert np.abs(y[:, 1] - angle).max() < 5e-3 * np.ptp(angle)
 
 
-def test_the_torque_of_a_relaxing_spring_fades_at_rest_and_damps_slow_motion():
-    effect, s, h = find('relaxing_spring'), np.zeros(1), 1e-5
+@pytest.mark.parametrize(('name', 'rate', 'way'), [
+    ('relaxing_spring', 'speed', -1.0), ('viscoelasticity', 'rate', 1.0)])
+def test_the_torque_of_what_creeps_fades_at_rest_and_damps_slow_motion(name, rate, way):
+    effect, s, h = find(name), np.zeros(1), 1e-5
     p = parameters(effect, stiffness=20.0, time=0.05)
 
     def moving(speed):
-        return effect.motion(**dict.fromkeys(effect.motion._fields, 0.0) | {'speed': speed})
+        return effect.motion(**dict.fromkeys(effect.motion._fields, 0.0) | {rate: speed})
 
     moved = [effect.law(p, s, moving(2.0), h) for _ in range(100)]
-    assert moved[-1] == pytest.approx(-20.0 * 2.0 * 100 * h, rel=0.02)  # at once, a spring
+    assert moved[-1] == pytest.approx(way * 20.0 * 2.0 * 100 * h, rel=0.02)  # at once, a spring
     rests = [effect.law(p, s, moving(0.0), h) for _ in range(5000)]
     assert rests[-1] / moved[-1] == pytest.approx(np.exp(-1.0), rel=1e-3)
     goes_on = [effect.law(p, s, moving(2.0), h) for _ in range(100_000)]
-    assert goes_on[-1] == pytest.approx(-20.0 * 0.05 * 2.0, rel=1e-3)  # in the end, a damper
+    assert goes_on[-1] == pytest.approx(way * 20.0 * 0.05 * 2.0, rel=1e-3)  # in the end, a damper
+
+
+def test_a_torque_sensor_with_an_inertia_in_front_lacks_what_that_takes():
+    place = 'torque_sensor_inertia_at_torque'
+    servo = two_inertia(load=0.05, stiffness=400.0, damping=0.5, step=1e-5,
+                        **{f'{place}__inertia': 0.004})
+    t = np.arange(1000) * PERIOD
+    driven = inputs(len(t), voltage=np.sin((5.0 + 20.0 * t) * t))
+    whole, lacks = (rolled(servo, driven, switches)[0] for switches in (only(), only(place)))
+    assert np.array_equal(np.delete(whole, 2, 1), np.delete(lacks, 2, 1))
+    speed = np.diff(whole[:, 1]) / PERIOD  # halfway between readings, as the law has it
+    taken = 0.004 * np.diff(speed) / PERIOD
+    said = 0.5 * (whole - lacks)[1:-1, 2] + 0.5 * (whole - lacks)[2:, 2]
+    assert np.abs(said - taken).max() < 0.01 * np.abs(taken).max()
 
 
 # --- delays
@@ -189,7 +205,7 @@ def test_a_drive_out_of_voltage_gives_less_while_it_drives_and_all_while_it_brak
 def test_a_reading_behind_a_filter_shows_63_percent_of_a_step_in_its_time():
     effect, h = find('sensor_lag'), 1e-4
     p, s = parameters(effect, lag=0.02), np.zeros(2)
-    read = [effect.law(p, s, effect.motion(value, 0.0, 0.0, 0.0), h)
+    read = [effect.law(p, s, effect.motion(value, 0.0, 0.0, 0.0, 0.0), h)
             for value in [3.0] * 10 + [5.0] * 200]
     assert read[:10] == [3.0] * 10  # it begins settled
     assert read[-1] == pytest.approx(5.0 - 2.0 * np.exp(-1.0), rel=1e-6)

@@ -27,6 +27,7 @@ from servo_twin.physics.step_limit import check_step, longest_step
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 EXTRA = (Placed('softer', find('nonlinear_stiffness'), 'mesh'),
          Placed('spring', find('spring_load'), 'load'),
+         Placed('creeping', find('viscoelasticity'), 'mesh'),
          Placed('contacts', find('presliding_friction'), 'load'),
          Placed('payload', find('payload_resonance'), 'load'))
 OFF = {f'effects.{p.name}.{a}': p.effect.parameters[a].off
@@ -59,6 +60,7 @@ def machine(stiffness=200.0, damping=0.0, drive=CurrentDrive, **values):
     machine(), machine(damping=0.4), machine(damping=10.0),
     machine(effects__softer__soft=150.0, effects__softer__reach=10.0),
     machine(effects__spring__stiffness=5e3),
+    machine(effects__creeping__stiffness=500.0, effects__creeping__time=100.0),
     machine(effects__contacts__level=50.0, effects__contacts__breakaway=1e-3,
             effects__contacts__lag=2e-3),
     machine(effects__payload__inertia=0.1, effects__payload__frequency=60.0,
@@ -68,8 +70,8 @@ def machine(stiffness=200.0, damping=0.0, drive=CurrentDrive, **values):
     machine(drive=VoltageDrive, drive__resistance=0.1, drive__inductance=1e-3,
             drive__back_emf=1.0, drive__torque_constant=1.0, drive__gain=1.0),
     Servo('screw', CurrentDrive, BallScrew, values={'mechanism.nut_place': 0.045}),
-], ids=['springs', 'damped', 'overdamped', 'softer', 'held', 'contacts', 'payload', 'winding',
-        'coil', 'screw'])
+], ids=['springs', 'damped', 'overdamped', 'softer', 'held', 'creeping', 'contacts', 'payload',
+        'winding', 'coil', 'screw'])
 def test_the_compiled_step_gains_motion_just_beyond_the_limit_and_not_below(servo):
     limit = longest_step(servo)
     assert swing(servo, 0.97 * limit) < 30.0
@@ -89,6 +91,11 @@ def test_a_loop_of_the_transmission_is_a_spring_before_it_slips():
         'effects.loop.level': level, 'effects.loop.travel': travel})
     stiffer = 0.25 * level * sum(1.0 / (0.25 * (i + 1) * travel) for i in range(4))
     assert longest_step(slipping) == pytest.approx(longest_step(machine(200.0 + stiffer)))
+
+
+def test_what_creeps_is_a_spring_before_it_does():
+    creeping = machine(effects__creeping__stiffness=500.0, effects__creeping__time=100.0)
+    assert longest_step(creeping) == pytest.approx(longest_step(machine(700.0)), rel=1e-3)
 
 
 def test_two_masses_bear_two_over_their_highest_frequency():

@@ -106,6 +106,9 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
                                     lambda: (TURN, 0.5 + 0.3 * np.sin(TURN)),
                                     lambda: (TURN, 0.5 + 0.0 * TURN)),
     'hysteresis': ('torque', 'torsion', lambda: _loop(0.22), lambda: (X, X)),
+    'viscoelasticity': ('time', 'torsion under a step of torque', lambda: (
+        TIME, np.where(TIME < 0.2, 0.0, 0.8 - 0.3 * np.exp(-6.0 * (TIME - 0.2)))),
+        lambda: (TIME, 0.8 * (TIME >= 0.2))),
     'transmission_error': ('load angle', 'torsion', lambda: (
         TURN, 0.4 * np.sin(TURN) + 0.25 * np.sin(9 * TURN)), lambda: (TURN, 0.0 * TURN)),
     'load_encoder_eccentricity': ('load angle', 'torsion', lambda: (TURN, 0.7 * np.sin(TURN)),
@@ -115,6 +118,7 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
                            lambda: (X, X)),
     'torque_sensor_offset': ('transmitted torque', 'reading', lambda: (X, X + 0.25),
                              lambda: (X, X)),
+    'torque_sensor_inertia': ('acceleration', 'reading', lambda: (X, 0.65 * X), lambda: (X, X)),
     'torque_sensor_hysteresis': ('transmitted torque', 'reading', lambda: _loop(0.22),
                                  lambda: (X, X)),
     'motor_encoder_eccentricity': ('motor angle', 'torsion', lambda: (

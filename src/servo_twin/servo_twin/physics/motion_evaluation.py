@@ -115,15 +115,18 @@ def sensor_readings(theta, on, x, truth, readings, period):
     """Fill `readings` with what the sensors make of `truth`; both (samples, 4) as OUTPUTS."""
     theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     for k in range(truth.shape[0]):
-        time = k * period
+        time, at = k * period, min(k, truth.shape[0] - 2)
         motor, load = truth[k, 0], truth[k, 1]
-        reading = Reading(motor, motor, time, 0.0)
+        # up to the next sample: what changes from one speed to the next does so about the sample
+        motor_speed = (truth[at + 1, 0] - truth[at, 0]) / period
+        load_speed = (truth[at + 1, 1] - truth[at, 1]) / period
+        reading = Reading(motor, motor, motor_speed, time, 0.0)
         readings[k, 0] = read_motor_position(theta, on, x, reading, period)
-        reading = Reading(load, load, time, 0.0)
+        reading = Reading(load, load, load_speed, time, 0.0)
         readings[k, 1] = read_load_position(theta, on, x, reading, period)
-        reading = Reading(truth[k, 2], load, time, 0.0)
+        reading = Reading(truth[k, 2], load, load_speed, time, 0.0)
         readings[k, 2] = read_torque(theta, on, x, reading, period)
-        reading = Reading(truth[k, 3], motor, time, 0.0)
+        reading = Reading(truth[k, 3], motor, motor_speed, time, 0.0)
         readings[k, 3] = read_current(theta, on, x, reading, period)
 
 

@@ -56,7 +56,8 @@ class Reading(NamedTuple):
     """What a law of a sensor sees, once a sample."""
 
     value: float  # what the sensor would read so far, in the unit of its channel
-    angle: float  # rad, true angle of the shaft the sensor sits on
+    angle: float  # rad, true angle of the shaft the sensor sits on; of torque the load's
+    speed: float  # rad/s, of that shaft
     time: float  # s, since the start of the run
     reference: float  # rad at the load, that the position loop is told; 0 where there is none
 

@@ -44,14 +44,14 @@ def run(theta, on, x, u, y, substeps, h, mode):
         # what the sensors read
         time, wanted = x[TIME], u[k, REFERENCE_POSITION]
         motor_at, load_at = x[MOTOR_ANGLE], x[LOAD_ANGLE]
-        reading = Reading(motor_at, motor_at, time, wanted)
+        reading = Reading(motor_at, motor_at, x[MOTOR_SPEED], time, wanted)
         motor = read_motor_position(theta, on, x, reading, period)
-        reading = Reading(load_at, load_at, time, wanted)
+        reading = Reading(load_at, load_at, x[LOAD_SPEED], time, wanted)
         load = read_load_position(theta, on, x, reading, period)
         y[k, 0], y[k, 1] = motor, load
-        reading = Reading(x[TORQUE], load_at, time, wanted)
+        reading = Reading(x[TORQUE], load_at, x[LOAD_SPEED], time, wanted)
         y[k, 2] = read_torque(theta, on, x, reading, period)
-        reading = Reading(x[CURRENT], motor_at, time, wanted)
+        reading = Reading(x[CURRENT], motor_at, x[MOTOR_SPEED], time, wanted)
         y[k, 3] = read_current(theta, on, x, reading, period)
 
         # the measurements pull the state

@@ -189,7 +189,7 @@ def _slopes(servo: Servo, placed: Placed, angle: str, rate: str) -> tuple[float,
     h = servo.step
     by_angle = slope(angle, _TORSION if effect.port == 'mesh' else _ANGLE, h)
     by_rate, sooner = slope(rate, _SPEED, h), slope(rate, _SPEED, 0.5 * h)
-    if effect.memory and effect.port == 'torque':
+    if effect.memory and effect.port in ('torque', 'mesh'):
         return by_angle + (by_rate - sooner) / (0.5 * h), 2.0 * sooner - by_rate
     return by_angle, by_rate
 

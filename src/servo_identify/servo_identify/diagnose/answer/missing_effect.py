@@ -16,7 +16,7 @@ from ..handover.gap import shrink_interval
 from ..selection.stability import share_of
 from .evidence import Evidence, Finding
 from .report import Alternative, MissingEffect, RUNGS
-from .sentences import size_of
+from .sentences import size_of, STRAIGHT
 from .shown_units import curve_units
 from .telling import tell
 
@@ -107,12 +107,14 @@ def stable(evidence: Evidence, one: Finding) -> float:
 
 
 def _turn(added: Added, servo: Servo) -> str:
-    """Return the shaft in whose turns the waves of an effect are counted; '' where in none."""
+    """Return the shaft in whose turns waves are counted: STRAIGHT of one that has none, or ''."""
     effects = [(p.effect.name, p.site) for p in added.placed if 'order' in p.effect.parameters]
     if not effects or len(effects) < len(added.placed):
         return ''
     motors = all(name == 'kinematic_error' or site.startswith('motor') for name, site in effects)
-    return 'motor' if motors else '' if servo.linear else 'load'
+    if motors:
+        return STRAIGHT if servo.straight('motor') else 'motor'
+    return '' if servo.linear else 'load'
 
 
 def drawn_curve(evidence: Evidence, one: Finding, curve: Curve) -> dict[str, Any]:

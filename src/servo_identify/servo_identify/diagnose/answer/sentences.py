@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from math import floor, hypot, isfinite, log10
+from math import floor, hypot, isfinite, log10, pi
 from typing import Any
 
 from ..decisions import EVEN, SOLVED, WORTH
@@ -33,6 +33,7 @@ SURE = 1.645
 """Standard deviations of a 90 % interval."""
 
 TOLD = 3  # values of one effect in a sentence
+STRAIGHT = 'straight'  # a shaft that does not turn
 
 VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque constant',
           'controller_mismatch': 'setting of the controller'}
@@ -165,7 +166,12 @@ def spoken(effect: str) -> str:
 
 def _named(one: MissingEffect | Alternative) -> str:
     if _is_value(one.effect):
-        return spoken(one.effect)
+        text = spoken(one.effect)
+        if isinstance(one, MissingEffect) and '.' not in one.effect and (
+                'angle' in one.mechanism['variables'][1:]):
+            where = 'place' if (one.curve or {}).get('unit') == 'm' else 'angle'
+            text += f' at each {where} of the {"motor" if one.site == "motor" else "load"}'
+        return text
     return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
 
 
@@ -178,7 +184,8 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
     """
     Return the size of an effect with its unit: its values, or the span of its curve.
 
-    Waves are told by their amplitudes; ``turn`` is the shaft whose turn they are counted in.
+    Waves are told by their amplitudes; ``turn`` is the shaft whose turn they are counted in,
+    STRAIGHT what moves without turning.
     """
     waves = _waves(parameters) if turn else []
     first = [(name, p) for name, p in parameters.items()
@@ -187,8 +194,11 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         waves = []  # of a value that may vary, the value is what is sure
     if waves:
         order, size, std, unit = waves[0]
-        told = f'amplitude {_measured(size, std)} {unit}, {order:.4g} per turn of the {turn}'
-        more = [f'{size:.2g} {unit} at {order:.4g}' for order, size, _, unit in waves[1:]]
+        often = _repeated(order, turn)
+        often = f'a period of {often}' if turn == STRAIGHT else f'{often} per turn of the {turn}'
+        told = f'amplitude {_measured(size, std)} {unit}, {often}'
+        more = [f'{size:.2g} {unit} at {_repeated(order, turn)}'
+                for order, size, _, unit in waves[1:]]
         return f'{told}, and {_listed(more)}' if more else told
     if curve and first and SURE * (first[0][1]['std'] or 0.0) > abs(first[0][1]['value']):
         first = []  # recordings that do not tell a value may tell the curve that it stands for
@@ -211,6 +221,11 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
             orders) else ''
         return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}{turn}'
     return ''
+
+
+def _repeated(order: float, turn: str) -> str:
+    """Return how often a wave repeats in a turn; where nothing turns, over which way."""
+    return f'{2e3 * pi / order:.3g} mm' if turn == STRAIGHT else f'{order:.4g}'
 
 
 def _waves(parameters: dict[str, dict[str, Any]]) -> list[tuple[float, float, float, str]]:

@@ -95,8 +95,14 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values = {'rate': float(one.knots[0])}
     elif name == 'torque_speed_limit':
         values = {'limit': float(one.knots[0]), 'slope': float(one.detail['slope'])}
+    elif name == 'torque_sensor_inertia':
+        values = {'inertia': float(a[0])}
     elif name == 'relaxing_spring':
         values = {'stiffness': float(a[0]), 'time': float(one.knots[0])}
+    elif name == 'viscoelasticity':
+        given = float(one.detail['stiffness'])  # and by how much more it is so at once
+        values = {'stiffness': given * (1.0 / max(1.0 - given * float(a[0]), FORM) - 1.0),
+                  'time': float(one.knots[0])}
     elif name == 'payload_resonance':
         values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
                   'damping': float(one.detail['damping'])}

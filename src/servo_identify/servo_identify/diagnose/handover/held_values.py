@@ -50,7 +50,8 @@ def surer(one: Added, fit: Estimate) -> Added:
     Return an effect with the values held that the equations know better than a fit.
 
     Where that is so of all that the equations have an amplitude of, what they searched beside it
-    (a frequency, a damping) is held too.
+    (a frequency, a damping) is held too. A shape goes with its amplitude: the travel of a loop is
+    held where its level is.
     """
     held = set(one.held)
     for path in one.fitted:
@@ -61,6 +62,10 @@ def surer(one: Added, fit: Estimate) -> Added:
             held.add(path)
     if one.stds and {name.partition('[')[0] for name in one.stds} <= held:
         held |= set(one.free)
+    for placed in one.placed:
+        own = f'effects.{placed.name}.'
+        if {own + name for name in placed.effect.amplitudes()} <= held:
+            held |= {path for path in one.free if path.startswith(own)}
     return replace(one, held=frozenset(held))
 
 

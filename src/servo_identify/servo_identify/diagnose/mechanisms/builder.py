@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..decisions import OPEN
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.nuisance import Nuisance
 from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
 from .signal_scales import Scales
@@ -29,11 +31,13 @@ class Builder:
     """
     Makes columns of signals for one set of residuals.
 
-    ``explained``: the residuals are what an explanation leaves.
+    ``explained``: the residuals are what an explanation leaves. ``nuisance`` is what may move
+    without a fault.
     """
 
     samples: ResidualSamples
     explained: bool = False
+    nuisance: Nuisance | None = None
     scales: Scales = field(init=False)
 
     def __post_init__(self) -> None:
@@ -43,6 +47,22 @@ class Builder:
         """Return what a signal, times a factor, does to all residuals."""
         table = placed(self.samples, signal, of)
         return Columns(table if factor == 1.0 else factor * table, signal, of, factor)
+
+    def apart(self, x: np.ndarray) -> np.ndarray:
+        """Return what no value within tolerance, zero or instant does of a series, (samples,)."""
+        if self.nuisance is None:
+            return x
+        table = self.nuisance.columns
+        return x - table @ (self._inverse @ (table.T @ x))
+
+    @cached_property
+    def _inverse(self) -> np.ndarray:
+        """Inverse of the products of what may move; 0 of what only repeats others."""
+        assert self.nuisance is not None
+        products = self.nuisance.columns.T @ self.nuisance.columns
+        size = np.sqrt(np.diag(products))
+        scale = np.outer(size, size)
+        return np.linalg.pinv(products / scale, rcond=1e-9, hermitian=True) / scale
 
     def of_form(self, signal: str, form: Form) -> Columns:
         """Return what a curve over one variable, added to a signal, does to all residuals."""

@@ -18,6 +18,7 @@ from .hypothesis import Form, Hypothesis, Mechanism, Series
 from .memory import lagged, LOOPS, stop_operator
 from .orders import hats, periodic
 from .shape_search import best_shape, SHAPES
+from .torque import shaken
 
 MOMENTS = 6
 """Of a recording, between which an offset changes evenly."""
@@ -75,7 +76,7 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
                   for by in ('constant', channel, 'time'))))
     if 'torque' in has:
         yield from _torque_over_angle(builder, residual)
-        yield from filter(None, (_torque_loops(builder),))
+        yield from filter(None, (_torque_loops(builder), _inertia_before(builder)))
     yield from encoders_of(builder, has, residual)
 
 
@@ -105,6 +106,13 @@ def _torque_loops(builder: Builder) -> Hypothesis | None:
     columns = builder.place('torque', lambda one: np.column_stack(
         [stop_operator(one.motion.calm_torque, width) for width in knots]), -1.0)
     return builder.hypothesis(mechanism, columns, [1] * len(knots), knots, either=True)
+
+
+def _inertia_before(builder: Builder) -> Hypothesis | None:
+    """A part of the load's inertia between the transmission and the sensor of its torque."""
+    mechanism = Mechanism('torque_sensor_inertia', 'sensor', 'torque', ('acceleration',), 'odd')
+    columns = builder.place('torque', lambda one: -shaken(one)[:, None], -1.0)
+    return builder.hypothesis(mechanism, columns, [1])
 
 
 def _drifting(builder: Builder, name: str, channel: str) -> Hypothesis | None:

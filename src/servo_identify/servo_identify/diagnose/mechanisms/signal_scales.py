@@ -11,6 +11,7 @@ from ..residuals.samples import ResidualSamples
 
 TOP = 98.0  # percentile that stands for the largest value, so that an outlier does not
 SLOW = 2.0  # percentile of the speeds of a moving shaft that stands for the lowest
+FADING = (2.0, 0.1)  # widths of the test function, share of the longest recording
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,16 @@ class Scales:
     def period(self) -> float:
         """Longest sample period, s."""
         return max(one.measured.period for one in self.samples.errors)
+
+    @cached_property
+    def fading(self) -> tuple[float, float]:
+        """
+        Shortest and longest time, s, in which a force can be seen to fade.
+
+        Between those that tell it from a damper and from a spring that stays.
+        """
+        shortest = max(one.motion.test.reach * one.measured.period for one in self.samples.errors)
+        return FADING[0] * shortest, FADING[1] * self.duration
 
     @cached_property
     def command(self) -> float:

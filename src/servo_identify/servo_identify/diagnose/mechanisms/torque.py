@@ -22,7 +22,6 @@ STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push b
 FREQUENCIES, DAMPINGS = 40, (0.005, 0.02, 0.08, 0.3)  # of a payload
 REFINED, SIMPLEX = 60, ((0.0, 0.0), (0.05, 0.0), (0.0, 0.5))  # search about the best of the grid
 BAND = (0.02, 0.45)  # of the sampling rate of the test function, between which it may swing
-FADING = (2.0, 0.1)  # widths of the test function, share of the longest recording
 
 
 def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -102,14 +101,8 @@ def _spring(builder: Builder, bends: bool) -> Hypothesis | None:
 
 
 def _relaxing(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
-    """
-    A spring at the load whose force fades: air behind a throttle, rubber.
-
-    Between the times that tell it from a damper and from a spring that stays.
-    """
-    low = FADING[0] * max(one.motion.test.reach * one.measured.period
-                          for one in builder.samples.errors)
-    high = FADING[1] * builder.scales.duration
+    """A spring at the load whose force fades: air behind a throttle, rubber."""
+    low, high = builder.scales.fading
     if not high > low:
         return None
 
@@ -149,7 +142,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     low, high = max(BAND[0] * rate, 2.0 / builder.scales.duration), BAND[1] * rate
     if not high > low:
         return
-    pushed = {id(one): _shaken(one) for one in builder.samples.errors}
+    pushed = {id(one): shaken(one) for one in builder.samples.errors}
     fixed = builder.place('load_torque', lambda one: -pushed[id(one)][:, None]).table
 
     def gain(table: np.ndarray) -> np.ndarray:
@@ -174,7 +167,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
 
         def torque(one: EquationErrors, tone: float = tone, damping: float = damping,
                    part: bool = part) -> np.ndarray:
-            moved = _shaken(one)
+            moved = shaken(one)
             hung = resonator(moved, one.measured.period, tone, damping)
             return (part * moved - hung)[:, None]
 
@@ -186,7 +179,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
             yield one
 
 
-def _shaken(one: EquationErrors) -> np.ndarray:
+def shaken(one: EquationErrors) -> np.ndarray:
     """
     Acceleration of the load, rad/s2 at the inner samples, that no test function has smoothed.
 

@@ -12,11 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..decisions import FORM
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import bridged
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
-from .memory import LOOPS, stop_operator
+from .memory import LOOPS, relaxation, stop_operator
 from .orders import periodic, waves
+from .shape_search import best_shape, SHAPES
 
 BENDS = (0.1, 0.2, 0.4, 0.7)  # shares of the largest torque at which it may bend
 SOFT = (0.025, 0.06)  # shares up to which a clearance may take the load up: oil, rough flanks
@@ -34,7 +37,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         yield from filter(None, (_compliance(builder),))
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
         yield from filter(None, (_bent(builder, top), _one_sided(builder),
-                                 _hysteresis(builder, top),
+                                 _hysteresis(builder, top), _creep(builder, residual),
                                  _by_load(builder, top)))
         yield from _varying(builder, residual)
     if top > 0.0:
@@ -200,3 +203,34 @@ def _hysteresis(builder: Builder, top: float) -> Hypothesis | None:
     stiffness = builder.samples.servo.numbers.get('mechanism.stiffness', 1.0)
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(LOOPS),
                               tuple(s * top for s in LOOPS), detail={'stiffness': stiffness})
+
+
+def _creep(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+    r"""
+    A spring in series with a damper, beside the stiffness K of the transmission.
+
+    .. math:: \frac{w}{T} = \frac1K - a\,\frac{s t}{1 + s t}
+
+    Under a torque that changes quickly less of the angle is lost, by ``a``. ``t`` is the time in
+    which the torsion creeps on under a torque that stays; under a torsion that stays the torque
+    fades sooner, in t (1 - K a). Stiffness and damping within their tolerance would make up for a
+    part of it: the time is sought beside them.
+    """
+    low, high = builder.scales.fading
+    if not high > low:
+        return None
+
+    def torsion(one: EquationErrors, time: float) -> np.ndarray:
+        return -relaxation(bridged(one.transmitted()), one.measured.period, time)[:, None]
+
+    def column(time: float) -> np.ndarray:
+        return builder.apart(_torsion(builder, lambda one: torsion(one, time)).table[:, 0])
+
+    left = builder.apart(residual)
+    time = best_shape(low, high, column, left)
+    stiffness = builder.samples.servo.numbers['mechanism.stiffness']
+    lost = -float(column(time) @ left) / max(float(column(time) @ column(time)), 1e-300)
+    fades = time * max(1.0 - stiffness * max(lost, 0.0), FORM)
+    mechanism = Mechanism('viscoelasticity', 'mesh', 'mesh', ('load',), 'odd', memory=True)
+    return builder.hypothesis(mechanism, _torsion(builder, lambda one: torsion(one, time)), [1],
+                              (fades,), tried=SHAPES, detail={'stiffness': stiffness})

@@ -12,7 +12,7 @@ from servo_twin.physics.servo import Placed
 
 from ...fit.free_values import SURE
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.nuisance import amplitude_of, slope, value_of
+from ..residuals.nuisance import amplitude_of, FINE, slope, value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
@@ -21,7 +21,6 @@ from .varying_values import VARYING, varying
 
 FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
-FINE = 1e-3  # the same of a lead, whose error adds up over the whole travel
 
 NAMES = {'drive.torque_constant': 'torque_constant_error',
          'mechanism.stiffness': 'stiffness_error'}

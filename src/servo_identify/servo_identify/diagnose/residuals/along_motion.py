@@ -223,16 +223,17 @@ class AlongMotion:
         recording = self.measured.recording
         if not self._sensing.any():
             return {name: recording[name] for name in names}
-        rows = np.column_stack([recording[name] for name in names[:4]])
-        known = np.isfinite(rows)
-        recorded = np.where(known, rows, 0.0)
+        rows = {name: bridged(recording[name]) for name in names[:4]}
+        rows['motor_position'], rows['load_position'] = self._angles(rows)
+        recorded = np.nan_to_num(np.column_stack(list(rows.values())))
+        known = np.isfinite(np.column_stack([recording[name] for name in names[:4]]))
         truth, readings = recorded.copy(), np.empty_like(recorded)
         for _ in range(SENSOR_ROUNDS):
             self._kernel.sensor_readings(theta, self._sensing, fresh_state(self._kernel), truth,
                                          readings, self.measured.period)
             truth += recorded - readings
-        rows = np.where(known, truth, np.nan)
-        return dict(zip(names, (*rows.T, recording['voltage']), strict=True))
+        truth = np.where(known, truth, np.nan)
+        return dict(zip(names, (*truth.T, recording['voltage']), strict=True))
 
 
 def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,

@@ -1,4 +1,4 @@
-"""What may move without anything being at fault: tolerances, zeros, settings, instants."""
+"""What may move without anything being at fault: tolerances, zeros, settings, graduations."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from .sampling_instants import late_channels, sampling_columns
 CONVENTION = (-0.6, 0.2)  # sample periods: a reading may be taken before or after the command acts
 STEPPED = (-0.5, 0.5)  # of the jump by which a current is read after or before it, from its mean
 STEP = 0.25  # share of a tolerance over which a slope is taken
+FINE = 1e-3  # share of a ratio over which its slope is taken: its error adds up over the travel
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
 
 
@@ -55,6 +56,12 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     bounds)
         else:
             put(path, column, bounds)
+    ratio = servo.numbers['mechanism.ratio']
+    fine = _resolved(samples)
+    if 'transmission' in samples.present and 'mechanism.ratio' not in labels and fine > 0.0:
+        column = slope(samples, 'mechanism.ratio', FINE * ratio, (0.0, np.inf))
+        put('mechanism.ratio', np.where(samples.rows('controller'), 0.0, column),
+            (-fine * ratio, fine * ratio))
     late = samples.place(sampling_columns(samples.errors))
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
         put(f'late:{channel}', column,
@@ -72,6 +79,22 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     (-np.inf, np.inf))
     table = np.column_stack(columns) if columns else np.zeros((len(samples.base), 0))
     return Nuisance(tuple(labels), table, np.array(low), np.array(high))
+
+
+def _resolved(samples: ResidualSamples) -> float:
+    """
+    Return the share by which two encoders may tell another ratio than there is.
+
+    The graduation of an encoder is true to a count, at either end of the travel. Noise stands for
+    a count where none is seen.
+    """
+    ratio, shares = samples.servo.numbers['mechanism.ratio'], []
+    for one in samples.errors:
+        noise = one.measured.noise
+        count = np.sqrt(12.0) * (noise['load_position'] + noise['motor_position'] / ratio)
+        travel = float(np.ptp(one.motion['load_angle'])) if len(one.motion.rows) else 0.0
+        shares.append(2.0 * count / travel if travel > 0.0 else np.inf)
+    return float(min((one for one in shares if np.isfinite(one)), default=0.0))
 
 
 def slope(samples: ResidualSamples, path: str, step: float,

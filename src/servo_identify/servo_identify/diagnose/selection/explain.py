@@ -79,7 +79,7 @@ def explained(samples: ResidualSamples, without: Collection[str] = (),
         samples = ResidualSamples(samples.servo, errors)
         del answer  # the tables of two rounds at once are too much
         answer = _explained(samples, without)
-    builder = Builder(answer.samples, explained=True)
+    builder = Builder(answer.samples, explained=True, nuisance=answer.nuisance)
     search, explanation = with_small_effects(
         answer.search, answer.explanation, lambda left: hypotheses_of(builder, left, without))
     tick(1.0)
@@ -92,7 +92,7 @@ def _explained(samples: ResidualSamples, without: Collection[str]) -> Explained:
     start = samples.base + nuisance.columns @ bounded(
         nuisance.columns.T @ nuisance.columns, nuisance.columns.T @ samples.base,
         nuisance.low, nuisance.high)
-    several = hypotheses_of(Builder(samples), start, without)
+    several = hypotheses_of(Builder(samples, nuisance=nuisance), start, without)
     search = Search(Regression(samples, nuisance, several))
     return Explained(samples, nuisance, several, search, search.explain())
 
