@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from servo_identify.diagnose.answer.missing_effect import _turn
-from servo_identify.diagnose.answer.sentences import size_of
 from servo_identify.diagnose.answer.shown_units import channel_unit, curve_units
+from servo_identify.diagnose.answer.sizes import size_of
 from servo_identify.diagnose.handover.added import Added
 from servo_identify.diagnose.mechanisms.hypothesis import Form, Mechanism, UNKNOWN
 from servo_twin.description.servo_file import load

@@ -16,8 +16,8 @@ from ..handover.gap import shrink_interval
 from ..selection.stability import share_of
 from .evidence import Evidence, Finding
 from .report import Alternative, MissingEffect, RUNGS
-from .sentences import size_of, STRAIGHT
 from .shown_units import curve_units
+from .sizes import size_of, STRAIGHT
 from .telling import tell
 
 

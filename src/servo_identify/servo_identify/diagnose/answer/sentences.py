@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from math import floor, hypot, isfinite, log10, pi
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..decisions import EVEN, SOLVED, WORTH
 from ..mechanisms.hypothesis import BY_RECORDING, EXTERNAL
 from .report import Alternative, MissingEffect
+from .sizes import listed
 
 PLACES = {
     'drive': 'drive', 'motor': 'motor-side torque balance', 'transmission': 'transmission',
@@ -29,11 +29,7 @@ UNHELD = ('friction', 'sensor')
 WORDS = {'load': 'torque of the load', 'angle': 'angle of the shaft'}
 """Variables of a pattern that a reader may take for something else."""
 
-SURE = 1.645
-"""Standard deviations of a 90 % interval."""
-
-TOLD = 3  # values of one effect in a sentence
-STRAIGHT = 'straight'  # a shaft that does not turn
+NOTHING: Mapping[str, float] = {}
 
 VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque constant',
           'controller_mismatch': 'setting of the controller'}
@@ -41,16 +37,23 @@ VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque const
 
 
 def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict[str, Any],
-             unknown: dict[str, Any], late: str = '') -> str:
+             unknown: dict[str, Any], late: str = '', hidden: Mapping[str, float] = NOTHING
+             ) -> str:
     """
     Return the verdict in a few sentences: place, effect, size, confidence, what remains.
 
     ``late`` says that the command acts after its row; without any gap that is part of the answer.
+    So is ``hidden``: what equations leave, in the noise that the readings show, within what the
+    servo file says of its sensors.
     """
     place = PLACES.get(balance, balance)
     if status == 'no_gap':
         text = ('No gap: within its tolerances the twin matches the rig, down to the noise floor '
                 'and the practical margin.')
+        text += ''.join(
+            f' But the {PLACES.get(name, name)} leaves {size:.1f} times the noise that the '
+            'readings show: the servo file says more of its sensors. If that is too much, '
+            'something is missing there.' for name, size in hidden.items())
         return f'{text} But {late}.' if late else text
     if not which:
         text = f'The {place} does not match the rig, and no effect of the list explains it.'
@@ -63,7 +66,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         text += unknown.get('recordings', '')
         if unknown.get('nearest'):
             several = [spoken(one['effect']) for one in unknown['nearest']]
-            text += (f' {_listed(several).capitalize()} would come nearest, but no nearer than '
+            text += (f' {listed(several).capitalize()} would come nearest, but no nearer than '
                      'chance does on so few data.')
         return text
     # what shows most in a balance may act at another place
@@ -77,12 +80,12 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
               for one in first.alternatives]
     unsure = first.rung == 'place' and others
     if unsure:  # the place is known, the recordings do not tell what acts there
-        several[0] += ', or perhaps ' + _listed(others, 'or')
+        several[0] += ', or perhaps ' + listed(others, 'or')
     lacks, differs = ([text for one, text in zip(which, several, strict=True)
                        if _is_value(one.effect) == value] for value in (False, True))
-    said = [f'is missing {_listed(lacks)}'] if lacks else []
-    said += [f'has {_listed(differs)} than the servo file'] if differs else []
-    text = f'The {place} {_listed(said)}.'
+    said = [f'is missing {listed(lacks)}'] if lacks else []
+    said += [f'has {listed(differs)} than the servo file'] if differs else []
+    text = f'The {place} {listed(said)}.'
     gone = round(100.0 * gap['shrink'])
     it = 'it' if len(which) == 1 else 'them'
     it = f'Adding {it}' if lacks else f'Taking {it} over'
@@ -105,7 +108,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if unsure:
         text += ' These recordings do not tell which.'
     elif others:
-        text += f' These recordings do not exclude {_listed(others, "or")}.'
+        text += f' These recordings do not exclude {listed(others, "or")}.'
     if status != 'explained' and len(apart) < len(which):
         refitted = gap.get('refitted_solved', 0.0)
         left = f'{round(100.0 * (1.0 - gap["solved"]))} %'
@@ -173,93 +176,3 @@ def _named(one: MissingEffect | Alternative) -> str:
             text += f' at each {where} of the {"motor" if one.site == "motor" else "load"}'
         return text
     return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
-
-
-def _listed(words: Sequence[str], last: str = 'and') -> str:
-    return words[0] if len(words) == 1 else f'{", ".join(words[:-1])} {last} {words[-1]}'
-
-
-def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
-            turn: str = '') -> str:
-    """
-    Return the size of an effect with its unit: its values, or the span of its curve.
-
-    Waves are told by their amplitudes; ``turn`` is the shaft whose turn they are counted in,
-    STRAIGHT what moves without turning.
-    """
-    waves = _waves(parameters) if turn else []
-    first = [(name, p) for name, p in parameters.items()
-             if '[' not in name and _last(name) != 'order']
-    if first and waves and SURE * waves[0][2] > waves[0][1]:
-        waves = []  # of a value that may vary, the value is what is sure
-    if waves:
-        order, size, std, unit = waves[0]
-        often = _repeated(order, turn)
-        often = f'a period of {often}' if turn == STRAIGHT else f'{often} per turn of the {turn}'
-        told = f'amplitude {_measured(size, std)} {unit}, {often}'
-        more = [f'{size:.2g} {unit} at {_repeated(order, turn)}'
-                for order, size, _, unit in waves[1:]]
-        return f'{told}, and {_listed(more)}' if more else told
-    if curve and first and SURE * (first[0][1]['std'] or 0.0) > abs(first[0][1]['value']):
-        first = []  # recordings that do not tell a value may tell the curve that it stands for
-    if {'cosine', 'sine'} <= set(parameters):
-        a, b = parameters['cosine'], parameters['sine']
-        std = max(one['std'] or 0.0 for one in (a, b))
-        return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
-    if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
-        each = [f'{_last(name).replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
-                for name, p in (first[:1] if curve and len(first) > TOLD else first[:TOLD])]
-        return _listed([one.strip() for one in each])
-    if curve:
-        y, least, most = curve['y'], min(curve['y']), max(curve['y'])
-        unit, x = curve['y_unit'], curve['x']
-        span = f'{_beside(x[0], x)} to {_beside(x[-1], x)} {curve["unit"]}'
-        if {y[0], y[-1]} == {least, most}:
-            return f'{_beside(y[0], y)} to {_beside(y[-1], y)} {unit} from {span}'
-        orders = sorted(p['value'] for name, p in parameters.items() if _last(name) == 'order')
-        turn = f', order{"s"[:len(orders) - 1]} {_listed([f"{one:.4g}" for one in orders])}' if (
-            orders) else ''
-        return f'between {_beside(least, y)} and {_beside(most, y)} {unit} over {span}{turn}'
-    return ''
-
-
-def _repeated(order: float, turn: str) -> str:
-    """Return how often a wave repeats in a turn; where nothing turns, over which way."""
-    return f'{2e3 * pi / order:.3g} mm' if turn == STRAIGHT else f'{order:.4g}'
-
-
-def _waves(parameters: dict[str, dict[str, Any]]) -> list[tuple[float, float, float, str]]:
-    """Return (order, amplitude, standard deviation, unit) of waves worth naming, largest first."""
-    base: dict[str, float] = {}
-    found: list[tuple[str, int, float, float, str]] = []
-    for path, one in parameters.items():
-        name, _, index = path.partition('[')
-        if _last(name) == 'order':
-            base[name.rpartition('.')[0]] = one['value']
-        elif _last(name) == 'cosine' and index:
-            sine = parameters.get(f'{name.removesuffix("cosine")}sine[{index}')
-            if sine:
-                std = max(both['std'] or 0.0 for both in (one, sine))
-                found.append((name.rpartition('.')[0], 1 + int(index.rstrip(']')),
-                              hypot(one['value'], sine['value']), std, one['unit']))
-    largest = max((a for *_, a, _, _ in found), default=0.0)
-    return sorted(((base[of] * k, a, std, unit) for of, k, a, std, unit in found
-                   if of in base and a > WORTH * largest), key=lambda wave: -wave[1])
-
-
-def _last(path: str) -> str:
-    return path.rpartition('.')[2]
-
-
-def _measured(value: float, std: float | None) -> str:
-    """Return a value to three digits, or as many as its standard deviation leaves, with it."""
-    if not std or not isfinite(std):
-        return f'{value:.3g}'
-    digits = 1 + floor(log10(abs(value))) - floor(log10(std)) if value else 3
-    return f'{value:.{min(max(3, digits), 9)}g} +- {float(f"{std:.1g}"):g}'
-
-
-def _beside(value: float, others: Sequence[float]) -> str:
-    """Return a value to three digits; what is rounding beside the others is zero."""
-    largest = max(abs(other) for other in others)
-    return f'{value if abs(value) > 1e-6 * largest else 0.0:.3g}'

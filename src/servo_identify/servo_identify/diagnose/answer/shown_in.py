@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..selection.search import Search
+from .sizes import listed
 
 MOST = 4  # recordings that a sentence names
 
@@ -39,11 +40,10 @@ def told(sizes: Mapping[str, float], limit: float) -> str:
                   for above in (True, False))
     if not off or not quiet:
         return ''
-    return f' It shows in {_listed(off)}, and not in {_listed(quiet)}.'
+    return f' It shows in {listed(_first(off))}, and not in {listed(_first(quiet))}.'
 
 
-def _listed(names: Sequence[str]) -> str:
-    shown = list(names[:MOST])
-    if len(names) > MOST:
-        shown = [*shown[:-1], f'{len(names) - MOST + 1} more']
-    return shown[0] if len(shown) == 1 else f'{", ".join(shown[:-1])} and {shown[-1]}'
+def _first(names: Sequence[str]) -> list[str]:
+    """Return the first of many names, and how many there are besides."""
+    return list(names) if len(names) <= MOST else [
+        *names[:MOST - 1], f'{len(names) - MOST + 1} more']

@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
-from ..decisions import CALIBRATED, SOLVED
+from ..decisions import CALIBRATED, OPEN, SOLVED
 from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.choice import Fitted
@@ -36,7 +36,9 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     status = _status(evidence, which, gap, squares)
     late = told_late(evidence.found)
     verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
-               'sentence': sentence(status, which, balance, gap, unknown, late),
+               'sentence': sentence(status, which, balance, gap, unknown, late, {
+                   one.balance: one.gap_to_noise for one in located
+                   if one.verdict != 'gap' and one.gap_to_noise > OPEN}),
                'remains': _remains(evidence, gap, status)}
     split = evidence.split
     channels = _channels(evidence)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import nnls
@@ -71,6 +71,22 @@ def scale_std(curve: Curve | None, placed: Sequence[Placed],
     return {free[0]: float(std)} if std > 0.0 else {}
 
 
+SHAPED: dict[str, Callable[[Hypothesis, np.ndarray], dict[str, float]]] = {
+    'sensor_lag': lambda one, a: {'lag': float(a[0] * one.knots[0])},
+    'command_rate_limit': lambda one, a: {'rate': float(one.knots[0])},
+    'torque_speed_limit': lambda one, a: {'limit': float(one.knots[0]),
+                                          'slope': float(one.detail['slope'])},
+    'torque_sensor_inertia': lambda one, a: {'inertia': float(a[0])},
+    'relaxing_spring': lambda one, a: {'stiffness': float(a[0]), 'time': float(one.knots[0])},
+    'viscoelasticity': lambda one, a: {  # and by how much more it is so at once
+        'stiffness': one.detail['stiffness'] * (1.0 / max(
+            1.0 - one.detail['stiffness'] * float(a[0]), FORM) - 1.0),
+        'time': float(one.knots[0])},
+    'payload_resonance': lambda one, a: {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
+                                         'damping': float(one.detail['damping'])}}
+"""Values of effects with one amplitude and a shape that was sought."""
+
+
 def direct(part: Part, one: Hypothesis) -> Formed | None:
     """Return a mechanism whose amplitudes are the values of its effect."""
     name, a = part.mechanism.name, part.amplitudes
@@ -87,25 +103,10 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values, law = _gain(part)
     elif name in ('sensor_delay', 'command_delay'):
         values = {'delay': float(np.asarray(one.knots or (1.0,)) @ a)}
-    elif name == 'sensor_lag':
-        values = {'lag': float(a[0] * one.knots[0])}
     elif name == 'current_lag':
         values = {'lag': float(np.asarray(one.knots) @ a)}
-    elif name == 'command_rate_limit':
-        values = {'rate': float(one.knots[0])}
-    elif name == 'torque_speed_limit':
-        values = {'limit': float(one.knots[0]), 'slope': float(one.detail['slope'])}
-    elif name == 'torque_sensor_inertia':
-        values = {'inertia': float(a[0])}
-    elif name == 'relaxing_spring':
-        values = {'stiffness': float(a[0]), 'time': float(one.knots[0])}
-    elif name == 'viscoelasticity':
-        given = float(one.detail['stiffness'])  # and by how much more it is so at once
-        values = {'stiffness': given * (1.0 / max(1.0 - given * float(a[0]), FORM) - 1.0),
-                  'time': float(one.knots[0])}
-    elif name == 'payload_resonance':
-        values = {'inertia': float(a[0]), 'frequency': float(one.knots[0]),
-                  'damping': float(one.detail['damping'])}
+    elif name in SHAPED:
+        values = SHAPED[name](one, a)
     elif name in ('hysteresis', 'torque_sensor_hysteresis') and one.detail.get('form') != 'curve':
         return _loops(part, one)
     elif name == 'backlash':

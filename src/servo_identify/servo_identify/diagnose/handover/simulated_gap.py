@@ -25,8 +25,7 @@ from ...fit.shooting import Shooting, Unknowns
 from .cut import Cut
 from .gap import Gap
 
-TURNS = 3  # of estimating the starts, at most
-SETTLED = 0.01  # share of the cost of a turn; one that takes less is the last
+TURNS = 3  # of estimating the starts: a shaft that sticks may give way in the last
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
 STEPS = 8  # of a refit from values that the equations found already
 
@@ -76,9 +75,6 @@ def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = N
             for _ in range(TURNS):
                 unknowns, _ = solved(problem, unknowns, 1, 0.0, held, lambda *_: None)
                 unknowns = _centred(problem, unknowns, both)
-                before, cost = cost, problem.evaluate(unknowns)[1]
-                if before - cost < SETTLED * before:
-                    break
             y = shooting.simulate([unknowns])[0]
         return _collected(problem, y)
     finally:
