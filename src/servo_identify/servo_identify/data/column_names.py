@@ -18,6 +18,8 @@ ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'volta
         'tau': 'torque', 'q_ref': 'reference_position'}
 """What others call a column, and it may be another one as well."""
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
+TORQUE = 'a torque'  # of a sensor, or computed from the current: the name does not say which
+TOLD_TORQUE = 'a torque that was told'  # the command of a drive, in N m
 
 _TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc'}
 SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
@@ -26,11 +28,16 @@ _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll
 _TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""
 _CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
-_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
+_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force', 'effort', 'efforts'}
+_DOUBTFUL = {'tau', 'effort', 'efforts', 'est', 'estimate', 'estimated', 'calc', 'calculated',
+             'computed', 'actual', 'act', 'ist', 'feedback', 'motor'}
+"""Words beside a torque that a drive computes from its current, where no sensor is named."""
+_MEASURED = {'sensor', 'cell', 'flange', 'transducer', 'gauge', 'measured', 'meas', 'mess',
+             'external', 'ext'}
 _COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung',
             'ctrl'}
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
-_NEITHER = {'effort', 'error', 'acceleration', 'force', 'fehler', 'abweichung'}
+_NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung'}
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
              'counts', 'ticks', 'positions', 'estimate', 'qpos'}
 _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
@@ -72,7 +79,7 @@ def looks_like(source: str, kind: str = '') -> str:
                               (_POSITION, 'reference_position')):
             if words & found:
                 return column
-        return ''
+        return TOLD_TORQUE if words & _TORQUE and not words & _NEITHER else ''
     if words & _TOLD and words & (SPEED | _POSITION):
         return 'reference_velocity' if words & SPEED else 'reference_position'
     if words & (SPEED | _SUPPLY | _NEITHER):
@@ -81,7 +88,9 @@ def looks_like(source: str, kind: str = '') -> str:
         return 'current' if not words & _TOLD else 'current_reference'
     if words & _TORQUE:
         if words & _TOLD:
-            return ''  # what was told is no measured torque, and no drive is told N m
+            return TOLD_TORQUE
+        if words & _DOUBTFUL and not words & _MEASURED:
+            return TORQUE
         return 'external_torque' if words & {'external', 'ext'} else 'torque'
     if words & _POSITION:
         field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft

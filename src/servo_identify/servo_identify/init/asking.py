@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 import re
 import shlex
 
@@ -15,6 +17,7 @@ from ..data.finding import SHOWN
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import Proposal
 from .sources import Offered
+from .torques import choose_torques, shaft_of, stands_for_current
 
 Ask = Callable[[str, str], str]
 """Asks a question with the answer that Enter stands for ('' for none); returns the answer."""
@@ -41,9 +44,8 @@ def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
         if source not in of.sources:
             raise ValueError(f'--column {text}: {of.path} has no {source!r}; '
                              f'{or_what(source, of.sources, "it has")}')
-        if unit:
-            factor_of(f'--column {text}', column, unit, None, either=True)
-        found[column] = Proposal(column, source, unit)
+        _judge(f'--column {text}', column, unit)
+        found[column] = Proposal(column, source, unit, shaft=shaft_of(of, column, source))
     return found
 
 
@@ -74,6 +76,9 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--joint NAME (of {joints})' if joints else
                            f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
+    chosen, untold = choose_torques(of, proposals, chosen, partial(_one_of, ask) if ask else None)
+    missing += untold
+    taken |= {one.source for one in chosen.values()}
     chosen = {column: one for column, one in chosen.items() if one.source}
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
@@ -105,13 +110,12 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         if one.unit and not refused:
             continue
         if si and not refused:
-            chosen[column] = Proposal(column, one.source, _usual(column, linear))
+            chosen[column] = replace(one, unit=_usual(one, linear))
         elif ask:
             question = f'{refused}In which unit is {one.source!r} ({column})'
-            unit = _until(ask, question, _usual(column, linear),
-                          lambda text, column=column: factor_of('the unit', column, text, None,
-                                                                 either=True))
-            chosen[column] = Proposal(column, one.source, unit)
+            unit = _until(ask, question, _usual(one, linear),
+                          lambda text, column=column: _judge('the unit', column, text))
+            chosen[column] = replace(one, unit=unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
                 f'({refused})' if refused else '(or --si for all)') + (
@@ -136,19 +140,27 @@ def _joints(sources: Sequence[str]) -> list[str]:
     return named if len(around) == 1 and len(named) == len(sources) else []
 
 
-def _usual(column: str, linear: bool) -> str:
+def _usual(one: Proposal, linear: bool) -> str:
     """Return the SI unit that a column has where nothing else is said."""
-    straight = linear and not column.startswith('motor_')
-    return straightened(UNIT[column]) if straight else UNIT[column]
+    if one.shaft:
+        return 'N m'
+    straight = linear and not one.column.startswith('motor_')
+    return straightened(UNIT[one.column]) if straight else UNIT[one.column]
 
 
 def _refused(column: str, one: Proposal) -> str:
     """Say why a unit cannot be that of a column; '' where it can."""
     try:
-        factor_of(repr(one.source), column, one.unit, None, either=True)
+        _judge(repr(one.source), column, one.unit)
     except ValueError as problem:
         return str(problem)
     return ''
+
+
+def _judge(where: str, column: str, unit: str) -> None:
+    """Raise ValueError for what can be no unit of a column; a torque may stand for a current."""
+    if not stands_for_current(column, unit):
+        factor_of(where, column, unit, None, either=True)
 
 
 def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None) -> list[str]:

@@ -8,11 +8,24 @@ import re
 
 import numpy as np
 
-from ..data.column_names import ANGLE, likely, looks_like, NAMES, SPEED, split, TIMES
+from ..data.column_names import (
+    ANGLE,
+    likely,
+    looks_like,
+    NAMES,
+    SPEED,
+    split,
+    TIMES,
+    TOLD_TORQUE,
+    TORQUE,
+)
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .sources import Offered
+
+_LIKE = {ANGLE: 'load_position', TORQUE: 'torque', TOLD_TORQUE: 'torque'}
+"""A column in the unit of what a name says without saying which column it is."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +35,8 @@ class Proposal:
 
     ``wraps``: the round in this unit by which the source wraps around; 0 where it does not.
     ``signed``: the bits of its signed numbers, which were read as unsigned; 0 where they were not.
+    ``shaft`` is 'motor' or 'load' for a torque that stands for amperes and is counted there;
+    it is multiplied by ``scale`` and ``was`` in another unit.
     """
 
     column: str
@@ -29,6 +44,9 @@ class Proposal:
     unit: str
     wraps: float = 0.0
     signed: int = 0
+    shaft: str = ''
+    scale: float = 1.0
+    was: str = ''
 
 
 def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
@@ -97,7 +115,7 @@ def _unit_behind(source: str, column: str) -> str:
     words = re.split(r'[_/,]\s*', source)
     last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
     for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
-        if _is_unit('load_position' if column == ANGLE else column, word):
+        if _is_unit(_LIKE.get(column, column), word):
             return word
     return ''
 
@@ -134,7 +152,7 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     if of.messages or of.names or of.rows:
         return True
     for column, one in chosen.items():
-        if one.wraps or one.signed:
+        if one.wraps or one.signed or one.was:
             return True
         name, unit = split(one.source)
         if name != column and not (column == 't' and name.lower() in TIMES):
