@@ -297,3 +297,13 @@ effects:
     assert np.ptp(columns['load_position']) > 1.0
     fall = Recording('fall', 2e-3, columns, family='fall')
     assert not any(one.level == 'red' for one in check([fall], servo))
+
+
+def test_it_works_out_channels_and_references_once(good, monkeypatch):
+    from servo_identify.data import looked_over
+
+    asked, work = [], looked_over.off_references
+    monkeypatch.setattr(looked_over, 'off_references',
+                        lambda *given: asked.append(given) or work(*given))
+    check([good], BENCH)
+    assert len(asked) == 1
