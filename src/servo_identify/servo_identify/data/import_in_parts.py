@@ -20,6 +20,7 @@ from servo_twin.bag import RecordingWriter
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording
 
+from .between_rows import BetweenRows
 from .column_units import named_columns
 from .csv_layout import TEXTS
 from .csv_table import numbers_in_parts
@@ -80,7 +81,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                     warnings.extend(table.warnings)
 
         times = OnDisk(file, 'd')
-        seen, some = _looked_over(parts(), times)
+        between_rows = BetweenRows()
+        seen, some = _looked_over(parts(), times, between_rows)
         check_columns(path, seen, list(seen.finite), warnings)
         check_counts(path, some, machine)
         check_angles(path, some, machine)
@@ -90,7 +92,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
         step, samples = wanted or own, _untimed(parts())
         if not own:
             time = times.part()
-            step, _ = grid_of(path, time, wanted, warnings)
+            step, _ = grid_of(path, time, wanted, warnings, between_rows.sentence())
             between = Between(time, step)
             between.tell_holes(warnings)
             samples = _resampled(samples, between)
@@ -104,7 +106,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
     return head
 
 
-def _looked_over(parts: Iterator[Columns], times: OnDisk) -> tuple[Seen, Columns]:
+def _looked_over(parts: Iterator[Columns], times: OnDisk, between_rows: BetweenRows
+                 ) -> tuple[Seen, Columns]:
     """Return what was seen, and some rows from all over; keep the times."""
     seen, last, stride = Seen(), -np.inf, 1
     kept: dict[str, list[np.ndarray]] = {}
@@ -117,6 +120,7 @@ def _looked_over(parts: Iterator[Columns], times: OnDisk) -> tuple[Seen, Columns
         for name, column in columns.items():
             kept.setdefault(name, []).append(column[-seen.rows % stride::stride])
         seen.add(columns)
+        between_rows.add(columns)
         if sum(map(len, kept['t'])) > 2 * LOOKED_AT:
             stride *= 2
             kept = {name: [np.concatenate(pieces)[::2]] for name, pieces in kept.items()}
