@@ -21,7 +21,7 @@ ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 TORQUE = 'a torque'  # of a sensor, or computed from the current: the name does not say which
 TOLD_TORQUE = 'a torque that was told'  # the command of a drive, in N m
 
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc'}
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc', 'ts'}
 SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
           'velocities', 'qvel', 'rate'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
@@ -40,14 +40,23 @@ _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
 _NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung'}
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
              'counts', 'ticks', 'positions', 'estimate', 'qpos'}
+_QUANTITIES = _TIME | SPEED | _CURRENT | _TORQUE | _SUPPLY | _NEITHER | _POSITION | (
+    _COMMAND - _TOLD)
 _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
           'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
           'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
           'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
+_ARRAYS = {'position', 'velocity', 'effort', 'actual', 'desired'}
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 """Parts of German names, which are written as one word."""
 _IN_ANGLES = re.compile(r'_(deg|m?rad)$')
 """Names that end with the unit of an angle: AZ_deg."""
+_UNITS = {'angle': ('deg', '°', 'grad', 'rad', 'mrad', 'rev', 'turns', 'count', 'counts', 'cnt',
+                    'cnts', 'inc', 'incs', 'ticks', 'pulse', 'pulses'),
+          'speed': ('rpm', 'deg/s', 'rad/s', '°/s', 'rev/s', 'u/min'),
+          'current': ('a', 'ma', 'arms', 'amps')}
+_OF_UNIT = {unit: word for word, units in _UNITS.items() for unit in units}
+"""What a unit behind a name says of the quantity, where the name does not."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
                                                 'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
                                                 'qpos'}
@@ -64,10 +73,13 @@ def split(header: str) -> tuple[str, str]:
 def looks_like(source: str, kind: str = '') -> str:
     """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
     # of a message an index names the joint, but behind .values the interface
-    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
+    bare = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source)
+    name, unit = (bare, '') if kind else split(source)
     if name in NAMES:
         return name
     words = _words(name) | ({'angle'} if _IN_ANGLES.search(name.lower()) else set())
+    if unit.lower() in _OF_UNIT and not words & _QUANTITIES:
+        words |= {_OF_UNIT[unit.lower()]}
     if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
     if words & {'temp', 'temperature', 'temperatur'}:
@@ -103,8 +115,10 @@ def looks_like(source: str, kind: str = '') -> str:
 def _words(name: str) -> set[str]:
     parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
     words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
-    return {part for word in words for part in (
+    parts = {part for word in words for part in (
         re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
+    # of the arrays of a message a table has position0, position1 ...
+    return parts | {bare for part in parts if (bare := part.rstrip('0123456789')) in _ARRAYS}
 
 
 def likely(name: str, missing: list[str]) -> str:

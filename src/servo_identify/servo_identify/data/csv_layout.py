@@ -21,6 +21,8 @@ _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
 _MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
+_TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
+"""What a column is called that has one of these units and no name."""
 _LINE_END = re.compile(r'\r\n|\n|\r')
 
 
@@ -188,6 +190,8 @@ def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
     for line in reversed(above):
         cells = columns.header(line)
         if not cells:
+            if not found and sum(map(bool, columns.cells(line))) == 1:
+                continue  # a mark between names and numbers, as "trace_values"
             break
         found.append(cells)
     units = [cells for cells in found if _are_units(cells)]
@@ -202,7 +206,8 @@ def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
 
 def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     """Return names with their units behind them, but for those that have one."""
-    return [f'{name} [{unit}]' if unit and not re.search(r'[^\d\s(][\])]$', name) else name
+    return [f'{name or _TIMED.get(unit, "")} [{unit}]' if unit and (
+        name or unit in _TIMED) and not re.search(r'[^\d\s(][\])]$', name) else name
             for name, unit in zip(names, units, strict=False)]
 
 

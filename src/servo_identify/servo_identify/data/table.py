@@ -14,8 +14,10 @@ from servo_twin.description.nearest_name import or_what
 from .arrow_columns import is_clock, numbers_of, zero_of
 from .clock_times import seconds_of
 from .csv_layout import MINUS
+from .grouped_numbers import without_groups
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+_PANDAS = '__index_level_0__'  # the index of a frame that has no name
 _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
           '1081,6 where semicolons or tabs part the columns')
 """Why a number with a comma or an apostrophe is none."""
@@ -62,7 +64,8 @@ class Table:
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
     columns, texts, zeros = dict[str, np.ndarray](), {}, dict[str, int]()
-    for name, column in zip(found.column_names, found.columns, strict=True):
+    for named, column in zip(found.column_names, found.columns, strict=True):
+        name = '' if named == _PANDAS else named
         zero = zero_of(column, next(iter(zeros.values()), 0))
         if zero:
             zeros[name] = zero
@@ -98,6 +101,7 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
     column = np.empty(len(values))
+    values = without_groups(values)
     for k, value in enumerate(values):
         try:
             column[k] = np.nan if value is None else float(

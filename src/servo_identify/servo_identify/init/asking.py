@@ -88,8 +88,9 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[f'{shaft}_position'] = Proposal(f'{shaft}_position', loose[0].source,
                                                    loose[0].unit)
         else:
+            others = [one.source for one in loose[1:]]
             missing.append(f'--column {shlex.quote(f"motor_position={loose[0].source}")} '
-                           '(or load_position)')
+                           f'(or load_position{f"; or of {others}" if others else ""})')
     for names in (('t',), ENCODERS):
         if any(name in chosen or not ask and proposals.get(name) for name in names) or (
                 not ask and loose and names is ENCODERS):

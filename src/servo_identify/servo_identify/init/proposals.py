@@ -67,6 +67,7 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
             found.setdefault(column, []).append(Proposal(column, source, unit))
     if not of.messages:
         _part_from_temperatures(found, of)
+        found['t'] = _each_once(found.get('t', []), of)
     for column, several in found.items():
         exact = [one for one in several if split(one.source)[0] == column]
         found[column] = exact or several
@@ -86,6 +87,17 @@ def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> No
             found.setdefault('temperature', []).append(Proposal('temperature', one.source, unit))
         if warm or rising and one not in rising:
             found['t'] = [other for other in found['t'] if other is not one]
+
+
+def _each_once(times: list[Proposal], of: Offered) -> list[Proposal]:
+    """Return times without those that go on as another one does, as receipt and header do."""
+    kept: list[Proposal] = []
+    for one in times:
+        steps = np.diff(of.numbers[one.source])
+        if not any(np.allclose(steps, np.diff(of.numbers[other.source]), 1e-6, 0.0)
+                   for other in kept):
+            kept.append(one)
+    return kept
 
 
 def _rises(times: np.ndarray | None) -> bool:
@@ -112,7 +124,8 @@ def _unit_behind(source: str, column: str) -> str:
 
     That is its last word, or the word that says which quantity it is.
     """
-    words = re.split(r'[_/,]\s*', source)
+    label = re.fullmatch(r'.*\[(.*)\]\.values', source)  # of a list of signals of Simulink
+    words = re.split(r'[_/,]\s*', label[1] if label else source)
     last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
     for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
         if _is_unit(_LIKE.get(column, column), word):

@@ -1,0 +1,125 @@
+"""Exports of programs and instruments as they are: names, units, numbers and times."""
+
+from init_bench import gear_motor, GIVEN, write
+import numpy as np
+import pyarrow
+from pyarrow import parquet
+import pytest
+
+from servo_identify.cli import main
+from servo_identify.data.column_names import ANGLE, looks_like
+from servo_identify.data.column_units import factor_of
+from servo_identify.data.reading import read_recordings
+from servo_identify.data.tables import read_table
+
+
+def init(data, *more):
+    return main(['init', str(data), '-o', str(data.parent / 's.yaml'), *GIVEN, '--force', *more])
+
+
+def read(data):
+    mapping = data.parent / 's_columns.yaml'
+    one, = read_recordings([data], data.parent / 's.yaml', mapping if mapping.exists() else None)
+    return one
+
+
+def shown(value, group, decimal):
+    return f'{value:,.3f}'.translate(str.maketrans({',': group, '.': decimal}))
+
+
+@pytest.mark.parametrize(('group', 'decimal', 'delimiter'), [
+    ('.', ',', ';'), (',', '.', ';'), ("'", '.', ','),
+    ('\N{RIGHT SINGLE QUOTATION MARK}', ',', ';')])
+def test_numbers_with_signs_between_thousands_are_read_where_one_says_which_is_which(
+        tmp_path, group, decimal, delimiter):
+    run = gear_motor()
+    wanted = {'Time [ms]': 1e3 * run['time'], 'Voltage [V]': run['u'],
+              'Current [mA]': 1e3 * run['i'], 'Motor angle [deg]': np.degrees(run['theta'])}
+    data = tmp_path / 'run.csv'
+    data.write_text(delimiter.join(wanted) + '\n' + ''.join(
+        delimiter.join(shown(value, group, decimal) for value in row) + '\n'
+        for row in zip(*wanted.values(), strict=True)), 'utf8')
+    assert init(data) == 0
+    one = read(data)
+    assert one.period == pytest.approx(0.002)
+    np.testing.assert_allclose(one['motor_position'], run['theta'], atol=1e-5)
+
+
+def test_a_sign_that_may_be_either_is_still_refused(tmp_path):
+    data = tmp_path / 'run.csv'
+    data.write_text("t;u\n0;1'016\n1;1'017\n")
+    assert 'write no sign between thousands' in read_table(data).refused['u']
+
+
+def test_names_far_above_the_numbers_behind_a_key_are_found_with_the_units(tmp_path):
+    run = gear_motor()
+    rows = zip(run['time'], run['u'], run['i'], run['theta'], strict=True)
+    data = tmp_path / 'bench.csv'
+    data.write_text('name,BenchRun\nuser,lab\npath,,"Model/u","Model/i","Model/theta"\n'
+                    'unit,s,V,A,rad\nvariable,,U,I,theta_m\nvalues,,,,\n' + ''.join(
+                        ',' + ','.join(f'{value:.6f}' for value in row) + '\n' for row in rows))
+    assert init(data) == 0
+    one = read(data)
+    np.testing.assert_allclose(one['motor_position'], run['theta'], atol=1e-6)
+    np.testing.assert_allclose(one['current'], run['i'], atol=1e-6)
+    assert one.period == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize(('name', 'column'), [
+    ('PL.FB(counts)', ANGLE), ('PL.CMD(counts)', 'reference_position'), ('IL.FB(Arms)', 'current'),
+    ('IL.CMD(A)', 'current_reference'), ('VL.FB(rpm)', ''), ('VL.CMD(rpm)', 'reference_velocity'),
+    ('CMD [V]', 'voltage'), ('Status', ''), ('field.position0', ANGLE), ('field.velocity12', ''),
+    ('ts', 't'), ('Torque (counts)', 'torque')])
+def test_a_unit_says_the_quantity_where_a_name_does_not(name, column):
+    assert looks_like(name) == column
+
+
+def test_an_effective_current_is_told_from_its_amplitude():
+    with pytest.raises(ValueError, match=r'effective value.*N m/Arms.*else 1.41421 A'):
+        factor_of('x', 'current', 'Arms', None)
+
+
+def test_the_index_of_a_frame_without_a_name_is_the_time_where_it_holds_durations(tmp_path):
+    run = gear_motor()
+    nanoseconds = np.round(1e9 * run['time']).astype('timedelta64[ns]')
+    data = tmp_path / 'run.parquet'
+    parquet.write_table(pyarrow.table({
+        'voltage': run['u'], 'current': run['i'], 'motor_position': run['theta'],
+        '__index_level_0__': pyarrow.array(nanoseconds)}), data)
+    assert init(data) == 0
+    assert read(data).period == pytest.approx(0.002)
+
+
+def test_two_times_that_go_on_alike_are_one(tmp_path):
+    run = gear_motor()
+    stamp = 1795701792000000000 + np.round(1e9 * run['time']).astype(np.int64)
+    data = tmp_path / 'echo.csv'
+    data.write_text('%time,field.header.stamp,field.position0,field.data\n' + ''.join(
+        f'{at},{at},{angle:.6f},{u:.6f}\n' for at, angle, u in zip(
+            stamp, run['theta'], run['u'], strict=True)))
+    assert init(data, '--column', 'motor_position=field.position0:rad', '--column',
+                'voltage=field.data:V') == 0
+    np.testing.assert_allclose(read(data)['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_it_names_all_angles_where_two_columns_have_one_name(tmp_path, capsys):
+    run = gear_motor()
+    names = ('time', 'voltage', 'position', 'other')
+    data = write(tmp_path / 'run.csv', dict(zip(names, (
+        run['time'], run['u'], run['theta'], run['q']), strict=True)))
+    data.write_text(data.read_text().replace('other', 'position', 1))
+    assert init(data, '--si') == 2
+    assert "or load_position; or of ['position (2)']" in capsys.readouterr().err
+
+
+def test_the_label_of_a_signal_of_simulink_may_hold_the_unit(tmp_path):
+    from scipy.io import savemat
+
+    run = gear_motor()
+    labels = {'command_V': run['u'], 'current_mA': 1e3 * run['i'],
+              'motor_deg': np.degrees(run['theta'])}
+    data = tmp_path / 'scope.mat'
+    savemat(data, {'log': {'time': run['time'], 'signals': [
+        {'values': values, 'label': label} for label, values in labels.items()]}})
+    assert init(data, '--column', 'motor_position=log.signals[motor_deg].values:deg') == 0
+    np.testing.assert_allclose(read(data)['current'], run['i'], atol=1e-9)
