@@ -104,3 +104,21 @@ def test_it_says_how_far_a_line_between_uneven_rows_may_be_off(tmp_path, rate):
 def test_even_times_cost_nothing(tmp_path):
     recording = import_table(write_csv(tmp_path / 'a.csv', table()), SERVO)
     assert 'of the range' not in ' '.join(recording.warnings)
+
+
+@pytest.mark.parametrize(('name', 'stamps', 'begin'), [
+    ('t', [f'2026-11-26 14:03:{12 + 2e-3 * k:06.3f}' for k in range(50)],
+     '2026-11-26 14:03:12.000'),
+    ('t [s]', [f'{1795701792 + 2e-3 * k:.3f}' for k in range(50)], '2026-11-26 14:03:12.000 UTC'),
+    ('t', [str(1795701792 * 10**9 + 2 * 10**6 * k) for k in range(50)],
+     '2026-11-26 14:03:12.000 UTC'),
+    ('t', [str((1795701792 + 11644473600) * 10**7 + 20000 * k) for k in range(50)],
+     '2026-11-26 14:03:12.000 UTC'), ('t', [f'{2e-3 * k:.3f}' for k in range(50)], '')])
+def test_the_note_keeps_when_a_recording_began(tmp_path, name, stamps, begin):
+    path = tmp_path / 'a.csv'
+    path.write_text(f'{name},voltage,motor_position\n' + ''.join(
+        f'{one},{k},{0.1 * k}\n' for k, one in enumerate(stamps)))
+    recording = import_table(path, SERVO)
+    assert recording.period == pytest.approx(2e-3)
+    assert (f'the first row is of {begin}' in recording.note) if begin else (
+        'first row is of' not in recording.note)

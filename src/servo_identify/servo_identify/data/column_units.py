@@ -63,6 +63,14 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     return found
 
 
+def time_of(table: Table) -> tuple[str, str]:
+    """Return the header of the time and the unit that it gives; '' where there is none."""
+    parted = {header: split(header) for header in table.columns}
+    named = [header for header, (name, _) in parted.items() if name == 't'] or [
+        header for header, (name, _) in parted.items() if name.lower() in TIMES]
+    return (named[0], parted[named[0]][1]) if named else ('', '')
+
+
 def factor_of(where: str, name: str, unit: str, servo: Servo | None,
               either: bool = False) -> float:
     """

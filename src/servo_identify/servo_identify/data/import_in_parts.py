@@ -33,7 +33,7 @@ from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
 from .table import from_arrow, Table
-from .table_import import beside, check_columns, described, Seen
+from .table_import import beside, check_columns, described, Seen, told_begin
 
 ROWS = 100_000  # that are held at once, about
 LOOKED_AT = 100_000  # rows at least by which angles are held against each other
@@ -75,6 +75,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                 again = list[str]()
                 yield plan.apply(table, machine, again) if plan else named_columns(
                     table, machine, again)
+                again += told_begin(table, plan)
                 if not told:
                     told.extend(again)
                 if not warnings:

@@ -11,7 +11,7 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .arrow_columns import is_clock, numbers_of, zero_of
+from .arrow_columns import first_stamp, is_clock, numbers_of, zero_of
 from .clock_times import seconds_of
 from .csv_layout import MINUS
 from .grouped_numbers import without_groups
@@ -31,7 +31,8 @@ class Table:
     ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
     says of columns that hold text why they are no numbers; whoever asks for one is told.
     ``warnings`` say what was left out of the file. ``zeros`` is what was taken off whole numbers
-    that float64 cannot hold, stamps of a clock: their first, by column.
+    that float64 cannot hold, stamps of a clock: their first, by column. ``begins`` is the first
+    stamp of a calendar or a clock as the file shows it, by column.
     """
 
     path: Path
@@ -40,6 +41,7 @@ class Table:
     refused: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     zeros: dict[str, int] = field(default_factory=dict)
+    begins: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lengths = {name: len(column) for name, column in self.columns.items()}
@@ -64,6 +66,7 @@ class Table:
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
     columns, texts, zeros = dict[str, np.ndarray](), {}, dict[str, int]()
+    begins = dict[str, str]()
     for named, column in zip(found.column_names, found.columns, strict=True):
         name = '' if named == _PANDAS else named
         zero = zero_of(column, next(iter(zeros.values()), 0))
@@ -73,8 +76,11 @@ def from_arrow(path: Path, found: Any) -> Table:
         if numbers is None:
             texts[name] = column.to_pylist()
         elif name or not _is_no_column(numbers):
-            columns[name or _index(columns, is_clock(column))] = numbers
-    return with_texts(Table(path, columns, zeros=zeros), texts)
+            name = name or _index(columns, is_clock(column))
+            columns[name] = numbers
+            if begin := first_stamp(column):
+                begins[name] = begin
+    return with_texts(Table(path, columns, zeros=zeros, begins=begins), texts)
 
 
 def _index(columns: dict[str, np.ndarray], clock: bool) -> str:
@@ -94,6 +100,8 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
             clock = seconds_of(values)
             name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
+            if clock is not None:
+                table.begins[name] = str(next(one for one in values if one)).strip()
         except ValueError as problem:
             table.refused[name] = str(problem)
     return table

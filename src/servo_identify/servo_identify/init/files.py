@@ -96,8 +96,8 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
     """Return the mapping file of the columns that were chosen."""
     lines = [f'# How the columns of {of.path.name} become those of a recording. `servo-identify '
              'init` wrote it.',
-             '# Steps of a column: source, above, subtract, wraps, scale, offset, times, unit, '
-             'negate, zero',
+             '# Steps of a column: source, above, subtract, plus, minus, wraps, scale, offset, '
+             'times, unit, negate, zero',
              '# (docs/recordings.md). negate: true turns the sign; unit: 1/4096 rev is one count '
              'of an encoder.']
     if of.rows:
