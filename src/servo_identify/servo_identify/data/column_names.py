@@ -9,9 +9,9 @@ from servo_twin.recording.recording import COLUMNS
 
 NAMES = ('t', *COLUMNS)
 
-TIMES = ('time', '__time', 'x_value')
+TIMES = ('time', '__time', 'x_value', 'timestamp')
 """Other names of the time that leave no doubt, in small letters."""
-ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
+ALSO = {'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
         'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
         'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
         'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',

@@ -41,10 +41,10 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     found: dict[str, np.ndarray] = {}
     strangers: list[str] = []
     headers = [*table.columns, *table.refused]
-    plain = {split(header)[0] for header in headers}
+    time = time_of(table)[0]
     for header in headers:
         name, unit = split(header)
-        if name.lower() in TIMES and 't' not in plain:
+        if header == time:
             name = 't'
         if name not in NAMES:
             strangers.append(header)
@@ -65,10 +65,12 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
 
 def time_of(table: Table) -> tuple[str, str]:
     """Return the header of the time and the unit that it gives; '' where there is none."""
-    parted = {header: split(header) for header in table.columns}
-    named = [header for header, (name, _) in parted.items() if name == 't'] or [
-        header for header, (name, _) in parted.items() if name.lower() in TIMES]
-    return (named[0], parted[named[0]][1]) if named else ('', '')
+    parted = {header: split(header) for header in (*table.columns, *table.refused)}
+    for wanted in ('t', *TIMES):
+        for header, (name, unit) in parted.items():
+            if name == wanted or wanted != 't' and name.lower() == wanted:
+                return header, unit
+    return '', ''
 
 
 def factor_of(where: str, name: str, unit: str, servo: Servo | None,
