@@ -7,7 +7,7 @@ from pyarrow import parquet
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.data.column_names import ANGLE, looks_like
+from servo_identify.data.column_names import ANGLE, looks_like, TOLD_TORQUE
 from servo_identify.data.column_units import factor_of
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.tables import read_table
@@ -69,7 +69,9 @@ def test_names_far_above_the_numbers_behind_a_key_are_found_with_the_units(tmp_p
     ('PL.FB(counts)', ANGLE), ('PL.CMD(counts)', 'reference_position'), ('IL.FB(Arms)', 'current'),
     ('IL.CMD(A)', 'current_reference'), ('VL.FB(rpm)', ''), ('VL.CMD(rpm)', 'reference_velocity'),
     ('CMD [V]', 'voltage'), ('Status', ''), ('field.position0', ANGLE), ('field.velocity12', ''),
-    ('ts', 't'), ('Torque (counts)', 'torque')])
+    ('ts', 't'), ('Torque (counts)', 'torque'), ('q_d_1', 'reference_position'), ('q_1', ANGLE),
+    ('dq_d_1', 'reference_velocity'), ('tau_J_d_1', TOLD_TORQUE), ('d_axis_current', 'current'),
+    ('r62: n_soll [1/min]', 'reference_velocity'), ('r63: n_ist [1/min]', '')])
 def test_a_unit_says_the_quantity_where_a_name_does_not(name, column):
     assert looks_like(name) == column
 
@@ -123,3 +125,36 @@ def test_the_label_of_a_signal_of_simulink_may_hold_the_unit(tmp_path):
         {'values': values, 'label': label} for label, values in labels.items()]}})
     assert init(data, '--column', 'motor_position=log.signals[motor_deg].values:deg') == 0
     np.testing.assert_allclose(read(data)['current'], run['i'], atol=1e-9)
+
+
+def test_of_lines_that_tell_all_columns_apart_that_with_units_holds_the_names(tmp_path):
+    run = gear_motor()
+    rows = '\n'.join(f'{t:.4f}\t{u:.5f}\t{i:.5f}\t{angle:.6f}' for t, u, i, angle in zip(
+        run['time'], run['u'], run['i'], run['theta'], strict=True))
+    data = tmp_path / 'bench.txt'
+    data.write_text('Bench 7\n\nZeit [s]\tSpannung [V]\tStrom [A]\tMotorwinkel [rad]\n'
+                    f'Intern\tMX840 CH1\tMX840 CH2\tMX460 CH1\n{rows}\n')
+    assert init(data) == 0
+    np.testing.assert_allclose(read(data)['motor_position'], run['theta'], atol=1e-6)
+
+
+def test_the_exponents_of_fortran_are_read(tmp_path):
+    data = tmp_path / 'run.dat'
+    data.write_text('t u\n' + ''.join(
+        f'{k * 2e-3:12.5E} {-1.5e-3 * k:12.5E}\n'.replace('E', 'D') for k in range(60)))
+    np.testing.assert_allclose(read_table(data)['u'], -1.5e-3 * np.arange(60))
+
+
+def test_it_offers_only_what_rises_for_the_time(tmp_path, capsys):
+    run = gear_motor()
+    data = write(tmp_path / 'run.csv', {'ms_today': 1e3 * run['time'], 'voltage': run['u'],
+                                        'current': run['i'], 'motor_position': run['theta']})
+    assert init(data) == 2
+    assert "--column t=SOURCE (of ['ms_today'];" in capsys.readouterr().err
+
+
+def test_it_says_what_to_cut_of_the_stamps_of_a_serial_monitor(tmp_path):
+    data = tmp_path / 'run.txt'
+    data.write_text(''.join(f'14:03:{12 + k:06.3f} -> {k},1.5,2.5\n' for k in range(9)))
+    assert "cut all up to ' -> ' off" in ' '.join(
+        read_table(data, names=('t', 'u', 'q')).refused.values())

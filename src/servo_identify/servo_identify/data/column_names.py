@@ -46,6 +46,8 @@ _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb
           'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
           'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
           'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
+_DESIRED = re.compile(r'(?<![a-z])(d?q|tau(?:_j)?)_d(?![a-z])')
+"""Names of what is desired, as equations have it: q_d."""
 _ARRAYS = {'position', 'velocity', 'effort', 'actual', 'desired'}
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 """Parts of German names, which are written as one word."""
@@ -53,7 +55,7 @@ _IN_ANGLES = re.compile(r'_(deg|m?rad)$')
 """Names that end with the unit of an angle: AZ_deg."""
 _UNITS = {'angle': ('deg', '°', 'grad', 'rad', 'mrad', 'rev', 'turns', 'count', 'counts', 'cnt',
                     'cnts', 'inc', 'incs', 'ticks', 'pulse', 'pulses'),
-          'speed': ('rpm', 'deg/s', 'rad/s', '°/s', 'rev/s', 'u/min'),
+          'speed': ('rpm', 'deg/s', 'rad/s', '°/s', 'rev/s', 'u/min', '1/min', 'min-1'),
           'current': ('a', 'ma', 'arms', 'amps')}
 _OF_UNIT = {unit: word for word, units in _UNITS.items() for unit in units}
 """What a unit behind a name says of the quantity, where the name does not."""
@@ -114,6 +116,7 @@ def looks_like(source: str, kind: str = '') -> str:
 
 def _words(name: str) -> set[str]:
     parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
+    parted = _DESIRED.sub(r'\1_desired', parted)
     words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
     parts = {part for word in words for part in (
         re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}

@@ -13,14 +13,16 @@ from servo_twin.description.nearest_name import or_what
 
 from .arrow_columns import first_stamp, is_clock, numbers_of, zero_of
 from .clock_times import seconds_of
-from .csv_layout import MINUS
-from .grouped_numbers import without_groups
+from .number_texts import plain, without_groups
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _PANDAS = '__index_level_0__'  # the index of a frame that has no name
 _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
           '1081,6 where semicolons or tabs part the columns')
 """Why a number with a comma or an apostrophe is none."""
+_ARROW = ' -> '
+_SERIAL = ('; the monitor of a serial port wrote its own stamps in front: cut all up to '
+           "' -> ' off, or log without them")
 
 
 @dataclass(frozen=True)
@@ -113,10 +115,12 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
     for k, value in enumerate(values):
         try:
             column[k] = np.nan if value is None else float(
-                value.replace(MINUS, '-') if isinstance(value, str) else value)
+                plain(value.strip()) if isinstance(value, str) else value)
         except (TypeError, ValueError):
             at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
-            why = _SIGNS if re.search(r"\d[,'\u2019 ]\d", str(values[at])) else ''
+            shown = str(values[at])
+            why = _SERIAL if _ARROW in shown else (
+                _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else '')
             raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
                              f'which is no number{why}') from None
     return column

@@ -79,7 +79,7 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
 def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> None:
     """Take out of the times what begins with T and does not rise: T_housing_C is a temperature."""
     times = found.get('t', [])
-    rising = [one for one in times if _rises(of.numbers.get(one.source))]
+    rising = [one for one in times if rises(of.numbers.get(one.source))]
     for one in times if times != rising else ():
         unit = of.units.get(one.source) or _unit_behind(one.source, 'temperature')
         warm = one not in rising and bool(unit) and _is_unit('temperature', unit)
@@ -100,7 +100,7 @@ def _each_once(times: list[Proposal], of: Offered) -> list[Proposal]:
     return kept
 
 
-def _rises(times: np.ndarray | None) -> bool:
+def rises(times: np.ndarray | None) -> bool:
     """Tell whether numbers never fall, and rise in most rows."""
     if times is None or len(times) < 2:
         return False

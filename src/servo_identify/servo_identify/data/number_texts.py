@@ -1,4 +1,4 @@
-"""Numbers with signs between their thousands, as spreadsheets write them: 1,016.807."""
+"""Numbers as programs write them: a typesetter's minus, 1.5D+00, or 1,016.807 of a spreadsheet."""
 
 from __future__ import annotations
 
@@ -6,7 +6,23 @@ from collections.abc import Sequence
 import re
 from typing import Any
 
+MINUS = '\N{MINUS SIGN}'  # which some programs write in place of a hyphen
+_FORTRAN = re.compile(r'(?<=[\d.])[dD](?=[-+]?\d+$)')
 _BOTH = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)([.,])\d+")
+
+
+def is_number(text: str) -> bool:
+    """Tell whether a text is a number, with a decimal point or a comma."""
+    try:
+        float(plain(text.strip().strip('"').replace(',', '.')))
+    except ValueError:
+        return False
+    return True
+
+
+def plain(text: str) -> str:
+    """Return a number as Python reads it: a typesetter's minus, 1.5D+00 of Fortran."""
+    return _FORTRAN.sub('E', text.replace(MINUS, '-'))
 
 
 def without_groups(values: Sequence[Any]) -> Sequence[Any]:
