@@ -158,3 +158,64 @@ def test_it_says_what_to_cut_of_the_stamps_of_a_serial_monitor(tmp_path):
     data.write_text(''.join(f'14:03:{12 + k:06.3f} -> {k},1.5,2.5\n' for k in range(9)))
     assert "cut all up to ' -> ' off" in ' '.join(
         read_table(data, names=('t', 'u', 'q')).refused.values())
+
+
+def test_columns_that_are_sampled_less_often_are_joined(tmp_path, capsys):
+    run = gear_motor()
+    rare = {'voltage': (run['u'], 5), 'current': (run['i'], 2)}
+    columns = {name: np.where(np.arange(len(values)) % every, np.nan, values)
+               for name, (values, every) in rare.items()}
+    data = write(tmp_path / 'run.csv', {'t': run['time'], **columns,
+                                        'motor_position': run['theta']})
+    assert init(data) == 0
+    assert 'joined               voltage, current: sampled less often' in capsys.readouterr().out
+    one = read(data)
+    assert np.isfinite(one['current'][:-1]).all() and np.isfinite(one['voltage']).all()
+    assert np.array_equal(one['voltage'][:5], np.full(5, one['voltage'][0]))
+    np.testing.assert_allclose(one['current'][1], run['i'][[0, 2]].mean(), atol=1e-6)
+
+
+def test_a_column_that_begins_late_is_not_joined(tmp_path, capsys):
+    run = gear_motor()
+    late = np.where(run['time'] < 2.0, np.nan, run['i'])
+    data = write(tmp_path / 'run.csv', {'t': run['time'], 'voltage': run['u'], 'current': late,
+                                        'motor_position': run['theta']})
+    assert init(data) == 0
+    assert 'joined' not in capsys.readouterr().out
+    assert np.isnan(read(data)['current'][:900]).all()
+
+
+def test_cells_of_lists_and_records_are_columns_of_their_parts(tmp_path):
+    run = gear_motor()
+    pairs = np.stack([run['q'], run['theta']], 1)
+    data = tmp_path / 'episode.parquet'
+    parquet.write_table(pyarrow.table({
+        'timestamp': run['time'], 'action': pyarrow.array(run['u'][:, None].tolist()),
+        'observation.state': pyarrow.FixedSizeListArray.from_arrays(
+            pyarrow.array(pairs.ravel()), 2),
+        'drive': pyarrow.array([{'current': one} for one in run['i'].tolist()])}), data)
+    assert init(data, '--si', '--column', 'voltage=action[0]', '--column',
+                'motor_position=observation.state[1]') == 0
+    one = read(data)
+    np.testing.assert_allclose(one['motor_position'], run['theta'])
+    np.testing.assert_allclose(one['current'], run['i'])
+    lines = tmp_path / 'log.jsonl'
+    lines.write_text('{"t": 0, "q": [1, {"raw": 2}]}\n{"t": 1, "q": [3]}\n')
+    found = read_table(lines)
+    assert list(found['q[0]']) == [1.0, 3.0]
+    assert np.array_equal(found['q[1].raw'], [2.0, np.nan], equal_nan=True)
+
+
+def test_a_cell_of_a_picture_is_no_columns(tmp_path):
+    data = tmp_path / 'a.jsonl'
+    data.write_text('{"t": 0, "picture": [' + ', '.join('1' * 99) + ']}\n')
+    assert 'picture' in read_table(data).refused
+
+
+def test_it_asks_for_the_shaft_and_the_unit_of_an_angle_at_once(tmp_path, capsys):
+    run = gear_motor()
+    data = write(tmp_path / 'run.csv', {'t': run['time'], 'voltage': run['u'],
+                                        'Position [cnt]': run['theta'] * 4096})
+    assert init(data) == 2
+    assert "--column 'motor_position=Position [cnt]:UNIT' (or load_position)" in (
+        capsys.readouterr().err)

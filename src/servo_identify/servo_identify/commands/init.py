@@ -79,7 +79,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.files import mapping_text, servo_text, write
     from ..init.left_out import left_out, remarks
     from ..init.noise import noise_of
-    from ..init.proposals import needs_mapping, proposed
+    from ..init.proposals import needs_mapping, proposed, sampled_less_often
     from ..init.sources import offered
     from ..init.torques import as_currents, complete_drive
     from ..init.turns import with_signs, with_turns
@@ -123,6 +123,10 @@ def main(arguments: argparse.Namespace) -> int:
         turn += ', which stands for A' if one.was else ''
         unit = one.was or one.unit or 'SI units'
         say(arguments, f'{column:<20} is {one.source!r} in {unit}{turn}')
+    rare = sampled_less_often(of, columns)
+    if rare:
+        say(arguments, f'joined               {", ".join(rare)}: sampled less often than other '
+                       'columns; a command is held, an angle or a current interpolated')
     left = left_out(of, columns, arguments.joint)
     if left:
         say(arguments, f'left out             {", ".join(map(repr, left))}')

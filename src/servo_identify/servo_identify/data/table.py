@@ -12,6 +12,7 @@ import numpy as np
 from servo_twin.description.nearest_name import or_what
 
 from .arrow_columns import first_stamp, is_clock, numbers_of, zero_of
+from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .number_texts import plain, without_groups
 
@@ -97,7 +98,7 @@ def _is_no_column(numbers: np.ndarray) -> bool:
 
 def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
     """Add columns that may be text: numbers or times of a clock, else the reason why not."""
-    for name, values in texts.items():
+    for name, values in (part for held in texts.items() for part in parts_of(*held)):
         try:
             clock = seconds_of(values)
             name = name or _index(table.columns, clock is not None)

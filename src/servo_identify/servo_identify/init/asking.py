@@ -89,7 +89,9 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
                                                    loose[0].unit)
         else:
             others = [one.source for one in loose[1:]]
-            missing.append(f'--column {shlex.quote(f"motor_position={loose[0].source}")} '
+            first = replace(loose[0], column=ENCODERS[0])
+            unit = '' if not _refused(ENCODERS[0], first) and (first.unit or si) else ':UNIT'
+            missing.append(f'--column {shlex.quote(f"motor_position={first.source}{unit}")} '
                            f'(or load_position{f"; or of {others}" if others else ""})')
     for names in (('t',), ENCODERS):
         if any(name in chosen or not ask and proposals.get(name) for name in names) or (

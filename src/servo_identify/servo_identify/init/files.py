@@ -12,7 +12,7 @@ from ..data.column_units import UNIT
 from ..data.shown_ratio import BELT
 from ..data.unsigned import steps_of
 from .machine import Machine
-from .proposals import Proposal
+from .proposals import Proposal, sampled_less_often
 from .sources import Offered
 
 USUAL_STEP = 1e-4  # s, of a machine whose springs and winding bear it
@@ -102,6 +102,8 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
              'of an encoder.']
     if of.rows:
         lines.append(f'rows: {of.rows}')
+    if sampled_less_often(of, chosen):
+        lines.append('join: true   # some columns are sampled less often than the encoder')
     if of.names:
         lines.append(f'names: [{", ".join(of.names)}]   # the file has no line of names')
     time = chosen['t']

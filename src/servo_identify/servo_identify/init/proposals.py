@@ -160,9 +160,17 @@ def unit_of_time(times: np.ndarray | None) -> str:
     return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
 
 
+def sampled_less_often(of: Offered, chosen: Mapping[str, Proposal]) -> list[str]:
+    """Return the columns of a table that have a number in each second row or fewer."""
+    known = {column: np.flatnonzero(np.isfinite(of.numbers[one.source]))
+             for column, one in chosen.items() if one.source in of.numbers}
+    return [column for column, rows in known.items() if len(rows) > 1 and
+            np.median(np.diff(rows)) > 1.0]
+
+
 def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     """Return whether the chosen columns can be read by a mapping file only, not by their names."""
-    if of.messages or of.names or of.rows:
+    if of.messages or of.names or of.rows or sampled_less_often(of, chosen):
         return True
     for column, one in chosen.items():
         if one.wraps or one.signed or one.was:
