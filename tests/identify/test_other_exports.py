@@ -7,6 +7,7 @@ from pyarrow import parquet
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.commands import init as command
 from servo_identify.data.column_names import ANGLE, looks_like, TOLD_TORQUE
 from servo_identify.data.column_units import factor_of
 from servo_identify.data.reading import read_recordings
@@ -15,6 +16,11 @@ from servo_identify.data.tables import read_table
 
 def init(data, *more):
     return main(['init', str(data), '-o', str(data.parent / 's.yaml'), *GIVEN, '--force', *more])
+
+
+def init_asking(data):
+    given = [one for one in GIVEN if one != '--no-questions']
+    return main(['init', str(data), '-o', str(data.parent / 's.yaml'), *given])
 
 
 def read(data):
@@ -219,3 +225,24 @@ def test_it_asks_for_the_shaft_and_the_unit_of_an_angle_at_once(tmp_path, capsys
     assert init(data) == 2
     assert "--column 'motor_position=Position [cnt]:UNIT' (or load_position)" in (
         capsys.readouterr().err)
+
+
+def test_on_a_terminal_counts_have_no_unit_that_enter_stands_for(tmp_path, monkeypatch):
+    run = gear_motor()
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'voltage': run['u'], 'current': run['i'],
+        'motor position (counts)': np.round(run['theta'] * 4096 / (2.0 * np.pi))})
+    asked, answers = list[tuple[str, str]](), iter(['', '1/4096', '1/4096 rev'])
+
+    def answered(question, default):
+        asked.append((question, default))
+        return next(answers)
+
+    monkeypatch.setattr('sys.stdin.isatty', lambda: True)
+    monkeypatch.setattr(command, '_ask', answered)
+    assert init_asking(data) == 0
+    first, second, third = asked
+    assert first[0].endswith("\nIn which unit is 'motor position (counts)' (motor_position)")
+    assert first[1] == '' and second[0].startswith('a unit is needed')
+    assert 'it lacks the angle' in third[0] and 'a unit is needed' not in third[0]
+    np.testing.assert_allclose(read(data)['motor_position'], run['theta'], atol=1e-3)

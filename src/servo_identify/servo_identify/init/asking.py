@@ -76,7 +76,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--joint NAME (of {joints})' if joints else
                            f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
-    chosen, untold = choose_torques(of, proposals, chosen, partial(_one_of, ask) if ask else None)
+    pick = partial(_one_of, ask, usual='') if ask else None
+    chosen, untold = choose_torques(of, proposals, chosen, pick)
     missing += untold
     taken |= {one.source for one in chosen.values()}
     chosen = {column: one for column, one in chosen.items() if one.source}
@@ -117,9 +118,11 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         if si and not refused:
             chosen[column] = replace(one, unit=_usual(one, linear))
         elif ask:
-            question = f'{refused}In which unit is {one.source!r} ({column})'
-            unit = _until(ask, question, _usual(one, linear),
-                          lambda text, column=column: _judge('the unit', column, text))
+            question = f'In which unit is {one.source!r} ({column})'
+            # of a unit that cannot be, as counts, nothing else stands to reason
+            usual = '' if refused else _usual(one, linear)
+            unit = _until(ask, f'{refused}\n{question}' if refused else question, usual,
+                          lambda text, column=column: _judge_answer(column, text))
             chosen[column] = replace(one, unit=unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
@@ -212,21 +215,29 @@ def with_command(machine: Machine, columns: Mapping[str, Proposal]) -> dict[str,
     return {name: given[name] for name in NAMES if name in given}
 
 
-def _one_of(ask: Ask, question: str, choices: Sequence[str]) -> str:
+def _one_of(ask: Ask, question: str, choices: Sequence[str], usual: str | None = None) -> str:
+    """Ask for one of some choices; Enter stands for ``usual``, or for the first of them."""
     def judge(text: str) -> None:
         if text not in choices:
             raise ValueError(or_what(text, choices))
     listed = ', '.join(choices[:12])
-    return _until(ask, f'{question} ({listed})', choices[0], judge)
+    return _until(ask, f'{question} ({listed})', choices[0] if usual is None else usual, judge)
+
+
+def _judge_answer(column: str, unit: str) -> None:
+    if not unit:
+        raise ValueError(f'a unit is needed, such as {UNIT[column]}')
+    _judge('the unit', column, unit)
 
 
 def _until(ask: Ask, question: str, default: str, judge: Callable[[str], object]) -> str:
-    """Ask until the answer is judged well."""
+    """Ask until the answer is judged well, with what was wrong with the last one."""
+    asked = question
     while True:
-        answer = ask(question, default).strip() or default
+        answer = ask(asked, default).strip() or default
         try:
             judge(answer)
         except ValueError as problem:
-            question = f'{problem}\n{question}'
+            asked = f'{problem}\n{question}'
         else:
             return answer
