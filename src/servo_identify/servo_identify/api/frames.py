@@ -45,7 +45,7 @@ def table_in(held: Any, name: str) -> Table:
         table.refused['t'] = (f'{name} has no column t, and its index does not say that it is the '
                               "time: where it is, in s, name it: data.rename_axis('t'); else add "
                               'the period times the number of the row')
-    return table
+    return Table(table.path, table.columns, refused=table.refused, begins=table.begins)
 
 
 def _named(held: Any) -> Iterator[tuple[str, Any]]:
