@@ -105,3 +105,14 @@ def test_on_a_terminal_it_asks_for_the_shaft_of_a_computed_torque(
     assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), *MACHINE]) == 0
     one, _ = read(data)
     np.testing.assert_allclose(one['current'], 0.045 * gear_motor()['i'], atol=1e-7)
+
+
+def test_it_names_all_torques_that_may_be_the_command_or_the_current(tmp_path, capsys):
+    made = gear_motor()['i']
+    data = joint(tmp_path, **{'effort_controller.commands[0]': made,
+                              'effort_controller.commands[1]': made, 'effort_a': made,
+                              'effort_b': made})
+    assert init(data) == 2
+    said = capsys.readouterr().err
+    assert "of the joint, or of ['effort_controller.commands[1]'], (the command)" in said
+    assert "of the joint, or of ['effort_b'], where the drive computes it" in said

@@ -25,7 +25,7 @@ _TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds'
 SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
           'velocities', 'qvel', 'rate'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
-_TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
+_TOLD = {'command', 'commands', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""
 _CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
 _TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force', 'effort', 'efforts'}
@@ -34,8 +34,8 @@ _DOUBTFUL = {'tau', 'effort', 'efforts', 'est', 'estimate', 'estimated', 'calc',
 """Words beside a torque that a drive computes from its current, where no sensor is named."""
 _MEASURED = {'sensor', 'cell', 'flange', 'transducer', 'gauge', 'measured', 'meas', 'mess',
              'external', 'ext'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung',
-            'ctrl'}
+_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'commands', 'cmd',
+            'spannung', 'ctrl'}
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
 _NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung'}
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',

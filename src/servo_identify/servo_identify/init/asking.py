@@ -76,9 +76,10 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--joint NAME (of {joints})' if joints else
                            f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
-    pick = partial(_one_of, ask, usual='') if ask else None
-    chosen, untold = choose_torques(of, proposals, chosen, pick)
-    missing += untold
+    if not any(one.startswith('--joint') for one in missing):  # whose torque it is
+        pick = partial(_one_of, ask, usual='') if ask else None
+        chosen, untold = choose_torques(of, proposals, chosen, pick)
+        missing += untold
     taken |= {one.source for one in chosen.values()}
     chosen = {column: one for column, one in chosen.items() if one.source}
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]

@@ -55,19 +55,19 @@ def choose_torques(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
     found, missing = dict(chosen), list[str]()
     told, computed = ([one for one in proposals.get(kind, ()) if one.source not in taken]
                       for kind in (TOLD_TORQUE, TORQUE))
-    if len(told) == 1 and not {'voltage', 'current_reference'} & found.keys():
-        one, = told
+    if told and not {'voltage', 'current_reference'} & found.keys():
         if ask:
+            one = _one_of(told, 'Which torque is the command', ask)
             answer = ask(f'Is {one.source!r} the command that the drive received, counted at the '
                          'motor or at the joint', [*_SHAFTS, 'leave out'])
             if answer in _SHAFTS:
                 found['voltage'] = replace(one, column='voltage', shaft=_SHAFTS[answer])
         else:
-            missing.append(f'{_flags(of, "voltage", one)} (the command), or --column voltage= '
+            missing.append(f'{_flags(of, "voltage", told)} (the command), or --column voltage= '
                            'without it')
-    if len(computed) == 1 and not {'torque', 'current'} & found.keys():
-        one, = computed
+    if computed and not {'torque', 'current'} & found.keys():
         if ask:
+            one = _one_of(computed, 'Which torque is that of this machine', ask)
             answer = ask(f'Was {one.source!r} measured by a torque sensor, or does the drive '
                          'compute it, counted at the motor or at the joint',
                          ['sensor', *_SHAFTS, 'leave out'])
@@ -76,19 +76,31 @@ def choose_torques(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             elif answer == 'sensor':
                 found['torque'] = replace(one, column='torque')
         else:
-            missing.append(f'{_flags(of, "current", one)} where the drive computes it from its '
-                           f"current, or --column 'torque={one.source}:{one.unit or 'N m'}' where "
-                           'a sensor measured it, or --column current= without it')
+            one = computed[0]
+            missing.append(f'{_flags(of, "current", computed)} where the drive computes it from '
+                           f"its current, or --column 'torque={one.source}:{one.unit or 'N m'}' "
+                           'where a sensor measured it, or --column current= without it')
     return found, missing
 
 
-def _flags(of: Offered, column: str, one: Proposal) -> str:
+def _one_of(several: Sequence[Proposal], question: str,
+            ask: Callable[[str, Sequence[str]], str]) -> Proposal:
+    """Return the one of several that is meant."""
+    if len(several) == 1:
+        return several[0]
+    answer = ask(question, [one.source for one in several])
+    return next(one for one in several if one.source == answer)
+
+
+def _flags(of: Offered, column: str, several: Sequence[Proposal]) -> str:
     """Return the flags that take a torque for a current, of the motor or of the joint."""
+    one, *more = several
     unit = one.unit or 'N m'
+    others = f', or of {[other.source for other in more]},' if more else ''
     if shaft_of(of, column, one.source):
-        return f"--column '{column}={one.source}:{unit}'"
+        return f"--column '{column}={one.source}:{unit}'{others}"
     return (f"--column '{column}={one.source}:{unit}' of the motor, or "
-            f"'{column}={one.source}:1/RATIO {unit}' of the joint")
+            f"'{column}={one.source}:1/RATIO {unit}' of the joint{others}")
 
 
 def complete_drive(machine: Machine, columns: Mapping[str, Proposal]) -> None:
