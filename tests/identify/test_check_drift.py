@@ -69,3 +69,22 @@ def test_one_sine_does_not_tell_a_ratio_from_a_twist():
     for name, size in (('load_position', 1.0), ('motor_position', 161.0 * 1.03)):
         columns[name] = size * angle + BENCH.noise(name) * chance.standard_normal(4000)
     assert not said([replace(one, columns=columns)], 'encoders show a ratio')
+
+
+@pytest.mark.parametrize(('channel', 'per', 'word'), [('load_position', 1.0, 'less'),
+                                                      ('motor_position', 161.0, 'more')])
+@pytest.mark.parametrize('slip', [True, False])
+def test_it_says_of_two_encoders_that_part_for_good_by_how_much(channel, per, word, slip):
+    one = run(0)
+    share = np.arange(len(one)) > 0.4 * len(one) if slip else np.linspace(0.0, 1.0, len(one))
+    apart = replace(one, columns={**one.columns, channel: one[channel] + 0.2 * per * share})
+    found, = said([apart], 'at the same place')
+    assert found.level == 'amber' and f'rad {word} at the end than at the start' in found.sentence
+    size = float(found.sentence.split(' rad ')[0].split()[-1])
+    assert size == pytest.approx(0.2 if slip else 0.15, rel=0.1)
+    assert 'slips' in found.action
+    assert not said([apart], 'cannot tell whether') and not said([apart], 'closes')
+
+
+def test_two_encoders_that_hold_raise_no_word():
+    assert not said([run(0)], 'at the same place')

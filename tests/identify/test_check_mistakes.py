@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servo_identify.data.looked_over import looked_over
 from servo_identify.data.scales import scale_findings, untold
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.description.servo_file import load
@@ -18,6 +19,14 @@ ANGLES = ('motor_position', 'load_position')
 AMPLITUDES = {'pan_tilt_azimuth': 6.0, 'pan_tilt_elevation': 6.0}
 """Volts that move a rig which two volts do not."""
 RIGS = sorted(path.stem for path in (CONFIG / 'rigs').glob('*.yaml'))
+
+
+def findings(recordings, servo):
+    return scale_findings(looked_over(recordings, servo))
+
+
+def questions(recordings, servo):
+    return untold(looked_over(recordings, servo))
 
 
 @lru_cache
@@ -53,7 +62,7 @@ def called(one, **names):
 
 def red(one, rig):
     """Return the red sentences about one recording."""
-    return ' '.join(finding.sentence for finding in scale_findings([one], servo_of(rig))
+    return ' '.join(finding.sentence for finding in findings([one], servo_of(rig))
                     if finding.level == 'red')
 
 
@@ -114,7 +123,7 @@ def test_it_sees_an_encoder_of_the_other_shaft_where_there_is_one(rig, has, is_o
 
 
 def test_it_asks_for_the_shaft_where_an_inertia_could_be_as_wrong():
-    found, = scale_findings([called(recorded('robstride'), load_position='motor_position')],
+    found, = findings([called(recorded('robstride'), load_position='motor_position')],
                             servo_of('robstride'))
     assert found.level == 'amber' and 'that of the other shaft?' in found.sentence
 
@@ -138,30 +147,31 @@ def test_a_back_emf_tells_voltage_and_current_apart_where_one_volt_makes_one_amp
     given = servo_of('geared_dc')
     servo = replace(given, values={**given.values, 'drive.resistance': 1.0})
     one = recorded('geared_dc', family, channels, ('drive.resistance=1.0',))
-    assert [found.level for found in scale_findings([one], servo)] in ([], ['amber'])
-    found, = scale_findings([called(one, voltage='current', current='voltage')], servo)
+    assert [found.level for found in findings([one], servo)] in ([], ['amber'])
+    found, = findings([called(one, voltage='current', current='voltage')], servo)
     assert found.level == 'red' and 'voltage and current are swapped' in found.sentence
 
 
 def test_it_says_that_a_drive_of_currents_hides_which_of_command_and_current_is_which():
     servo = servo_of('ema_bench')
-    told, = untold([recorded('ema_bench'), recorded('ema_bench', 'multisine')], servo)
+    told, = questions([recorded('ema_bench'), recorded('ema_bench', 'multisine')], servo)
     assert told.level == 'amber' and told.action
     assert 'cannot tell whether voltage and current are swapped' in told.sentence
-    assert untold([recorded('geared_dc')], servo_of('geared_dc')) == []
+    assert questions([recorded('geared_dc')], servo_of('geared_dc')) == []
 
 
 def test_it_does_not_ask_which_is_which_of_two_columns_that_are_alike():
-    assert untold([recorded('odrive'), recorded('odrive', 'multisine')], servo_of('odrive')) == []
+    several = [recorded('odrive'), recorded('odrive', 'multisine')]
+    assert questions(several, servo_of('odrive')) == []
 
 
 def test_it_has_no_doubts_on_a_reference_that_the_controller_does_not_read():
     one, servo = recorded('feed_drive'), servo_of('feed_drive')
     assert servo.values['controller.kf'] == 0.0
     slow = replace(one, columns={**one.columns, 'reference_velocity': 1e-9 * np.ones(len(one))})
-    assert not any('reference_velocity' in said.sentence for said in untold([slow], servo))
+    assert not any('reference_velocity' in said.sentence for said in questions([slow], servo))
     reads = servo.with_values({'controller.kf': 1.0})
-    assert any('reference_velocity' in said.sentence for said in untold([slow], reads))
+    assert any('reference_velocity' in said.sentence for said in questions([slow], reads))
 
 
 def test_it_names_two_mistakes_at_once():
@@ -176,7 +186,7 @@ def test_a_servo_file_that_is_half_off_is_no_mistake_of_the_table(rig):
         for path in ('mechanism.load_inertia', 'drive.torque_constant', 'drive.gain'):
             servo = replace(given, tolerance={}, values={
                 **given.values, path: factor * given.values[path]})
-            found = scale_findings([recorded(rig)], servo)
+            found = findings([recorded(rig)], servo)
             assert [one for one in found if one.level == 'red'] == []
 
 
@@ -184,7 +194,7 @@ def test_one_recording_of_several_stops_a_diagnosis_only_if_its_mistake_explains
     good = [replace(recorded('rv_bench', family), name=family)
             for family in ('sine', 'multisine', 'speed_ladder')]
     degrees = replace(times(good[0], motor_position=180.0 / pi), name='in degrees')
-    red_ones = [one.sentence for one in scale_findings([*good, degrees], servo_of('rv_bench'))
+    red_ones = [one.sentence for one in findings([*good, degrees], servo_of('rv_bench'))
                 if one.level == 'red']
     assert len(red_ones) == 1
     assert red_ones[0].startswith('in degrees: ') and 'degrees' in red_ones[0]
@@ -196,5 +206,5 @@ def test_one_recording_of_several_stops_a_diagnosis_only_if_its_mistake_explains
         **good[0].columns,
         **{name: np.std(good[0][name]) * push - 0.5 * good[0][name]
            for name in ('voltage', 'current')}})
-    told = scale_findings([*good, pushed], servo_of('rv_bench'))
+    told = findings([*good, pushed], servo_of('rv_bench'))
     assert [one.level for one in told] == ['amber'] and told[0].sentence.startswith('pushed: ')

@@ -68,7 +68,7 @@ def test_times_of_a_clock_are_seconds(tmp_path, shown, period):
 
 
 @pytest.mark.parametrize(('rows', 'blamed'), [
-    ('0;2,5;3,6\n1;2,5;1.081,6\n', "'1.081,6' in row 2"),
+    ('0;2,5;3,6\n1;2,5;1.081,6\n2;2,5;1,081.6\n', "'1.081,6' in row 2"),
     ("0;2.5;3\n1;2.5;1'000\n", '"1\'000" in row 2'),
     ('0,"2,65",3\n1,"2,65",4\n', "'2,65' in row 1")])
 def test_it_says_of_a_number_why_its_signs_are_not_read(tmp_path, rows, blamed):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.data.column_names import ANGLE, looks_like
+from servo_identify.data.column_names import ANGLE, looks_like, TOLD_TORQUE, TORQUE
 from servo_identify.data.reading import read_recordings
 from servo_twin.description.servo_file import load
 
@@ -193,7 +193,8 @@ def test_a_name_that_ends_with_the_number_of_a_joint_has_no_unit_there(run, tmp_
     ('Sollposition', 'reference_position'), ('Lagesollwert', 'reference_position'),
     ('Drehzahlsollwert', 'reference_velocity'), ('Strom', 'current'), ('Spannung', 'voltage'),
     ('Stromsollwert', 'current_reference'), ('Drehmoment', 'torque'), ('Zeitstempel', 't'),
-    ('Gehäusetemperatur', 'temperature'), ('Drehzahl', ''), ('Solldrehmoment', ''),
+    ('Gehäusetemperatur', 'temperature'), ('Drehzahl', ''), ('Solldrehmoment', TOLD_TORQUE),
+    ('Istdrehmoment', TORQUE), ('tau_est', TORQUE), ('effort', TORQUE), ('tau_sensor', 'torque'),
     ('Zwischenkreisspannung', ''), ('Schleppfehler', ''), ('Positionsabweichung', '')])
 def test_it_knows_the_names_of_german_loggers(name, column):
     assert looks_like(name) == column

@@ -152,3 +152,24 @@ def test_a_constant_column_follows_the_steps_too(tmp_path):
                        '  external_torque: {value: 2.0, scale: 1.5, negate: true}\n')
     one = import_table(write_csv(tmp_path / 'a.csv', table()), SERVO, mapping=mapping)
     assert np.all(one['external_torque'] == -3.0)
+
+
+def test_it_adds_and_subtracts_another_column_in_the_same_numbers(tmp_path):
+    coarse, fine = np.arange(len(TIME)) % 360.0, 0.25 * np.ones(len(TIME))
+    path = write_csv(tmp_path / 'a.csv', {
+        't': TIME, 'u': TIME, 'left': np.full(len(TIME), 1500.0),
+        'right': np.full(len(TIME), 65536.0 - 500.0), 'coarse': coarse, 'fine': fine})
+    (tmp_path / 'm.yaml').write_text(
+        'time: {source: t}\ncolumns:\n  voltage: {source: u}\n'
+        '  current: {source: left, plus: right, above: 32767, subtract: 65536, scale: 0.001}\n'
+        '  motor_position: {source: coarse, minus: fine, wraps: 360, unit: deg}\n')
+    one = import_table(path, SERVO, mapping=tmp_path / 'm.yaml')
+    assert np.allclose(one['current'], 1.0)
+    assert np.allclose(np.degrees(one['motor_position']), np.arange(len(TIME)) - 0.25)
+
+
+def test_it_names_a_column_to_add_that_is_not_there(tmp_path):
+    (tmp_path / 'm.yaml').write_text(
+        'time: {source: t}\ncolumns: {voltage: {source: voltage, plus: volts}}\n')
+    with pytest.raises(ValueError, match="has no column 'volts'"):
+        import_table(write_csv(tmp_path / 'a.csv', table()), SERVO, mapping=tmp_path / 'm.yaml')

@@ -35,6 +35,31 @@ def test_it_reads_what_matlab_saves_as_version_7_3(matlab):
     assert found.facts == {'mass': 1.5, 'note': 'run 7'}
 
 
+def test_cells_and_lists_of_structures_of_version_7_3_are_followed(tmp_path):
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(tmp_path / 'a.mat', 'w') as file:
+        kind, held = h5py.ref_dtype, file.create_group('#refs#')
+
+        def cells(name, *values):
+            for k, value in enumerate(values):
+                held.create_dataset(f'{name.replace("/", "_")}{k}', data=value)
+            made = file.create_dataset(name, (1, len(values)), dtype=kind)
+            for k in range(len(values)):
+                made[0, k] = held[f'{name.replace("/", "_")}{k}'].ref
+            return made
+
+        cells('runs', TIME, ANGLE).attrs['MATLAB_class'] = b'cell'
+        texts = [np.array([[ord(one)] for one in name], dtype=np.uint16) for name in ('u', 'q')]
+        cells('log/values', VOLTAGE, ANGLE)
+        cells('log/label', *texts)
+        around = file.create_dataset('around', (1,), dtype=kind)
+        around[0] = around.ref  # leads back
+    found = read_table(tmp_path / 'a.mat')
+    assert set(found.columns) == {'runs[0]', 'runs[1]', 'log[u].values', 'log[q].values'}
+    assert np.array_equal(found['log[q].values'], ANGLE)
+    assert np.array_equal(found['runs[0]'], TIME)
+
+
 def test_it_reads_hdf5_with_its_units_and_never_another_file(tmp_path):
     h5py = pytest.importorskip('h5py')
     with h5py.File(tmp_path / 'other.h5', 'w') as file:

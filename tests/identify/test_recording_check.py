@@ -297,3 +297,21 @@ effects:
     assert np.ptp(columns['load_position']) > 1.0
     fall = Recording('fall', 2e-3, columns, family='fall')
     assert not any(one.level == 'red' for one in check([fall], servo))
+
+
+def test_it_works_out_channels_and_references_once(good, monkeypatch):
+    from servo_identify.data import looked_over
+
+    asked, work = [], looked_over.off_references
+    monkeypatch.setattr(looked_over, 'off_references',
+                        lambda *given: asked.append(given) or work(*given))
+    check([good], BENCH)
+    assert len(asked) == 1
+
+
+def test_sentences_that_differ_in_their_numbers_alone_are_one(good):
+    several = [replace(good, name=f'run_{k}', warnings=(
+        f'times are not even ({k}e-3 to 0.5 s apart): resampled to 0.001 s',)) for k in (1, 2)]
+    found, = [one for one in check(several, BENCH) if 'not even' in one.sentence]
+    assert found.sentence == ('run_1, run_2: times are not even (1e-3 to 0.5 s apart): resampled '
+                              'to 0.001 s (the numbers are of run_1)')

@@ -86,3 +86,39 @@ def test_a_hole_of_three_periods_is_filled_wherever_it_is(tmp_path):
     recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
     assert not any('holes' in warning for warning in recording.warnings)
     assert np.allclose(recording['motor_position'], 1e-3 * np.arange(6000))
+
+
+@pytest.mark.parametrize('rate', [3.0, 30.0])
+def test_it_says_how_far_a_line_between_uneven_rows_may_be_off(tmp_path, rate):
+    random = np.random.default_rng(4)
+    time = np.cumsum(random.uniform(4e-3, 6e-3, 400))
+    columns = {'t': time, 'voltage': time, 'motor_position': np.sin(rate * time),
+               'current': 0.0 * time}
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO, period=2e-3)
+    off = np.abs(recording['motor_position'] - np.sin(rate * (recording.start + recording.time)))
+    said = recording.warnings[0].split('in shares of the range, by ')[1]
+    assert said.endswith('% of motor_position')
+    assert np.max(off) / 2.0 == pytest.approx(float(said.split()[0]) / 100.0, rel=0.5)
+
+
+def test_even_times_cost_nothing(tmp_path):
+    recording = import_table(write_csv(tmp_path / 'a.csv', table()), SERVO)
+    assert 'of the range' not in ' '.join(recording.warnings)
+
+
+@pytest.mark.parametrize(('name', 'stamps', 'begin'), [
+    ('t', [f'2026-11-26 14:03:{12 + 2e-3 * k:06.3f}' for k in range(50)],
+     '2026-11-26 14:03:12.000'),
+    ('t [s]', [f'{1795701792 + 2e-3 * k:.3f}' for k in range(50)], '2026-11-26 14:03:12.000 UTC'),
+    ('t', [str(1795701792 * 10**9 + 2 * 10**6 * k) for k in range(50)],
+     '2026-11-26 14:03:12.000 UTC'),
+    ('t', [str((1795701792 + 11644473600) * 10**7 + 20000 * k) for k in range(50)],
+     '2026-11-26 14:03:12.000 UTC'), ('t', [f'{2e-3 * k:.3f}' for k in range(50)], '')])
+def test_the_note_keeps_when_a_recording_began(tmp_path, name, stamps, begin):
+    path = tmp_path / 'a.csv'
+    path.write_text(f'{name},voltage,motor_position\n' + ''.join(
+        f'{one},{k},{0.1 * k}\n' for k, one in enumerate(stamps)))
+    recording = import_table(path, SERVO)
+    assert recording.period == pytest.approx(2e-3)
+    assert (f'the first row is of {begin}' in recording.note) if begin else (
+        'first row is of' not in recording.note)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from servo_identify.data.column_names import TOLD_TORQUE
 from servo_identify.data.column_units import factor_of
 from servo_identify.data.physical_units import factor_to, value_in
 from servo_identify.data.unit_symbols import UnitError
@@ -97,7 +98,8 @@ def test_what_one_count_is_is_asked_for_in_the_quantity_of_the_column(wanted, ex
     ('/dynamic.interface_values[arm].values[current]', 'DynamicJointState', 'current'),
     ('Commanded Position', '', 'reference_position'), ('Demand Speed', '', 'reference_velocity'),
     ('fActCur', '', 'current'), ('fSetCur', '', 'current_reference'),
-    ('Iq_measured', '', 'current'), ('tau_cmd', '', ''), ('/command/data', '', 'voltage')])
+    ('Iq_measured', '', 'current'), ('tau_cmd', '', TOLD_TORQUE),
+    ('/command/data', '', 'voltage')])
 def test_it_tells_columns_by_their_names(source, kind, column):
     assert looks_like(source, kind) == column
 
@@ -122,7 +124,9 @@ def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out
     missing = choose_columns(of, proposed(of), {}, True, None)[1]
     assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
     chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
-    assert not missing and chosen['load_position'].source == '/joint_states.position[elbow]'
+    effort, = missing
+    assert effort.startswith("--column 'current=/joint_states.effort[elbow]:N m' where the drive")
+    assert chosen['load_position'].source == '/joint_states.position[elbow]'
 
 
 def test_it_asks_for_the_topic_where_two_tell_the_angle_of_one_joint():

@@ -11,6 +11,7 @@ import numpy as np
 from servo_twin.recording.recording import COLUMNS, Recording
 
 from ..data.column_names import TIMES
+from ..data.column_units import time_of
 from ..data.table import Table
 
 
@@ -38,7 +39,13 @@ def table_in(held: Any, name: str) -> Table:
                              '(samples,): give its parts names of their own, and several tables '
                              'as a list: read([first, second], ...)')
         table.columns[column] = numbers
-    return Table(table.path, table.columns, refused=table.refused)
+        if np.asarray(values).dtype.kind == 'M' and len(numbers):
+            table.begins[column] = str(np.asarray(values)[0])[:23].replace('T', ' ')
+    if hasattr(held, 'index') and not time_of(table)[0]:
+        table.refused['t'] = (f'{name} has no column t, and its index does not say that it is the '
+                              "time: where it is, in s, name it: data.rename_axis('t'); else add "
+                              'the period times the number of the row')
+    return Table(table.path, table.columns, refused=table.refused, begins=table.begins)
 
 
 def _named(held: Any) -> Iterator[tuple[str, Any]]:
@@ -50,13 +57,18 @@ def _named(held: Any) -> Iterator[tuple[str, Any]]:
         return
     names = held.dtype.names if isinstance(held, np.ndarray) else getattr(
         held, 'column_names', None) or getattr(held, 'columns', held)
-    index: Any = getattr(held, 'index', None)
+    index: Any = _without_zone(given := getattr(held, 'index', None), given)
     called = getattr(index, 'name', None)
     if hasattr(index, 'values') and 't' not in names and (
             called in ('t', *TIMES) or index.values.dtype.kind in 'mM'):
         yield 't', index.values
     for one in names:
-        yield str(one), held[one]
+        yield str(one), _without_zone(held[one], getattr(held[one], 'dt', None))
+
+
+def _without_zone(stamps: Any, clock: Any) -> Any:
+    """Return stamps of pandas in UTC where they have a zone, all else as it is."""
+    return clock.tz_convert(None) if getattr(clock, 'tz', None) is not None else stamps
 
 
 def in_memory(data: Any) -> TypeGuard[Mapping[str, Any]]:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from pathlib import Path
-import re
 import shutil
 import sys
 from typing import Any, TYPE_CHECKING
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
 
     from ..data.long_bags import Long
 
-NUMBER = re.compile(r"(?<![\w\[/'.])\d[\d.]*(e[+-]?\d+)?(?![\w\]/'])")  # and no part of a name
 IN_PARTS_FROM = 2**27  # bytes of memory from which on a table is not held whole, if it can be
 SAID_FROM = 2**30  # bytes of memory from which on they are said
 
@@ -136,6 +134,8 @@ def _say_notes(arguments: argparse.Namespace, made: dict[str, dict[str, Any]]) -
 
     Lines that differ in their numbers alone are one, with the numbers of the first table.
     """
+    from ..data.finding import without_numbers
+
     lines = dict[tuple[str, bool], list[tuple[str, str]]]()
     for name, found in made.items():
         told = [(line, line in found['warnings']) for line in found['note'].splitlines()]
@@ -143,7 +143,7 @@ def _say_notes(arguments: argparse.Namespace, made: dict[str, dict[str, Any]]) -
         told += [(f'{one.sentence.removeprefix(own)} What to do: {one.action}', True)
                  for one in found['findings']]
         for line, warned in told:
-            lines.setdefault((NUMBER.sub('0', line), warned), []).append((name, line))
+            lines.setdefault((without_numbers(line), warned), []).append((name, line))
     for (_, warned), said in lines.items():
         names = ', '.join(name for name, _ in said)
         first = f'; the numbers are of {said[0][0]}' if len({line for _, line in said}) > 1 else ''

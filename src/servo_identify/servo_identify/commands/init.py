@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-import re
 import shlex
 import sys
 import tempfile
@@ -78,9 +77,11 @@ def main(arguments: argparse.Namespace) -> int:
     from ..data.plausibility import doubt_of_ratio
     from ..init.asking import choose_columns, complete, given_columns, not_asked_for, with_command
     from ..init.files import mapping_text, servo_text, write
+    from ..init.left_out import left_out, remarks
     from ..init.noise import noise_of
-    from ..init.proposals import needs_mapping, proposed
+    from ..init.proposals import needs_mapping, proposed, sampled_less_often
     from ..init.sources import offered
+    from ..init.torques import as_currents, complete_drive
     from ..init.turns import with_signs, with_turns
 
     arguments.data = one_file(arguments.data, 'init')
@@ -89,16 +90,17 @@ def main(arguments: argparse.Namespace) -> int:
             judged_file(path, arguments.force)
     ask = None if arguments.no_questions or not sys.stdin.isatty() else _ask
     of = offered(arguments.data)
-    columns, missing = choose_columns(of, proposed(of, arguments.joint),
-                                      given_columns(of, arguments.column), arguments.si, ask,
-                                      arguments.linear)
+    proposals = proposed(of, arguments.joint)
+    columns, missing = choose_columns(of, proposals, given_columns(of, arguments.column),
+                                      arguments.si, ask, arguments.linear)
     machine = _machine(arguments)
+    complete_drive(machine, columns)
     missing += complete(machine, columns, ask)
     if missing:
         raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
             f'the {section} is {said}' for section, said in machine.chosen.items()), *(
                 f'left out: {said}' for said in not_asked_for(of))]))
-    columns = with_signs(with_command(machine, columns), of)
+    columns = with_signs(as_currents(with_command(machine, columns), machine), of)
     if arguments.mapping_out is None and needs_mapping(of, columns):
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     draft = servo_text(machine, {}, arguments.tolerance)
@@ -118,15 +120,18 @@ def main(arguments: argparse.Namespace) -> int:
     for column, one in columns.items():
         turn = f', and wraps around at each {one.wraps:.6g} of them' if one.wraps else ''
         turn += f', read as unsigned of {one.signed} bit' if one.signed else ''
-        say(arguments, f'{column:<20} is {one.source!r} in {one.unit or "SI units"}{turn}')
-    taken = {one.source for one in columns.values()}
-    joints = {f'[{arguments.joint}]'} if arguments.joint else {
-        name for source in taken for name in re.findall(r'\[[^\[\]]+\]$', source)}
-    beside = [one for one in of.sources if any(joint in one for joint in joints)]
-    left = [source for source in (beside if of.messages else (*of.sources, *of.refused))
-            if source not in taken]
+        turn += ', which stands for A' if one.was else ''
+        unit = one.was or one.unit or 'SI units'
+        say(arguments, f'{column:<20} is {one.source!r} in {unit}{turn}')
+    rare = sampled_less_often(of, columns)
+    if rare:
+        say(arguments, f'joined               {", ".join(rare)}: sampled less often than other '
+                       'columns; a command is held, an angle or a current interpolated')
+    left = left_out(of, columns, arguments.joint)
     if left:
         say(arguments, f'left out             {", ".join(map(repr, left))}')
+    for said in remarks(proposals, columns, left):
+        say(arguments, f'note                 {said}')
     for section, said in machine.chosen.items():
         say(arguments, f'{section:<20} is {said}')
     red = [one for one in findings if one.level == 'red']

@@ -40,6 +40,17 @@ def _seconds(column: Any) -> np.ndarray:
     return np.array([np.nan if one is None else (one - first) * 1e-9 for one in counts])
 
 
+def first_stamp(column: Any) -> str:
+    """Return the first stamp of a calendar as it is shown; '' of another column."""
+    from pyarrow import types
+
+    if not types.is_timestamp(column.type):
+        return ''
+    known = column.drop_null()
+    zone = ' UTC' if column.type.tz else ''
+    return str(known.slice(0, 1).cast('string')[0]).removesuffix('Z') + zone if len(known) else ''
+
+
 def is_clock(column: Any) -> bool:
     """Tell whether a column holds stamps of a calendar or durations."""
     from pyarrow import types

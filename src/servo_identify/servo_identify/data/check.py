@@ -14,6 +14,7 @@ from servo_twin.recording.recording import Recording
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
+from .looked_over import looked_over
 from .raw_encoder import wrapped_findings
 from .reader_advice import READER
 from .scales import contradicting, scale_findings, untold
@@ -57,11 +58,12 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
                                  f'{seen.still} of them.'))
     found += each_once([finding for one in looked for finding in _computed(one)])
     shown = {id(one): excitation(one, servo) for one in looked}
+    over = looked_over(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
-        scales = contradicting(looked, servo) or scale_findings(looked, servo, shown)
+        scales = contradicting(looked, servo) or scale_findings(over)
         found += scales
     if not any(one.level == 'red' for one in found):
-        open_ = untold(looked, servo, shown)
+        open_ = untold(over)
         if not open_ and not scales and any(one.duration >= SHORTEST for one in surveys):
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))

@@ -9,38 +9,56 @@ from servo_twin.recording.recording import COLUMNS
 
 NAMES = ('t', *COLUMNS)
 
-TIMES = ('time', '__time', 'x_value')
+TIMES = ('time', '__time', 'x_value', 'timestamp')
 """Other names of the time that leave no doubt, in small letters."""
-ALSO = {'timestamp': 't', 'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
+ALSO = {'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
         'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
         'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
         'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',
         'tau': 'torque', 'q_ref': 'reference_position'}
 """What others call a column, and it may be another one as well."""
 ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
+TORQUE = 'a torque'  # of a sensor, or computed from the current: the name does not say which
+TOLD_TORQUE = 'a torque that was told'  # the command of a drive, in N m
 
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc'}
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc', 'ts'}
 SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
           'velocities', 'qvel', 'rate'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
-_TOLD = {'command', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
+_TOLD = {'command', 'commands', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""
 _CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
-_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'cmd', 'spannung',
-            'ctrl'}
+_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force', 'effort', 'efforts'}
+_DOUBTFUL = {'tau', 'effort', 'efforts', 'est', 'estimate', 'estimated', 'calc', 'calculated',
+             'computed', 'actual', 'act', 'ist', 'feedback', 'motor'}
+"""Words beside a torque that a drive computes from its current, where no sensor is named."""
+_MEASURED = {'sensor', 'cell', 'flange', 'transducer', 'gauge', 'measured', 'meas', 'mess',
+             'external', 'ext'}
+_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'commands', 'cmd',
+            'spannung', 'ctrl'}
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
-_NEITHER = {'effort', 'error', 'acceleration', 'force', 'fehler', 'abweichung'}
+_NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung'}
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
              'counts', 'ticks', 'positions', 'estimate', 'qpos'}
+_QUANTITIES = _TIME | SPEED | _CURRENT | _TORQUE | _SUPPLY | _NEITHER | _POSITION | (
+    _COMMAND - _TOLD)
 _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
           'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
           'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
           'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
+_DESIRED = re.compile(r'(?<![a-z])(d?q|tau(?:_j)?)_d(?![a-z])')
+"""Names of what is desired, as equations have it: q_d."""
+_ARRAYS = {'position', 'velocity', 'effort', 'actual', 'desired'}
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 """Parts of German names, which are written as one word."""
 _IN_ANGLES = re.compile(r'_(deg|m?rad)$')
 """Names that end with the unit of an angle: AZ_deg."""
+_UNITS = {'angle': ('deg', '°', 'grad', 'rad', 'mrad', 'rev', 'turns', 'count', 'counts', 'cnt',
+                    'cnts', 'inc', 'incs', 'ticks', 'pulse', 'pulses'),
+          'speed': ('rpm', 'deg/s', 'rad/s', '°/s', 'rev/s', 'u/min', '1/min', 'min-1'),
+          'current': ('a', 'ma', 'arms', 'amps')}
+_OF_UNIT = {unit: word for word, units in _UNITS.items() for unit in units}
+"""What a unit behind a name says of the quantity, where the name does not."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
                                                 'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
                                                 'qpos'}
@@ -57,10 +75,13 @@ def split(header: str) -> tuple[str, str]:
 def looks_like(source: str, kind: str = '') -> str:
     """Return the column that a source looks like by its name, :data:`ANGLE`, or ''."""
     # of a message an index names the joint, but behind .values the interface
-    name = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source) if kind else split(source)[0]
+    bare = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source)
+    name, unit = (bare, '') if kind else split(source)
     if name in NAMES:
         return name
     words = _words(name) | ({'angle'} if _IN_ANGLES.search(name.lower()) else set())
+    if unit.lower() in _OF_UNIT and not words & _QUANTITIES:
+        words |= {_OF_UNIT[unit.lower()]}
     if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
     if words & {'temp', 'temperature', 'temperatur'}:
@@ -72,7 +93,7 @@ def looks_like(source: str, kind: str = '') -> str:
                               (_POSITION, 'reference_position')):
             if words & found:
                 return column
-        return ''
+        return TOLD_TORQUE if words & _TORQUE and not words & _NEITHER else ''
     if words & _TOLD and words & (SPEED | _POSITION):
         return 'reference_velocity' if words & SPEED else 'reference_position'
     if words & (SPEED | _SUPPLY | _NEITHER):
@@ -81,7 +102,9 @@ def looks_like(source: str, kind: str = '') -> str:
         return 'current' if not words & _TOLD else 'current_reference'
     if words & _TORQUE:
         if words & _TOLD:
-            return ''  # what was told is no measured torque, and no drive is told N m
+            return TOLD_TORQUE
+        if words & _DOUBTFUL and not words & _MEASURED:
+            return TORQUE
         return 'external_torque' if words & {'external', 'ext'} else 'torque'
     if words & _POSITION:
         field = _words(name.partition('.')[2]) if kind else words  # a topic is no shaft
@@ -93,9 +116,12 @@ def looks_like(source: str, kind: str = '') -> str:
 
 def _words(name: str) -> set[str]:
     parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
+    parted = _DESIRED.sub(r'\1_desired', parted)
     words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
-    return {part for word in words for part in (
+    parts = {part for word in words for part in (
         re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
+    # of the arrays of a message a table has position0, position1 ...
+    return parts | {bare for part in parts if (bare := part.rstrip('0123456789')) in _ARRAYS}
 
 
 def likely(name: str, missing: list[str]) -> str:

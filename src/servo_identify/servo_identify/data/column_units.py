@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from servo_twin.physics.servo import Servo
@@ -19,6 +21,8 @@ UNIT = {'t': 's'} | COLUMNS
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
 CURRENTS = ('current', 'current_reference')
+EFFECTIVE = ('arms', 'aeff')
+"""Units of a current by its effective value, in small letters."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
              'rad/s': 'deg/s, rpm, Hz (turns a second)', 'A': 'mA',
              'V': 'mV (a command may also be in A or mA)',
@@ -37,10 +41,10 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
     found: dict[str, np.ndarray] = {}
     strangers: list[str] = []
     headers = [*table.columns, *table.refused]
-    plain = {split(header)[0] for header in headers}
+    time = time_of(table)[0]
     for header in headers:
         name, unit = split(header)
-        if name.lower() in TIMES and 't' not in plain:
+        if header == time:
             name = 't'
         if name not in NAMES:
             strangers.append(header)
@@ -57,6 +61,16 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
         found[name] = table[header] * factor
     _judge_strangers(table, strangers, [name for name in NAMES if name not in found], told)
     return found
+
+
+def time_of(table: Table) -> tuple[str, str]:
+    """Return the header of the time and the unit that it gives; '' where there is none."""
+    parted = {header: split(header) for header in (*table.columns, *table.refused)}
+    for wanted in ('t', *TIMES):
+        for header, (name, unit) in parted.items():
+            if name == wanted or wanted != 't' and name.lower() == wanted:
+                return header, unit
+    return '', ''
 
 
 def factor_of(where: str, name: str, unit: str, servo: Servo | None,
@@ -92,6 +106,9 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
     if unit in ('%', 'percent'):
         hint += ('; leave the unit out and give scale: in the mapping, what 1 % is in '
                  f'{wanted}: scale: 0.08 where the whole is 8 {wanted}')
+    if name in (*CURRENTS, *COMMANDS) and re.sub('[ _]', '', unit.lower()) in EFFECTIVE:
+        hint += ('; it is the effective value of a sine: write A where the torque constant is '
+                 'given for that (N m/Arms), else 1.41421 A')
     if name in (*CURRENTS, *COMMANDS) and _is_of(unit, 'N m'):
         hint += ('; leave the unit out and give the drive a torque constant of 1 N m/A, so that '
                  '1 A stands for 1 N m')

@@ -9,18 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 import re
 
+from .column_names import looks_like, split
 from .export_headers import period_without_times, scope_names, unit_labels
+from .number_texts import is_number
 from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
 BEGIN = 100_000  # bytes that are looked at before a file is read
-MINUS = '\N{MINUS SIGN}'  # which some programs write in place of a hyphen
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
 _MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
+_TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
+"""What a column is called that has one of these units and no name."""
 _LINE_END = re.compile(r'\r\n|\n|\r')
 
 
@@ -122,15 +125,6 @@ def layout_of(path: Path) -> Layout:
                   tuple(names[columns.count:]), period_without_times(cells))
 
 
-def is_number(text: str) -> bool:
-    """Tell whether a text is a number, with a decimal point or a comma."""
-    try:
-        float(text.strip().strip('"').replace(',', '.').replace(MINUS, '-'))
-    except ValueError:
-        return False
-    return True
-
-
 def _text(path: Path) -> tuple[str, str]:
     """Return the encoding of a file, and how it begins."""
     with path.open('rb') as file:
@@ -188,13 +182,17 @@ def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
     for line in reversed(above):
         cells = columns.header(line)
         if not cells:
+            if not found and sum(map(bool, columns.cells(line))) == 1:
+                continue  # a mark between names and numbers, as "trace_values"
             break
         found.append(cells)
     units = [cells for cells in found if _are_units(cells)]
     named = [cells for cells in found if cells not in units] or units[-1:]
     if not named:
         return []
-    names = max(named, key=lambda cells: len({one for one in cells if one and not is_number(one)}))
+    names = max(named, key=lambda cells: (
+        len({one for one in cells if one and not is_number(one)}),
+        sum(bool(split(one)[1]) or looks_like(one) != '' for one in cells if one)))
     unit = next((cells for cells in units if cells is not names), [])
     unit = [*map(_bracketless, unit), *[''] * (len(names) - len(unit))]
     return _with_units(_numbered(names), unit)
@@ -202,7 +200,8 @@ def _names_in(columns: _Columns, above: Sequence[str]) -> list[str]:
 
 def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     """Return names with their units behind them, but for those that have one."""
-    return [f'{name} [{unit}]' if unit and not re.search(r'[^\d\s(][\])]$', name) else name
+    return [f'{name or _TIMED.get(unit, "")} [{unit}]' if unit and (
+        name or unit in _TIMED) and not re.search(r'[^\d\s(][\])]$', name) else name
             for name, unit in zip(names, units, strict=False)]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from servo_twin.recording.recording import RESAMPLED
 
+from .between_rows import BetweenRows
 from .joining import HELD
 from .rows_in_time import HOLE
 
@@ -67,7 +68,9 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
                         'out')
         time = np.delete(time, repeated)
         rest = {name: np.delete(column, repeated) for name, column in rest.items()}
-    step, follow = grid_of(path, time, period, warnings)
+    between_rows = BetweenRows()
+    between_rows.add({'t': time, **rest})
+    step, follow = grid_of(path, time, period, warnings, between_rows.sentence())
     if follow:
         return float(time[0]), step, rest
     between = Between(time, step)
@@ -75,12 +78,13 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
     return float(time[0]), step, between.values(rest, 0, 0, between.samples)
 
 
-def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
-            ) -> tuple[float, bool]:
+def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
+            cost: str = '') -> tuple[float, bool]:
     """
     Return the step, s, of the grid of rising times, and whether they follow it as they are.
 
-    ``period`` and ``warnings`` as of :func:`even`. Raises ValueError for less than two times.
+    ``period`` and ``warnings`` as of :func:`even`; ``cost`` is said where they do not follow it.
+    Raises ValueError for less than two times.
     """
     if len(time) < 2:
         raise ValueError(f'{path} has {len(time)} samples; a recording needs two')
@@ -98,7 +102,7 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str]
                          'clock')
     samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12) + EVEN) + 1
     lost = samples - int(on_grid(time, step).sum())
-    how = 'measurements linearly, commands by their last value'
+    how = f'measurements linearly, commands by their last value{cost}'
     warnings.append(
         f'{lost} of {samples} rows are missing or off the grid of {step:.6g} s: they are made up '
         f'between their neighbours, {how}' if lost <= FEW * samples else

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+import re
 
 LEVELS = ('red', 'amber', 'green')
 SHOWN = 3  # names before the others are counted
+_NUMBER = re.compile(r"(?<![\w\[/'.])\d[\d.]*(e[+-]?\d+)?(?![\w\]/'])")
 
 
 @dataclass(frozen=True)
@@ -37,16 +39,31 @@ def each_once(found: Sequence[Finding]) -> list[Finding]:
     """
     Return findings, those that say the same of several recordings as one about all of them.
 
-    Red ones stay apart: their recordings may be left out one by one.
+    Sentences that differ in their numbers alone are one, with the numbers of the first. Red ones
+    stay apart: their recordings may be left out one by one.
     """
-    alike: dict[tuple[str, str, str], list[Finding]] = {}
+    alike: dict[tuple[str, str, str], list[tuple[Finding, str]]] = {}
     for one in found:
         said = one.sentence.removeprefix(f'{one.recording}: ')
         apart = one.recording if one.level == 'red' else ''
-        alike.setdefault((apart, said, one.action), []).append(one)
-    return [several[0] if len(several) == 1 else replace(
-        several[0], sentence=said_once((one.recording, said) for one in several)[0], recording='')
-        for (_, said, _), several in alike.items()]
+        alike.setdefault((apart, without_numbers(said), one.action), []).append((one, said))
+    return [several[0][0] if len(several) == 1 else _of_all(several) for several in alike.values()]
+
+
+def _of_all(several: Sequence[tuple[Finding, str]]) -> Finding:
+    """Return findings that say the same as one."""
+    (first, said), *_ = several
+    names = _listed([one.recording for one, _ in several])
+    others = any(other != said for _, other in several)
+    if others:
+        end = '.' if said.endswith('.') else ''
+        said = f'{said.removesuffix(".")} (the numbers are of {first.recording}){end}'
+    return replace(first, sentence=f'{names}: {said}', recording='')
+
+
+def without_numbers(text: str) -> str:
+    """Return a text with 0 for each number that is no part of a name."""
+    return _NUMBER.sub('0', text)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ from servo_twin.bag import RecordingWriter
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording
 
+from .between_rows import BetweenRows
 from .column_units import named_columns
 from .csv_layout import TEXTS
 from .csv_table import numbers_in_parts
@@ -32,7 +33,7 @@ from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
 from .table import from_arrow, Table
-from .table_import import beside, check_columns, described, Seen
+from .table_import import beside, check_columns, described, Seen, told_begin
 
 ROWS = 100_000  # that are held at once, about
 LOOKED_AT = 100_000  # rows at least by which angles are held against each other
@@ -74,13 +75,15 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                 again = list[str]()
                 yield plan.apply(table, machine, again) if plan else named_columns(
                     table, machine, again)
+                again += told_begin(table, plan)
                 if not told:
                     told.extend(again)
                 if not warnings:
                     warnings.extend(table.warnings)
 
         times = OnDisk(file, 'd')
-        seen, some = _looked_over(parts(), times)
+        between_rows = BetweenRows()
+        seen, some = _looked_over(parts(), times, between_rows)
         check_columns(path, seen, list(seen.finite), warnings)
         check_counts(path, some, machine)
         check_angles(path, some, machine)
@@ -90,7 +93,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
         step, samples = wanted or own, _untimed(parts())
         if not own:
             time = times.part()
-            step, _ = grid_of(path, time, wanted, warnings)
+            step, _ = grid_of(path, time, wanted, warnings, between_rows.sentence())
             between = Between(time, step)
             between.tell_holes(warnings)
             samples = _resampled(samples, between)
@@ -104,7 +107,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
     return head
 
 
-def _looked_over(parts: Iterator[Columns], times: OnDisk) -> tuple[Seen, Columns]:
+def _looked_over(parts: Iterator[Columns], times: OnDisk, between_rows: BetweenRows
+                 ) -> tuple[Seen, Columns]:
     """Return what was seen, and some rows from all over; keep the times."""
     seen, last, stride = Seen(), -np.inf, 1
     kept: dict[str, list[np.ndarray]] = {}
@@ -117,6 +121,7 @@ def _looked_over(parts: Iterator[Columns], times: OnDisk) -> tuple[Seen, Columns
         for name, column in columns.items():
             kept.setdefault(name, []).append(column[-seen.rows % stride::stride])
         seen.add(columns)
+        between_rows.add(columns)
         if sum(map(len, kept['t'])) > 2 * LOOKED_AT:
             stride *= 2
             kept = {name: [np.concatenate(pieces)[::2]] for name, pieces in kept.items()}

@@ -7,6 +7,7 @@ these steps, in this order, each of which may be left out::
     source: load         the file's own column; or value: 0.0 for a constant one
     above: 32767         where the value is above this,
     subtract: 65536      subtract this (signed numbers read as unsigned)
+    plus: fine           add another column of the file, in the same numbers; or minus: load
     wraps: 360           a turn of the numbers: where the encoder wraps around; undone here
     scale: 0.00113       multiply
     offset: 0.0          add
@@ -39,8 +40,10 @@ from .unwrapping import doubts, unwrapped
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
         'recording': dict, 'period': (int, float), 'drive_on': str}
 STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
-         'wraps': (int, float), 'scale': (int, float), 'offset': (int, float), 'times': str,
-         'unit': str, 'negate': bool, 'zero': str}
+         'plus': str, 'minus': str, 'wraps': (int, float), 'scale': (int, float),
+         'offset': (int, float), 'times': str, 'unit': str, 'negate': bool, 'zero': str}
+BESIDE = ('plus', 'minus', 'times')
+"""Steps that take another column of the file."""
 FACTS = {'family': str, 'replicate': int, 'note': str}
 ZEROS = ('first', 'mean')
 
@@ -71,10 +74,17 @@ class Mapping:
     names: tuple[str, ...] = ()
     join: bool = False
 
+    @property
+    def time(self) -> tuple[str, str]:
+        """The source of the time and the unit of its numbers; '' where steps change them."""
+        steps = self.columns['t']
+        plain = not {'scale', 'offset', 'times', 'plus', 'minus'} & steps.keys()
+        return (steps.get('source', ''), steps.get('unit', '')) if plain else ('', '')
+
     def sources(self, *names: str) -> set[str]:
         """Return the sources of some columns, or of all, with what is read beside them."""
         steps = [taken for name, taken in self.columns.items() if not names or name in names]
-        found = {one[key] for one in steps for key in ('source', 'times') if key in one}
+        found = {one[key] for one in steps for key in ('source', *BESIDE) if key in one}
         return found | ({self.drive_on} if self.drive_on and not names else set())
 
     def apply(self, table: Table, servo: Servo | None,
@@ -187,9 +197,10 @@ def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     if 'value' in steps:
         column = np.full(len(next(iter(table.columns.values()))), float(steps['value']))
     else:
-        column = table[steps['source']].copy()
-    if 'above' in steps:
-        column[column > steps['above']] -= steps['subtract']
+        column = _signed(table[steps['source']], steps)
+    for step, sign in (('plus', 1.0), ('minus', -1.0)):
+        if step in steps:
+            column = column + sign * _signed(table[steps[step]], steps)
     if 'wraps' in steps:
         column = unwrapped(column, steps['wraps'])
     column = column * steps.get('scale', 1.0) + steps.get('offset', 0.0)
@@ -203,3 +214,10 @@ def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
     if 'zero' in steps and len(known):
         column = column - (known[0] if steps['zero'] == 'first' else np.mean(known))
     return column
+
+
+def _signed(column: np.ndarray, steps: dict[str, Any]) -> np.ndarray:
+    """Return numbers that were read as unsigned with their signs."""
+    if 'above' not in steps:
+        return column
+    return np.where(column > steps['above'], column - steps['subtract'], column)

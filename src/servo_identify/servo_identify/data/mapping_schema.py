@@ -26,6 +26,8 @@ _MEANINGS = {
     'value': 'A constant in place of a source.', 'above': 'Where the value is above this ...',
     'subtract': '... subtract this.', 'scale': 'Multiply.', 'offset': 'Add.',
     'wraps': 'A turn of the numbers, where an encoder wraps around.',
+    'plus': 'Add another column, in the same numbers.',
+    'minus': 'Subtract another column, in the same numbers.',
     'times': 'Multiply by another column.', 'negate': 'Turn the sign.',
     'unit': 'What the numbers are in; 1/4096 rev is one count of an encoder.',
     'zero': 'Subtract the first value, or the mean.'}

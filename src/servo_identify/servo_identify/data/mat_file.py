@@ -92,15 +92,61 @@ def _of_hdf5(path: str) -> Iterator[tuple[str, np.ndarray]]:
                 continue
             one = group[name]
             if isinstance(one, h5py.Group) and one not in path_to:  # which a link may lead back to
-                yield from below((*path_to, one), f'{above}{name}.')
+                for label, field, target in _listed(file, one):
+                    yield from of_element((*path_to, one), f'{above}{name}[{label}].{field}',
+                                          target)
+                if not _is_list(one):
+                    yield from below((*path_to, one), f'{above}{name}.')
+            elif isinstance(one, h5py.Dataset) and h5py.check_ref_dtype(one.dtype):
+                for k, target in enumerate(_referred(file, one)):
+                    yield from of_element((*path_to, one), f'{above}{name}[{k}]', target)
             elif isinstance(one, h5py.Dataset) and one.shape and not (
                     one.is_virtual or one.external or 'MATLAB_empty' in one.attrs):
                 yield from _of_dataset(above + name, one)
             elif isinstance(one, h5py.Dataset) and one.shape == () and one.dtype.kind in 'fiub':
                 yield above + name, np.asarray(one[()])
 
+    def of_element(path_to: tuple[Any, ...], name: str, target: Any
+                   ) -> Iterator[tuple[str, np.ndarray]]:
+        if isinstance(target, h5py.Group) and target not in path_to:
+            yield from below((*path_to, target), f'{name}.')
+        elif isinstance(target, h5py.Dataset) and target.shape and target not in path_to:
+            if h5py.check_ref_dtype(target.dtype):
+                for k, inner in enumerate(_referred(file, target)):
+                    yield from of_element((*path_to, target), f'{name}[{k}]', inner)
+            else:
+                yield from _of_dataset(name, target)
+
     with h5py.File(path, 'r') as file:
         yield from below((file['/'],), '')
+
+
+def _is_list(group: Any) -> bool:
+    """Tell whether a group is a list of structures: each field refers to as many values."""
+    import h5py
+
+    fields = [group[name] for name in group]
+    return bool(fields) and all(isinstance(one, h5py.Dataset) and h5py.check_ref_dtype(
+        one.dtype) and one.size == fields[0].size for one in fields)
+
+
+def _listed(file: Any, group: Any) -> Iterator[tuple[str, str, Any]]:
+    """Yield label or number, field and value of each structure of a list."""
+    if not _is_list(group):
+        return
+    fields = {name: _referred(file, group[name]) for name in group}
+    told = next((fields[name] for name in ('label', 'name') if name in fields), [])
+    labels = [''.join(map(chr, np.ravel(one[()]))) if one.dtype.kind in 'iu' and one.size else ''
+              for one in told]
+    own = all(labels) and len(set(labels)) == len(labels)
+    for field, values in fields.items():
+        for k, one in enumerate(values):
+            yield labels[k] if own and labels else str(k), field, one
+
+
+def _referred(file: Any, cells: Any) -> list[Any]:
+    """Return what the cells of a MAT file of version 7.3 refer to."""
+    return [file[one] for one in np.ravel(cells[()]) if one]
 
 
 def _of_dataset(name: str, one: Any) -> Iterator[tuple[str, np.ndarray]]:

@@ -23,6 +23,7 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
+from .begins import date_of
 from .message_files import opened
 from .message_parts import fields_in, LACKING, part_of
 from .message_times import on_one_clock, stamp_of
@@ -56,7 +57,7 @@ class Taken(Generic[Column]):
     What was taken of the messages of a file, in their order.
 
     ``topic_of``: of each source, but for those that are a stamp; ``stamps`` and ``received``: of
-    each topic, ns; ``leading``: the topic that gives the rows.
+    each topic, ns; ``leading``: the topic that gives the rows, from ``begin`` on.
     """
 
     path: Path
@@ -65,6 +66,7 @@ class Taken(Generic[Column]):
     stamps: dict[str, Column]
     received: dict[str, Column]
     values: dict[str, Column]
+    begin: str
 
     def times(self, array_of: Callable[[Column], np.ndarray]
               ) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
@@ -80,7 +82,8 @@ class Taken(Generic[Column]):
               warnings: tuple[str, ...]) -> Table:
         """Return sources at the times of rows, s; ``value_of(source, topic)`` gives one."""
         return Table(self.path, {source: value_of(source, topic) if topic else rows
-                                 for source, topic in self.topic_of.items()}, warnings=warnings)
+                                 for source, topic in self.topic_of.items()}, warnings=warnings,
+                     begins={one: self.begin for one, of in self.topic_of.items() if not of})
 
 
 def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], Column]
@@ -98,7 +101,7 @@ def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], 
         for source, (topic, parts) in plans.items():
             of_topic.setdefault(topic, []).append((source, parts))
         stamps, received = ({topic: new('q') for topic in of_topic} for _ in range(2))
-        values = {source: new('d') for source in wanted}
+        values, begins = {source: new('d') for source in wanted}, dict[str, int]()
         empty, never, listed = set(of_topic), dict[str, ValueError](), set[str]()
         for message in file.messages(of_topic):
             empty.discard(message.topic)
@@ -110,24 +113,24 @@ def taken(path: Path, sources: Collection[str], time: str, new: Callable[[str], 
                     numbers[source] = _value(path, source, message.content, parts)
                 except _NotListed as problem:
                     numbers[source], lacking[source] = np.nan, problem
-            never.update((source, problem) for source, problem in lacking.items()
-                         if source not in never)
+            never = lacking | never
             if numbers and len(lacking) == len(numbers):
                 continue  # of another node, which publishes other joints on the same topic
             listed.update(numbers.keys() - lacking.keys())
-            stamps[message.topic].append(stamp_of(message.content))
-            received[message.topic].append(message.received)
+            stamps[message.topic].append(stamp := stamp_of(message.content))
+            received[message.topic].append(at := message.received)
+            begins.setdefault(message.topic, stamp or at)
             for source, number in numbers.items():
                 values[source].append(number)
     leading = plans[time][0]
     if leading in empty:
         raise ValueError(f'{path}: there is no message on {leading}')
-    for source, problem in never.items():
+    for source, why in never.items():
         if source not in listed:
-            raise problem
-    return Taken(path, leading, {source: '' if parts == ['stamp'] else topic
-                                 for source, (topic, parts) in plans.items()}, stamps, received,
-                 values)
+            raise why
+    topic_of = {one: '' if parts == ['stamp'] else at for one, (at, parts) in plans.items()}
+    return Taken(path, leading, topic_of, stamps, received, values,
+                 date_of(float(begins.get(leading, 0)), 'ns'))
 
 
 def read_messages(path: Path, sources: Collection[str], time: str, held: Collection[str]) -> Table:

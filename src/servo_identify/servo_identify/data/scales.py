@@ -8,7 +8,7 @@ a threshold on a factor; where two mistakes close them alike, both are told.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,25 +16,23 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from .excitation import Excitation, excitation, WIDTHS
 from .finding import Finding
 from .likelihood import Closed, closed
+from .looked_over import LookedOver, SURE
 from .mistakes import Mistake, mistakes, unread
 from .plausibility import contradiction, factor_apart
 from .rough_balances import balances
 from .shown_drift import drift_findings
-from .shown_factor import off_references, reference_findings, unnamed
+from .shown_factor import reference_findings, unnamed
 from .shown_inertia import inertia_findings, NEAR
+from .shown_parting import parting_findings
 from .shown_ratio import FORM, ratio_findings
-from .signals import ANGLES, Signals, signals
+from .shown_winding import winding_findings
+from .signals import ANGLES, Signals
 
-Known = Mapping[int, Excitation | None]
-
-SURE = 5.0
-"""Nats by which a mistake must beat its absence, its rarity counted: 150 to 1."""
 ALIKE = 3.0
 """Nats within which two mistakes are told together."""
-MOST_RECORDINGS, MOST_MISTAKES = 8, 3
+MOST_MISTAKES = 3
 
 
 @dataclass
@@ -57,38 +55,29 @@ class Evidence:
         return answer
 
 
-def scale_findings(recordings: Sequence[Recording], servo: Servo,
-                   known: Known | None = None) -> list[Finding]:
-    """
-    Return what units, scales, signs and shafts look wrong; none where all is well.
-
-    ``known`` is what recordings excite, by their identity, where that was found already.
-    """
-    chosen, shown, seen = _seen(recordings, servo, known)
-    usable = [(one, at) for one, at in zip(chosen, seen, strict=True) if at is not None]
-    if not usable:
-        return []
-    off = off_references(usable, servo, SURE)
-    if unnamed(off, servo):
-        return reference_findings(off)
+def scale_findings(over: LookedOver) -> list[Finding]:
+    """Return what units, scales, signs and shafts look wrong; none where all is well."""
+    servo, apart = over.servo, parting_findings(over.parted, over.servo)
+    if not over.usable:
+        return apart
+    if unnamed(over.off, servo):
+        return [*apart, *reference_findings(over.off)]
     evidence = Evidence(servo)
-    every = _findings('', [at for _, at in usable], evidence)
+    every = _findings('', [at for _, at in over.usable], evidence)
     if every:
-        return every
-    if len(usable) > 1:
-        open_now = [_nats(evidence.of(at, 0).values()) for _, at in usable]
-        for k, (one, at) in enumerate(usable):
+        return [*apart, *every]
+    if len(over.usable) > 1:
+        open_now = [_nats(evidence.of(at, 0).values()) for _, at in over.usable]
+        for k, (one, at) in enumerate(over.usable):
             others = max(open_now[:k] + open_now[k + 1:])
             every += _findings(one.name, [at], evidence, others)
     if every:
-        return every
-    families: dict[str, list[tuple[str, Signals]]] = {}
-    for one, at in usable:
-        families.setdefault(one.family, []).append((one.name, at))
-    return [*reference_findings(off),
-            *inertia_findings(chosen, shown, servo),
-            *ratio_findings([at for _, at in usable], servo, SURE),
-            *drift_findings(families, servo, SURE)]
+        return [*apart, *every]
+    return [*apart, *reference_findings(over.off),
+            *inertia_findings(over.recordings, over.shown, servo),
+            *ratio_findings([at for _, at in over.usable], servo, SURE),
+            *drift_findings(over.families, servo, SURE),
+            *winding_findings(over.families, servo, SURE)]
 
 
 def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
@@ -110,8 +99,7 @@ def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:
     return found
 
 
-def untold(recordings: Sequence[Recording], servo: Servo,
-           known: Known | None = None) -> list[Finding]:
+def untold(over: LookedOver) -> list[Finding]:
     """
     Return which mistakes these recordings cannot tell from none, where they all share one.
 
@@ -119,12 +107,10 @@ def untold(recordings: Sequence[Recording], servo: Servo,
     A reference that the controller does not read raises no question, nor does one that is off by
     a factor of its own, nor do two channels that are alike: exchanged they do no harm.
     """
-    chosen, _, found = _seen(recordings, servo, known)
-    usable = [(one, at) for one, at in zip(chosen, found, strict=True) if at is not None]
-    if not usable:
+    if not over.usable:
         return []
-    seen, evidence = [at for _, at in usable], Evidence(servo)
-    unused = unread(servo) | {off.channel for off in off_references(usable, servo, SURE)}
+    servo, seen, evidence = over.servo, [at for _, at in over.usable], Evidence(over.servo)
+    unused = unread(servo) | {off.channel for off in over.off}
     alike = []
     for one in mistakes(set.intersection(*(set(at.plain) for at in seen)), servo):
         if one.touches <= unused or all(_same(one, at) for at in seen):
@@ -143,16 +129,6 @@ def _same(one: Mistake, at: Signals) -> bool:
     return len(one.renamed) > 1 and all(
         np.linalg.norm(at.plain[old] - at.plain[new]) < FORM * np.linalg.norm(at.plain[old])
         for old, new in one.renamed.items())
-
-
-def _seen(recordings: Sequence[Recording], servo: Servo, known: Known | None) -> tuple[
-        list[Recording], list[Excitation | None], list[Signals | None]]:
-    """Return the recordings that are looked at, what each excites, and its smoothed channels."""
-    chosen = _spread(recordings, MOST_RECORDINGS)
-    known = known or {}
-    shown = [known[id(one)] if id(one) in known else excitation(one, servo) for one in chosen]
-    return chosen, shown, [found.signals if found else signals(one, WIDTHS[1])
-                           for one, found in zip(chosen, shown, strict=True)]
 
 
 def _findings(name: str, seen: list[Signals], evidence: Evidence,
@@ -236,10 +212,3 @@ EQUATIONS = {
     'torque': 'torque balance', 'sensor': 'balance at the torque sensor',
     'load': 'torque balance of the load'}
 
-
-def _spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
-    """Return at most so many recordings, evenly over all."""
-    if len(recordings) <= most:
-        return list(recordings)
-    places = np.linspace(0, len(recordings) - 1, most).round().astype(int)
-    return [recordings[k] for k in places]

@@ -11,14 +11,19 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 
-from .arrow_columns import is_clock, numbers_of, zero_of
+from .arrow_columns import first_stamp, is_clock, numbers_of, zero_of
+from .cell_parts import parts_of
 from .clock_times import seconds_of
-from .csv_layout import MINUS
+from .number_texts import plain, without_groups
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+_PANDAS = '__index_level_0__'  # the index of a frame that has no name
 _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
           '1081,6 where semicolons or tabs part the columns')
 """Why a number with a comma or an apostrophe is none."""
+_ARROW = ' -> '
+_SERIAL = ('; the monitor of a serial port wrote its own stamps in front: cut all up to '
+           "' -> ' off, or log without them")
 
 
 @dataclass(frozen=True)
@@ -29,7 +34,8 @@ class Table:
     ``facts`` holds what the file says once: numbers and texts beside the columns. ``refused``
     says of columns that hold text why they are no numbers; whoever asks for one is told.
     ``warnings`` say what was left out of the file. ``zeros`` is what was taken off whole numbers
-    that float64 cannot hold, stamps of a clock: their first, by column.
+    that float64 cannot hold, stamps of a clock: their first, by column. ``begins`` is the first
+    stamp of a calendar or a clock as the file shows it, by column.
     """
 
     path: Path
@@ -38,6 +44,7 @@ class Table:
     refused: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     zeros: dict[str, int] = field(default_factory=dict)
+    begins: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lengths = {name: len(column) for name, column in self.columns.items()}
@@ -62,7 +69,9 @@ class Table:
 def from_arrow(path: Path, found: Any) -> Table:
     """Return an Arrow table as a table."""
     columns, texts, zeros = dict[str, np.ndarray](), {}, dict[str, int]()
-    for name, column in zip(found.column_names, found.columns, strict=True):
+    begins = dict[str, str]()
+    for named, column in zip(found.column_names, found.columns, strict=True):
+        name = '' if named == _PANDAS else named
         zero = zero_of(column, next(iter(zeros.values()), 0))
         if zero:
             zeros[name] = zero
@@ -70,8 +79,11 @@ def from_arrow(path: Path, found: Any) -> Table:
         if numbers is None:
             texts[name] = column.to_pylist()
         elif name or not _is_no_column(numbers):
-            columns[name or _index(columns, is_clock(column))] = numbers
-    return with_texts(Table(path, columns, zeros=zeros), texts)
+            name = name or _index(columns, is_clock(column))
+            columns[name] = numbers
+            if begin := first_stamp(column):
+                begins[name] = begin
+    return with_texts(Table(path, columns, zeros=zeros, begins=begins), texts)
 
 
 def _index(columns: dict[str, np.ndarray], clock: bool) -> str:
@@ -86,11 +98,13 @@ def _is_no_column(numbers: np.ndarray) -> bool:
 
 def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
     """Add columns that may be text: numbers or times of a clock, else the reason why not."""
-    for name, values in texts.items():
+    for name, values in (part for held in texts.items() for part in parts_of(*held)):
         try:
             clock = seconds_of(values)
             name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
+            if clock is not None:
+                table.begins[name] = str(next(one for one in values if one)).strip()
         except ValueError as problem:
             table.refused[name] = str(problem)
     return table
@@ -98,13 +112,16 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
     column = np.empty(len(values))
+    values = without_groups(values)
     for k, value in enumerate(values):
         try:
             column[k] = np.nan if value is None else float(
-                value.replace(MINUS, '-') if isinstance(value, str) else value)
+                plain(value.strip()) if isinstance(value, str) else value)
         except (TypeError, ValueError):
             at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
-            why = _SIGNS if re.search(r"\d[,'\u2019 ]\d", str(values[at])) else ''
+            shown = str(values[at])
+            why = _SERIAL if _ARROW in shown else (
+                _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else '')
             raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
                              f'which is no number{why}') from None
     return column

@@ -13,7 +13,8 @@ from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from .column_units import named_columns
+from .begins import begin_of
+from .column_units import named_columns, time_of
 from .even_grid import even
 from .import_memory import check_memory
 from .joining import HELD
@@ -71,6 +72,7 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     path, warnings, told = table.path, list(table.warnings), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))
+    told += told_begin(table, plan)
     seen = Seen()
     seen.add(columns)
     check_columns(path, seen, [*table.columns, *table.refused], warnings)
@@ -79,6 +81,13 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
         check_angles(path, columns, machine)
     start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
     return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
+
+
+def told_begin(table: Table, plan: ColumnMapping | None) -> list[str]:
+    """Return when the first row was taken, as a line of the note; none where nothing says it."""
+    source, unit = plan.time if plan else time_of(table)
+    begin = begin_of(table, source, unit) if source else ''
+    return [f'the first row is of {begin}'] if begin else []
 
 
 def described(path: Path, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],

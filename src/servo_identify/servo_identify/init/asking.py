@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 import re
 import shlex
 
@@ -13,8 +15,9 @@ from ..data.column_names import ANGLE, looks_like, NAMES
 from ..data.column_units import factor_of, UNIT
 from ..data.finding import SHOWN
 from .machine import ABOUT, example, flag, Machine, SECTIONS
-from .proposals import Proposal
+from .proposals import Proposal, rises
 from .sources import Offered
+from .torques import choose_torques, shaft_of, stands_for_current
 
 Ask = Callable[[str, str], str]
 """Asks a question with the answer that Enter stands for ('' for none); returns the answer."""
@@ -41,9 +44,8 @@ def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
         if source not in of.sources:
             raise ValueError(f'--column {text}: {of.path} has no {source!r}; '
                              f'{or_what(source, of.sources, "it has")}')
-        if unit:
-            factor_of(f'--column {text}', column, unit, None, either=True)
-        found[column] = Proposal(column, source, unit)
+        _judge(f'--column {text}', column, unit)
+        found[column] = Proposal(column, source, unit, shaft=shaft_of(of, column, source))
     return found
 
 
@@ -74,6 +76,11 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             missing.append(f'--joint NAME (of {joints})' if joints else
                            f'--column {column}=SOURCE (of {[one.source for one in several]})')
         taken |= {chosen[column].source} if column in chosen else set()
+    if not any(one.startswith('--joint') for one in missing):  # whose torque it is
+        pick = partial(_one_of, ask, usual='') if ask else None
+        chosen, untold = choose_torques(of, proposals, chosen, pick)
+        missing += untold
+    taken |= {one.source for one in chosen.values()}
     chosen = {column: one for column, one in chosen.items() if one.source}
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
@@ -83,8 +90,11 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[f'{shaft}_position'] = Proposal(f'{shaft}_position', loose[0].source,
                                                    loose[0].unit)
         else:
-            missing.append(f'--column {shlex.quote(f"motor_position={loose[0].source}")} '
-                           '(or load_position)')
+            others = [one.source for one in loose[1:]]
+            first = replace(loose[0], column=ENCODERS[0])
+            unit = '' if not _refused(ENCODERS[0], first) and (first.unit or si) else ':UNIT'
+            missing.append(f'--column {shlex.quote(f"motor_position={first.source}{unit}")} '
+                           f'(or load_position{f"; or of {others}" if others else ""})')
     for names in (('t',), ENCODERS):
         if any(name in chosen or not ask and proposals.get(name) for name in names) or (
                 not ask and loose and names is ENCODERS):
@@ -96,6 +106,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             meant = [said for name, said in of.refused.items()
                      if looks_like(name) in (*names, ANGLE)]
             free = [one for one in of.sources if one not in taken]
+            if names == ('t',):
+                free = [one for one in free if rises(of.numbers.get(one))] or free
             missing.append(f'--column {names[0]}=SOURCE (of {free[:12]}'
                            + ''.join(f'; {one}' for one in meant)
                            + ('; a number of the row counts in its period: t=SOURCE:2 ms'
@@ -105,13 +117,14 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         if one.unit and not refused:
             continue
         if si and not refused:
-            chosen[column] = Proposal(column, one.source, _usual(column, linear))
+            chosen[column] = replace(one, unit=_usual(one, linear))
         elif ask:
-            question = f'{refused}In which unit is {one.source!r} ({column})'
-            unit = _until(ask, question, _usual(column, linear),
-                          lambda text, column=column: factor_of('the unit', column, text, None,
-                                                                 either=True))
-            chosen[column] = Proposal(column, one.source, unit)
+            question = f'In which unit is {one.source!r} ({column})'
+            # of a unit that cannot be, as counts, nothing else stands to reason
+            usual = '' if refused else _usual(one, linear)
+            unit = _until(ask, f'{refused}\n{question}' if refused else question, usual,
+                          lambda text, column=column: _judge_answer(column, text))
+            chosen[column] = replace(one, unit=unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
                 f'({refused})' if refused else '(or --si for all)') + (
@@ -136,19 +149,27 @@ def _joints(sources: Sequence[str]) -> list[str]:
     return named if len(around) == 1 and len(named) == len(sources) else []
 
 
-def _usual(column: str, linear: bool) -> str:
+def _usual(one: Proposal, linear: bool) -> str:
     """Return the SI unit that a column has where nothing else is said."""
-    straight = linear and not column.startswith('motor_')
-    return straightened(UNIT[column]) if straight else UNIT[column]
+    if one.shaft:
+        return 'N m'
+    straight = linear and not one.column.startswith('motor_')
+    return straightened(UNIT[one.column]) if straight else UNIT[one.column]
 
 
 def _refused(column: str, one: Proposal) -> str:
     """Say why a unit cannot be that of a column; '' where it can."""
     try:
-        factor_of(repr(one.source), column, one.unit, None, either=True)
+        _judge(repr(one.source), column, one.unit)
     except ValueError as problem:
         return str(problem)
     return ''
+
+
+def _judge(where: str, column: str, unit: str) -> None:
+    """Raise ValueError for what can be no unit of a column; a torque may stand for a current."""
+    if not stands_for_current(column, unit):
+        factor_of(where, column, unit, None, either=True)
 
 
 def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None) -> list[str]:
@@ -195,21 +216,29 @@ def with_command(machine: Machine, columns: Mapping[str, Proposal]) -> dict[str,
     return {name: given[name] for name in NAMES if name in given}
 
 
-def _one_of(ask: Ask, question: str, choices: Sequence[str]) -> str:
+def _one_of(ask: Ask, question: str, choices: Sequence[str], usual: str | None = None) -> str:
+    """Ask for one of some choices; Enter stands for ``usual``, or for the first of them."""
     def judge(text: str) -> None:
         if text not in choices:
             raise ValueError(or_what(text, choices))
     listed = ', '.join(choices[:12])
-    return _until(ask, f'{question} ({listed})', choices[0], judge)
+    return _until(ask, f'{question} ({listed})', choices[0] if usual is None else usual, judge)
+
+
+def _judge_answer(column: str, unit: str) -> None:
+    if not unit:
+        raise ValueError(f'a unit is needed, such as {UNIT[column]}')
+    _judge('the unit', column, unit)
 
 
 def _until(ask: Ask, question: str, default: str, judge: Callable[[str], object]) -> str:
-    """Ask until the answer is judged well."""
+    """Ask until the answer is judged well, with what was wrong with the last one."""
+    asked = question
     while True:
-        answer = ask(question, default).strip() or default
+        answer = ask(asked, default).strip() or default
         try:
             judge(answer)
         except ValueError as problem:
-            question = f'{problem}\n{question}'
+            asked = f'{problem}\n{question}'
         else:
             return answer

@@ -12,7 +12,7 @@ from ..data.column_units import UNIT
 from ..data.shown_ratio import BELT
 from ..data.unsigned import steps_of
 from .machine import Machine
-from .proposals import Proposal
+from .proposals import Proposal, sampled_less_often
 from .sources import Offered
 
 USUAL_STEP = 1e-4  # s, of a machine whose springs and winding bear it
@@ -70,9 +70,8 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
         lines += ['', *chosen, f'{section}:', f'  type: {kind}']
         for path, (parameter, unit) in known.items():
             if path.startswith(f'{section}.') and path in values:
-                name = path.partition('.')[2]
-                lines.append(_line(f'  {name}: {_value(values[path], unit, machine.texts[path])}',
-                                   parameter.meaning))
+                value = _value(values[path], unit, _origin(machine, path))
+                lines.append(_line(f'  {path.partition(".")[2]}: {value}', parameter.meaning))
     if noise:
         lines += ['', 'sensors:                    # those that the machine has; noise is one '
                   'standard deviation']
@@ -97,17 +96,20 @@ def mapping_text(of: Offered, chosen: Mapping[str, Proposal]) -> str:
     """Return the mapping file of the columns that were chosen."""
     lines = [f'# How the columns of {of.path.name} become those of a recording. `servo-identify '
              'init` wrote it.',
-             '# Steps of a column: source, above, subtract, wraps, scale, offset, times, unit, '
-             'negate, zero',
+             '# Steps of a column: source, above, subtract, plus, minus, wraps, scale, offset, '
+             'times, unit, negate, zero',
              '# (docs/recordings.md). negate: true turns the sign; unit: 1/4096 rev is one count '
              'of an encoder.']
     if of.rows:
         lines.append(f'rows: {of.rows}')
+    if sampled_less_often(of, chosen):
+        lines.append('join: true   # some columns are sampled less often than the encoder')
     if of.names:
         lines.append(f'names: [{", ".join(of.names)}]   # the file has no line of names')
     time = chosen['t']
     lines += [_line(f'time: {_steps(time)}', 's'), 'columns:']
-    lines += [_line(f'  {column}: {_steps(one)}', UNIT[column])
+    lines += [_line(f'  {column}: {_steps(one)}',
+                    f'A: a torque in {one.was} that stands for it' if one.was else UNIT[column])
               for column, one in chosen.items() if column != 't']
     lines += ['# recording: {family: sine, note: no load}   # of all files that this one reads']
     return '\n'.join(lines) + '\n'
@@ -117,15 +119,21 @@ def _steps(one: Proposal) -> str:
     unit = '' if one.unit in ('', UNIT[one.column]) else f', unit: {_quoted(one.unit)}'
     wraps = f', wraps: {one.wraps:.12g}' if one.wraps else ''
     signed = f', {steps_of(one.signed)}' if one.signed else ''
-    return f'{{source: {_quoted(one.source)}{signed}{wraps}{unit}}}'
+    scale = '' if one.scale == 1.0 else f', scale: {one.scale:.12g}'
+    return f'{{source: {_quoted(one.source)}{signed}{wraps}{scale}{unit}}}'
 
 
-def _value(value: float, unit: str, given: str) -> str:
+def _origin(machine: Machine, path: str) -> str:
+    """Return where a value comes from: given, or taken and why."""
+    return machine.chosen.get(path, f'given as {machine.texts[path]}')
+
+
+def _value(value: float, unit: str, origin: str) -> str:
     shown = f'{value:.6g}'
     if 'e' in shown and '.' not in shown:
         shown = shown.replace('e', '.0e')
     told = f'unit: {unit}, ' if unit else ''
-    return f'{{value: {shown}, {told}source: {_quoted("given as " + given)}}}'
+    return f'{{value: {shown}, {told}source: {_quoted(origin)}}}'
 
 
 def _quoted(text: str) -> str:

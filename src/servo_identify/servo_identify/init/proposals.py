@@ -8,11 +8,24 @@ import re
 
 import numpy as np
 
-from ..data.column_names import ANGLE, likely, looks_like, NAMES, SPEED, split, TIMES
+from ..data.column_names import (
+    ANGLE,
+    likely,
+    looks_like,
+    NAMES,
+    SPEED,
+    split,
+    TIMES,
+    TOLD_TORQUE,
+    TORQUE,
+)
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .sources import Offered
+
+_LIKE = {ANGLE: 'load_position', TORQUE: 'torque', TOLD_TORQUE: 'torque'}
+"""A column in the unit of what a name says without saying which column it is."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +35,8 @@ class Proposal:
 
     ``wraps``: the round in this unit by which the source wraps around; 0 where it does not.
     ``signed``: the bits of its signed numbers, which were read as unsigned; 0 where they were not.
+    ``shaft`` is 'motor' or 'load' for a torque that stands for amperes and is counted there;
+    it is multiplied by ``scale`` and ``was`` in another unit.
     """
 
     column: str
@@ -29,6 +44,9 @@ class Proposal:
     unit: str
     wraps: float = 0.0
     signed: int = 0
+    shaft: str = ''
+    scale: float = 1.0
+    was: str = ''
 
 
 def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
@@ -49,6 +67,7 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
             found.setdefault(column, []).append(Proposal(column, source, unit))
     if not of.messages:
         _part_from_temperatures(found, of)
+        found['t'] = _each_once(found.get('t', []), of)
     for column, several in found.items():
         exact = [one for one in several if split(one.source)[0] == column]
         found[column] = exact or several
@@ -60,7 +79,7 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
 def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> None:
     """Take out of the times what begins with T and does not rise: T_housing_C is a temperature."""
     times = found.get('t', [])
-    rising = [one for one in times if _rises(of.numbers.get(one.source))]
+    rising = [one for one in times if rises(of.numbers.get(one.source))]
     for one in times if times != rising else ():
         unit = of.units.get(one.source) or _unit_behind(one.source, 'temperature')
         warm = one not in rising and bool(unit) and _is_unit('temperature', unit)
@@ -70,7 +89,18 @@ def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> No
             found['t'] = [other for other in found['t'] if other is not one]
 
 
-def _rises(times: np.ndarray | None) -> bool:
+def _each_once(times: list[Proposal], of: Offered) -> list[Proposal]:
+    """Return times without those that go on as another one does, as receipt and header do."""
+    kept: list[Proposal] = []
+    for one in times:
+        steps = np.diff(of.numbers[one.source])
+        if not any(np.allclose(steps, np.diff(of.numbers[other.source]), 1e-6, 0.0)
+                   for other in kept):
+            kept.append(one)
+    return kept
+
+
+def rises(times: np.ndarray | None) -> bool:
     """Tell whether numbers never fall, and rise in most rows."""
     if times is None or len(times) < 2:
         return False
@@ -94,10 +124,11 @@ def _unit_behind(source: str, column: str) -> str:
 
     That is its last word, or the word that says which quantity it is.
     """
-    words = re.split(r'[_/,]\s*', source)
+    label = re.fullmatch(r'.*\[(.*)\]\.values', source)  # of a list of signals of Simulink
+    words = re.split(r'[_/,]\s*', label[1] if label else source)
     last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
     for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
-        if _is_unit('load_position' if column == ANGLE else column, word):
+        if _is_unit(_LIKE.get(column, column), word):
             return word
     return ''
 
@@ -129,12 +160,20 @@ def unit_of_time(times: np.ndarray | None) -> str:
     return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
 
 
+def sampled_less_often(of: Offered, chosen: Mapping[str, Proposal]) -> list[str]:
+    """Return the columns of a table that have a number in each second row or fewer."""
+    known = {column: np.flatnonzero(np.isfinite(of.numbers[one.source]))
+             for column, one in chosen.items() if one.source in of.numbers}
+    return [column for column, rows in known.items() if len(rows) > 1 and
+            np.median(np.diff(rows)) > 1.0]
+
+
 def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     """Return whether the chosen columns can be read by a mapping file only, not by their names."""
-    if of.messages or of.names or of.rows:
+    if of.messages or of.names or of.rows or sampled_less_often(of, chosen):
         return True
     for column, one in chosen.items():
-        if one.wraps or one.signed:
+        if one.wraps or one.signed or one.was:
             return True
         name, unit = split(one.source)
         if name != column and not (column == 't' and name.lower() in TIMES):

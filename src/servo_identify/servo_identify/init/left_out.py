@@ -1,0 +1,39 @@
+"""What of a file becomes no column of a recording, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import re
+
+from ..data.column_names import TOLD_TORQUE, TORQUE
+from .proposals import Proposal
+from .sources import Offered
+
+_TORQUES = {
+    TORQUE: 'tells nothing beside the current that it was computed from; '
+            "--column 'torque={}:UNIT' where a sensor measured it",
+    TOLD_TORQUE: 'is a torque that was told; '
+                 "--column 'voltage={}:UNIT' where it is what the drive received"}
+
+
+def left_out(of: Offered, chosen: Mapping[str, Proposal], joint: str) -> list[str]:
+    """Return the sources that are no column, of messages those of the same joint."""
+    taken = {one.source for one in chosen.values()}
+    joints = {f'[{joint}]'} if joint else {
+        name for source in taken for name in re.findall(r'\[[^\[\]]+\]$', source)}
+    beside = [one for one in of.sources if any(name in one for name in joints)]
+    return [source for source in (beside if of.messages else (*of.sources, *of.refused))
+            if source not in taken]
+
+
+def remarks(proposals: Mapping[str, Sequence[Proposal]], chosen: Mapping[str, Proposal],
+            left: Sequence[str]) -> list[str]:
+    """Return what is said of what was left out and may be needed: torques, the command."""
+    said = [f'{one.source!r} {told.format(one.source)}' for kind, told in _TORQUES.items()
+            for one in proposals.get(kind, ()) if one.source in left]
+    set_point = chosen.get('current_reference')
+    if set_point and 'voltage' not in chosen:
+        said.append(f'there is no command; {set_point.source!r} is the set-point of the current: '
+                    f"--column 'voltage={set_point.source}:{set_point.unit or 'A'}' where it is "
+                    'what the drive received')
+    return said
