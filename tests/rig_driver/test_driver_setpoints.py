@@ -1,5 +1,7 @@
 """What the driver plays of the commands it got: never late, never old, never out of limits."""
 
+from dataclasses import replace
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
@@ -62,6 +64,17 @@ def test_it_clamps_to_the_limits_and_says_so():
     heard = [play.at(k * MS, k * MS) for k in range(3)]
     assert [(p.reference, p.external_torque) for p in heard] == [
         (-1.0, 100.0), (0.0, 0.0), (3.0, -100.0)]
+
+
+def test_a_limit_that_is_set_meanwhile_holds_what_waits_and_what_plays():
+    play = player()
+    play.add(0, Mode.VELOCITY, 1e-3, [1.5, 1.5, -1.5, 0.1], [90.0] * 4, now=0)
+    assert play.at(0, 0).reference == 1.5 and play.limited == 0
+    play.limits = replace(LIMITS, velocity=0.5, external_torque=20.0)
+    heard = [play.at(k * MS, k * MS) for k in (0, 1, 2, 3)]
+    assert [(p.reference, p.external_torque) for p in heard] == [
+        (0.5, 20.0), (0.5, 20.0), (-0.5, 20.0), (0.1, 20.0)]
+    assert play.limited == 4
 
 
 def test_it_leaves_the_external_torque_alone_where_none_is_given():

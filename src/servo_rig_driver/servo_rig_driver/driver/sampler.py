@@ -44,7 +44,7 @@ class Sampler:
         self._instant = self._ticked = 0
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
         self._order = Order.NO_TORQUE
-        self._expired, self._ended = player.expired, player.ended
+        self._expired, self._ended, self._limited = player.expired, player.ended, player.limited
         self._lost = self._unasked = self._held_back = self._held_back_said = 0
 
     def restart(self) -> None:
@@ -155,6 +155,10 @@ class Sampler:
             self.health.count('samples.unasked_answers', self._joiner.unasked - self._unasked)
             self.health.event('samples.unasked', 'answers came that nobody had asked for', now)
             self._unasked = self._joiner.unasked
+        if self.player.limited > self._limited:
+            self._limited = self.player.limited
+            self.health.event('command.clamped', 'command limited: a limit was set below what '
+                              'waits', now)
         if self.player.expired > self._expired:
             self._expired = self.player.expired
             self.health.count('command.ran_out')

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import isfinite
 from threading import Lock
@@ -32,6 +32,16 @@ UNITS = {Mode.VOLTAGE: 'V', Mode.CURRENT: 'A', Mode.VELOCITY: 'rad/s', Mode.POSI
 
 
 @dataclass(frozen=True)
+class Setpoint:
+    """One set-point: ``instant`` in ns, ``reference`` in the mode's unit, N m or None."""
+
+    instant: int
+    mode: Mode
+    reference: float
+    external_torque: float | None
+
+
+@dataclass(frozen=True)
 class Limits:
     """Largest magnitudes that may reach the rig; positions from ``lower`` to ``upper``."""
 
@@ -52,15 +62,14 @@ class Limits:
                 Mode.VELOCITY: self.velocity}[mode]
         return -size, size
 
-
-@dataclass(frozen=True)
-class Setpoint:
-    """One set-point: ``instant`` in ns, ``reference`` in the mode's unit, N m or None."""
-
-    instant: int
-    mode: Mode
-    reference: float
-    external_torque: float | None
+    def held(self, point: Setpoint) -> Setpoint:
+        """Return a set-point within these limits: itself where it is."""
+        low, high = self.range(point.mode)
+        top, torque = self.external_torque, point.external_torque
+        if low <= point.reference <= high and (torque is None or -top <= torque <= top):
+            return point
+        return replace(point, reference=min(max(point.reference, low), high),
+                       external_torque=None if torque is None else min(max(torque, -top), top))
 
 
 @dataclass(frozen=True)
@@ -85,6 +94,9 @@ class SetpointPlayer:
     holds until the next one, but never longer than ``timeout`` seconds after its own instant. The
     player is filled by one thread and played by another.
 
+    ``limits`` may change at any time: what waits is held to those of its turn, and ``limited``
+    counts how often that was so.
+
     ``expired`` counts streams that ended while the rig was to move, ``ended`` those that ended at
     rest: by mode OFF, by a reference within RESTS of its limit, or by a position that was held.
     """
@@ -95,7 +107,7 @@ class SetpointPlayer:
         self.limits = limits
         self.capacity = capacity
         self.horizon = horizon
-        self.expired = self.ended = 0
+        self.expired = self.ended = self.limited = 0
         self._queue: deque[Setpoint] = deque()
         self._now_playing: Setpoint | None = None
         self._before: Setpoint | None = None
@@ -111,8 +123,6 @@ class SetpointPlayer:
         block lies too far ahead or does not fit the queue.
         """
         mode = self._judge(start, mode, period, reference, external_torque, now)
-        low, high = self.limits.range(mode)
-        top = self.limits.external_torque
         if mode is Mode.OFF:
             reference = [0.0] * max(1, len(reference))
             external_torque = [0.0] * len(reference)
@@ -125,13 +135,15 @@ class SetpointPlayer:
                 too_old += 1
                 continue
             torque = external_torque[k] if len(external_torque) else None
-            bounded = min(max(value, low), high)
-            if bounded != value:
-                clamped.append(f'{mode.name.lower()} {value:g} to {bounded:g} {UNITS[mode]}')
-            if torque is not None and abs(torque) > top:
-                clamped.append(f'external torque {torque:g} N m to {top:g} N m in size')
-                torque = min(max(torque, -top), top)
-            points.append(Setpoint(instant, mode, bounded, torque))
+            given = Setpoint(instant, mode, value, torque)
+            point = self.limits.held(given)
+            if point.reference != value:
+                clamped.append(f'{mode.name.lower()} {value:g} to {point.reference:g} '
+                               f'{UNITS[mode]}')
+            if point.external_torque != torque:
+                clamped.append(f'external torque {torque:g} N m to '
+                               f'{self.limits.external_torque:g} N m in size')
+            points.append(point)
         with self._lock:
             while points and self._queue and self._queue[-1].instant >= start:
                 self._queue.pop()
@@ -183,6 +195,8 @@ class SetpointPlayer:
             self._now_playing = playing
         if playing is None:
             return None
+        given, playing = playing, self.limits.held(playing)
+        self.limited += playing is not given
         if max(instant, now) > self.expires(playing):
             self._now_playing = None
             if self._rests(playing):
