@@ -70,6 +70,7 @@ class Driver(ManagedNode):
         super().__init__('driver', **kwargs)
         parameters.declare(self)
         refuse_unknown(self)
+        parameters.refuse_simulated_time(self)
         self.add_on_set_parameters_callback(self._judge_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         self.health = RigHealth()
@@ -324,7 +325,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         node = Driver()
     except (InvalidParameterValueException, InvalidParameterTypeException,
-            UnknownParameter) as error:
+            UnknownParameter, parameters.Contradiction) as error:
         print(f'driver: {error}', file=sys.stderr)
         rclpy.try_shutdown()
         return 2

@@ -134,7 +134,7 @@ DECLARED = (
     Declared('quick_stop_time', 0.5, 's', 'How long the drive may brake by a quick stop before '
              'its torque is taken away, when it is deactivated or the driver ends', 0.0, 5.0),
     Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '
-             'once', 0.05, 60.0),
+             'once. Others of the same name listen for them', 0.05, 1.0),
     Declared('history', 2.0, 's', 'How much the sample topics keep for a slow reader; at least '
              '1000 messages', 1.0, 60.0),
     Declared('autostart', False, '', 'Configure and activate once at the start, without a '
@@ -148,6 +148,18 @@ def declare(node: LifecycleNode) -> None:
     """Declare all parameters of the driver on a node."""
     for declared in DECLARED:
         node.declare_parameter(declared.name, declared.default, declared.descriptor())
+
+
+def refuse_simulated_time(node: LifecycleNode) -> None:
+    """Raise Contradiction where a driver was told to follow the clock of a simulation."""
+    reason = _simulated(node.get_parameter('use_sim_time').value)
+    if reason:
+        raise Contradiction(reason)
+
+
+def _simulated(use_sim_time: bool) -> str:
+    return ('use_sim_time = true: a driver samples a rig in real time, so leave it false here; '
+            'twin and recorder may follow the clock of a simulation') if use_sim_time else ''
 
 
 def values(node: LifecycleNode) -> dict[str, Any]:
@@ -167,6 +179,8 @@ def judge(changes: list[Parameter], now: dict[str, Any], configured: bool) -> Se
     then = dict(now)
     for change in changes:
         declared = _BY_NAME.get(change.name)
+        if change.name == 'use_sim_time' and change.value:
+            return SetParametersResult(successful=False, reason=_simulated(change.value))
         if declared is None:
             continue
         if configured and not declared.live and change.value != now[change.name]:
