@@ -2,11 +2,17 @@
 
 from dataclasses import replace
 
+from drive_bench import CONFIG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
-from servo_rig_driver.driver.setpoints import Limits, Mode, Refused, SECOND, SetpointPlayer
+from servo_rig_driver.devices.protocols import PROTOCOLS
+from servo_rig_driver.driver.driver_parameters import beyond, DECLARED
+from servo_rig_driver.driver.limits import Limits, Mode
+from servo_rig_driver.driver.rig_health import RigHealth
+from servo_rig_driver.driver.setpoints import Refused, SECOND, SetpointPlayer
+from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 
 MS = SECOND // 1000
 LIMITS = Limits(voltage=10.0, current=5.0, velocity=2.0, lower=-1.0, upper=3.0,
@@ -75,6 +81,24 @@ def test_a_limit_that_is_set_meanwhile_holds_what_waits_and_what_plays():
     assert [(p.reference, p.external_torque) for p in heard] == [
         (0.5, 20.0), (0.5, 20.0), (-0.5, 20.0), (0.1, 20.0)]
     assert play.limited == 4
+
+
+def test_limits_are_held_to_what_the_frames_of_a_drive_carry():
+    held = LIMITS.within({Mode.VELOCITY: (-1.5, 1.0), Mode.POSITION: (-12.5, 2.5)})
+    assert held == replace(LIMITS, velocity=1.0, upper=2.5)
+    assert beyond(LIMITS, held) == (
+        'limit.velocity = 2 rad/s (it carries 1), limit.position_upper = 3 rad (it carries 2.5)')
+    assert LIMITS.within({}) == LIMITS and beyond(LIMITS, LIMITS) == ''
+
+
+@pytest.mark.parametrize(('name', 'mode', 'most'), [
+    ('robstride', Mode.CURRENT, 17.0 / (0.157 * 7.75)), ('cubemars', Mode.VELOCITY, 50.0),
+    ('geared_dc', Mode.POSITION, 214.7483647)])
+def test_a_device_says_what_its_frames_carry(name, mode, most):
+    of = {one.name: one.default for one in DECLARED}
+    of |= driver_parameters(CONFIG / 'drivers' / f'{name}.yaml')
+    device, _ = PROTOCOLS[of['protocol']](of, RigHealth())
+    assert device.carried()[mode] == (pytest.approx(-most), pytest.approx(most))
 
 
 def test_it_leaves_the_external_torque_alone_where_none_is_given():

@@ -2,6 +2,7 @@
 
 from datetime import datetime, timedelta, UTC
 import signal
+from socket import gethostname
 import subprocess
 import sys
 
@@ -71,14 +72,15 @@ def test_a_second_one_of_a_namespace_ends_and_says_why(words, tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(('age', 'begun', 'ends'), [(3600, '2000', False), (0, '9999', False),
-                                                    (0, '2000', True)])
-def test_it_gives_way_to_what_runs_now_and_began_before_it(tmp_path, age, begun, ends):
+@pytest.mark.parametrize(('age', 'begun', 'host', 'ends'), [
+    (3600, '2000', 'host', False), (0, '9999', 'host', False), (0, '2000', 'host', True),
+    (30, '2000', 'host', True), (30, '2000', gethostname(), False)])
+def test_it_gives_way_to_what_runs_now_and_began_before_it(tmp_path, age, begun, host, ends):
     ears = Listener('told')
     topic = ears.node.create_publisher(DiagnosticArray, '/diagnostics', 10)
     then = (datetime.now(UTC) - timedelta(seconds=age)).isoformat()
     report = DiagnosticArray(status=[DiagnosticStatus(name='/told/driver: rig', values=[
-        KeyValue(key='process', value=f'{begun} host 1 {then}')])])
+        KeyValue(key='process', value=f'{begun} {host} 1 {then}')])])
     driver = DriverProcess('told', bus__channel=str(tmp_path / 'none.can'),
                            diagnostics_period=0.1)
     try:

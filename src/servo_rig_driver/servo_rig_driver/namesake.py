@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 PROCESS = 'process'
-STALE = 60.0  # s
+STALE, STALE_HERE = 60.0, 5.0  # s, of another machine with a clock of its own; of this one
 SILENT = 3.0  # s in which one that runs is heard: its reports come every second
 
 
@@ -25,7 +25,8 @@ class Namesake:
     sentence. ``process`` is when this process began, its machine, its id, and the time now; the
     node tells it among its facts as :data:`PROCESS`. A process that was killed says nothing, so
     that the next one can begin at once. What was told more than STALE s ago, such as a bag that is
-    played, says nothing. All times are of the day, since ROS time may be that of a simulation.
+    played, says nothing; on this machine STALE_HERE s, as the bag may be new.
+    All times are of the day, since ROS time may be that of a simulation.
     """
 
     def __init__(self, node: Node, then: Callable[[str], None]) -> None:
@@ -60,7 +61,7 @@ class Namesake:
             told = next((one.value for one in status.values if one.key == PROCESS), '')
             process, _, now = told.rpartition(' ')
             if (not self._told and status.name.partition(':')[0] == name
-                    and process < self._begun and _lately(now)):
+                    and process < self._begun and _lately(process, now)):
                 self._told = True
                 self._then(f'another {name} runs (begun {process}): this one gives way; choose '
                            'another namespace, or end the other one')
@@ -70,8 +71,9 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec='microseconds')
 
 
-def _lately(told: str) -> bool:
+def _lately(process: str, told: str) -> bool:
+    stale = STALE_HERE if process.split()[1:2] == [gethostname()] else STALE
     try:
-        return abs((datetime.now(UTC) - datetime.fromisoformat(told)).total_seconds()) < STALE
+        return abs((datetime.now(UTC) - datetime.fromisoformat(told)).total_seconds()) < stale
     except (ValueError, TypeError):  # no time, or one without a zone
         return False

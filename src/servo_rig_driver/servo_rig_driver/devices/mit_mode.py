@@ -15,8 +15,8 @@ from math import nan
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
 from .device import DeviceError
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
@@ -92,6 +92,13 @@ class MitMode(OnRequest):
         if point.mode is Mode.VELOCITY:
             return _ZERO | {'velocity': point.reference, 'kd': own.kd}
         return _ZERO | {'position': point.reference, 'kp': own.kp, 'kd': own.kd}
+
+    def carried(self) -> dict[Mode, tuple[float, float]]:
+        """Return the ranges of the table, those of torque in A."""
+        ranges, scale = self.table.ranges, self.settings.torque_per_ampere
+        return {mode: (ranges[name].low / unit, ranges[name].high / unit) for mode, name, unit in (
+            (Mode.CURRENT, 'torque', scale), (Mode.VELOCITY, 'velocity', 1.0),
+            (Mode.POSITION, 'position', 1.0))}
 
     def unsent(self) -> None:
         """Do nothing: each frame says all."""

@@ -11,8 +11,8 @@ from math import isfinite, nan, tau
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED, FD
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
 from .device import DeviceError
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings

@@ -11,8 +11,8 @@ from math import tau
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED, FD, REMOTE
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
 from .dbc_messages import DbcMessages
 from .device import DeviceError
 from .drive_master import DriveState, Order

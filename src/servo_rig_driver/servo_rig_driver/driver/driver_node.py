@@ -46,11 +46,12 @@ from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .command_sources import CommandSources
 from .health_report import Diagnoser
+from .limits import Limits, Mode
 from .rig_health import RigHealth
 from .rig_link import ForeignDriver, LinkSettings, RigLink
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
-from .setpoints import Mode, Refused, SetpointPlayer
+from .setpoints import Refused, SetpointPlayer
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 LOOK_EVERY = 0.1
@@ -79,6 +80,7 @@ class Driver(ManagedNode):
         self._link: RigLink | None = None
         self._player: SetpointPlayer | None = None
         self._modes: list[Mode] = []
+        self._carried: dict[Mode, tuple[float, float]] = {}
         self._topics: list = []
         self._subscription = None
         self._sources: CommandSources | None = None
@@ -174,7 +176,8 @@ class Driver(ManagedNode):
         device, watch = PROTOCOLS[of['protocol']](of, self.health)
         bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'], device.fd)
         self._modes = device.modes()
-        self._player = SetpointPlayer(of['command_timeout'], parameters.limits(of))
+        self._carried = device.carried()
+        self._player = SetpointPlayer(of['command_timeout'], self._limits(of))
         master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
                              quick_stop=of['quick_stop_time'])
         sampler = Sampler(device, self._player, master, watch, self.health,
@@ -265,7 +268,17 @@ class Driver(ManagedNode):
                                            if change.name in self._values}}
         if self._player is not None:
             self._player.timeout = self._values['command_timeout']
-            self._player.limits = parameters.limits(self._values)
+            self._player.limits = self._limits(self._values)
+
+    def _limits(self, of: dict) -> Limits:
+        """Return the limits that hold, and say where they are not those that were given."""
+        own = parameters.limits(of)
+        held = own.within(self._carried)
+        if held != own:
+            self.health.event('command.limits', 'the frames of the drive do not carry '
+                              f'{parameters.beyond(own, held)}; commands are held to what they '
+                              'carry', self._ros_now())
+        return held
 
     # Health.
 

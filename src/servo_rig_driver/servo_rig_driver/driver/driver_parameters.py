@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from ..can_bus.bus_opening import BusSettings, INTERFACES
 from ..devices.object_dictionary import NODE_IDS
 from ..devices.protocols import PROTOCOLS
-from .setpoints import Limits
+from .limits import Limits
 
 
 class Contradiction(ValueError):
@@ -172,6 +172,15 @@ def limits(of: dict[str, Any]) -> Limits:
     return Limits(of['limit.voltage'], of['limit.current'], of['limit.velocity'],
                   of['limit.position_lower'], of['limit.position_upper'],
                   of['limit.external_torque'])
+
+
+def beyond(own: Limits, carried: Limits) -> str:
+    """Return which limits are beyond what a drive's frames carry, in words; empty for none."""
+    names = {'position_lower': 'lower', 'position_upper': 'upper'}
+    pairs = {name: (getattr(own, names.get(name, name)), getattr(carried, names.get(name, name)))
+             for name in ('voltage', 'current', 'velocity', *names)}
+    return ', '.join(f'limit.{name} = {given:g} {_BY_NAME[f"limit.{name}"].unit} (it carries '
+                     f'{most:g})' for name, (given, most) in pairs.items() if given != most)
 
 
 def judge(changes: list[Parameter], now: dict[str, Any], configured: bool) -> SetParametersResult:

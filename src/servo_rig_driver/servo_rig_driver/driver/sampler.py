@@ -13,11 +13,12 @@ from ..devices.device import Device
 from ..devices.drive_master import DriveMaster, MAY_PUSH, Order
 from ..devices.pdo_table import FrameError
 from .answer_joining import Sample, SampleJoiner
+from .limits import Mode, Setpoint
 from .order_joining import OrderJoiner
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
-from .setpoints import Mode, Setpoint, SetpointPlayer
+from .setpoints import SetpointPlayer
 
 
 class Sampler:

@@ -8,68 +8,15 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from enum import IntEnum
+from dataclasses import dataclass
 from math import isfinite
 from threading import Lock
+
+from .limits import Limits, Mode, Setpoint, UNITS
 
 SECOND = 1_000_000_000
 RESTS = 0.01
 """Share of its limit within which a last voltage, current or speed leaves the rig at rest."""
-
-
-class Mode(IntEnum):
-    """What a set-point is a reference for; the numbers are those of Command.msg."""
-
-    OFF = 0
-    VOLTAGE = 1
-    CURRENT = 2
-    VELOCITY = 3
-    POSITION = 4
-
-
-UNITS = {Mode.VOLTAGE: 'V', Mode.CURRENT: 'A', Mode.VELOCITY: 'rad/s', Mode.POSITION: 'rad'}
-
-
-@dataclass(frozen=True)
-class Setpoint:
-    """One set-point: ``instant`` in ns, ``reference`` in the mode's unit, N m or None."""
-
-    instant: int
-    mode: Mode
-    reference: float
-    external_torque: float | None
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Largest magnitudes that may reach the rig; positions from ``lower`` to ``upper``."""
-
-    voltage: float
-    current: float
-    velocity: float
-    lower: float
-    upper: float
-    external_torque: float
-
-    def range(self, mode: Mode) -> tuple[float, float]:
-        """Return the smallest and the largest reference of a mode, in the mode's unit."""
-        if mode is Mode.POSITION:
-            return self.lower, self.upper
-        if mode is Mode.OFF:
-            return 0.0, 0.0
-        size = {Mode.VOLTAGE: self.voltage, Mode.CURRENT: self.current,
-                Mode.VELOCITY: self.velocity}[mode]
-        return -size, size
-
-    def held(self, point: Setpoint) -> Setpoint:
-        """Return a set-point within these limits: itself where it is."""
-        low, high = self.range(point.mode)
-        top, torque = self.external_torque, point.external_torque
-        if low <= point.reference <= high and (torque is None or -top <= torque <= top):
-            return point
-        return replace(point, reference=min(max(point.reference, low), high),
-                       external_torque=None if torque is None else min(max(torque, -top), top))
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,8 @@ from rclpy.utilities import remove_ros_args
 from servo_twin_msgs.msg import Command, Encoder
 
 from ..driver import message_conversion as conversion
-from ..driver.setpoints import Mode, SECOND, UNITS
+from ..driver.limits import Mode, UNITS
+from ..driver.setpoints import SECOND
 from ..driver.steady_clock import SteadyClock
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
