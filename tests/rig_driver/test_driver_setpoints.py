@@ -123,6 +123,7 @@ def test_it_plays_off_as_zero_and_never_counts_it_as_run_out():
     (0, 1, 1e-3, [1.0, 2.0], [1.0], '1 values beside 2'),
     (0, 1, 0.0, [1.0, 2.0], [], 'period = 0.0 s'),
     (0, 1, float('nan'), [1.0, 2.0], [], 'period = nan s'),
+    (0, 1, 1e300, [1.0, 2.0], [], 'needs one above 0, of at most 60 s'),
     (3600 * SECOND, 1, 1e-3, [1.0], [], '3600.0 s ahead'),
 ])
 def test_it_refuses_a_block_it_cannot_play_and_keeps_what_it_had(

@@ -1,6 +1,7 @@
 """The twin node, as a process of its own fed over ROS 2: it ..."""
 
 from array import array
+from math import nan
 import os
 import subprocess
 import sys
@@ -126,6 +127,16 @@ def test_it_passes_over_a_block_whose_arrays_differ_in_length(rig):
     assert rig.predictions[0].sequence == 2
     rig.wait(lambda: any('torque.torque of sequence 1 has 0 samples' in s.message
                          for s in rig.told))
+
+
+@pytest.mark.parametrize('odd', [
+    {'period': nan}, {'period': 5e-324}, {'period': 1e300}, {'sequence': 2**64 - 1},
+    {'second': 2**31 - 1}, {'second': -1}], ids=str)
+def test_it_lives_on_after_a_block_that_no_rig_can_have_sent(rig, odd):
+    rig.say(**{'sequence': 0, 'samples': samples(10), **odd})
+    rig.say(0, samples(20))
+    rig.wait(lambda: any(one.sequence == 0 and len(one.motor_position) == 20
+                         for one in rig.predictions))
 
 
 def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(rig):

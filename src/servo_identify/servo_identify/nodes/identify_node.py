@@ -135,11 +135,16 @@ class IdentifyNode(Node):
         if not value(self, 'watch.on'):
             self._detector = None
             return
+        try:
+            residuals = conversion.to_residuals(message)
+        except ValueError as problem:
+            self.get_logger().warning(str(problem), throttle_duration_sec=10.0)
+            return
         if self._detector is None or self._detector.period != message.period:
             self._detector = ChangeDetector(BALANCES, message.period, Settings(
                 value(self, 'watch.block'), value(self, 'watch.learn'),
                 value(self, 'watch.false_alarms')))
-        self._residuals.append((message.sequence, conversion.to_residuals(message)))
+        self._residuals.append((message.sequence, residuals))
         if sum(len(r) for _, r in self._residuals) * message.period < _GATHERED:
             return
         waiting, self._residuals = self._residuals, []

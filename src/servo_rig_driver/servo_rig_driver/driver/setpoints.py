@@ -66,8 +66,8 @@ class SetpointPlayer:
         Queue a block whose first set-point takes effect at ``start`` ns, the next ``period`` s on.
 
         References outside the limits are clamped and counted. Raises Refused when the mode is
-        unknown, lengths differ, a value is not finite, the period of a block is not positive, the
-        block lies too far ahead or does not fit the queue.
+        unknown, lengths differ, a value is not finite, the period of a block is not positive or
+        longer than ``horizon`` s, the block lies too far ahead or does not fit the queue.
         """
         mode = self._judge(start, mode, period, reference, external_torque, now)
         if mode is Mode.OFF:
@@ -117,9 +117,9 @@ class SetpointPlayer:
             for k, value in enumerate(values):
                 if not isfinite(value):
                     raise Refused(f'{name}[{k}] = {value}; every value must be finite')
-        if len(reference) > 1 and not (isfinite(period) and period > 0.0):
-            raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs a '
-                          'positive one')
+        if len(reference) > 1 and not 0.0 < period <= self.horizon:
+            raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs one '
+                          f'above 0, of at most {self.horizon:g} s')
         ahead = (start - now) / SECOND
         if ahead > self.horizon:
             raise Refused(f'the block starts {ahead:.1f} s ahead, at most {self.horizon:g} s are '
