@@ -17,7 +17,6 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 import rclpy
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -30,7 +29,7 @@ from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
-from ..given_parameters import refuse_unknown, UnknownParameter
+from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -152,11 +151,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Adapter()
-    except (InvalidParameterValueException, InvalidParameterTypeException, MappingError,
-            UnknownParameter) as error:
-        print(f'adapter: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (*UNFIT, MappingError) as error:
+        return cannot_start('adapter', error)
     executor = EventsExecutor()
     try:
         executor.add_node(node)

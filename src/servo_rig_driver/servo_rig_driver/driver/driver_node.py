@@ -18,7 +18,6 @@ import sys
 
 import can
 import rclpy
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -36,7 +35,7 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
-from ..given_parameters import refuse_unknown, UnknownParameter
+from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..managed_node import ManagedNode
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
@@ -337,11 +336,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Driver()
-    except (InvalidParameterValueException, InvalidParameterTypeException,
-            UnknownParameter, parameters.Contradiction) as error:
-        print(f'driver: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (*UNFIT, parameters.Contradiction) as error:
+        return cannot_start('driver', error)
     executor = EventsExecutor()
     executor.add_node(node)
     try:

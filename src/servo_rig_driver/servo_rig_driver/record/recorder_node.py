@@ -31,7 +31,7 @@ from std_msgs.msg import String
 from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
-from ..given_parameters import refuse_unknown
+from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
@@ -223,10 +223,8 @@ def main() -> int:
     start_ros()
     try:
         node = Recorder()
-    except (ValueError, OSError) as error:
-        print(f'recorder: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (*UNFIT, ValueError, OSError) as error:
+        return cannot_start('recorder', error)
     executor = EventsExecutor()
     executor.add_node(node)
     print(f'recording to {node.file.path}', flush=True)
