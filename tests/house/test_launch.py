@@ -46,6 +46,13 @@ def test_its_processes_share_no_memory_that_a_killed_one_leaves_half_made(name):
             'value': '$(env FASTDDS_BUILTIN_TRANSPORTS UDPv4)'} in entries(path, 'set_env')
 
 
+def test_an_emulated_drive_starts_at_once_and_a_real_one_looks_for_others_first():
+    nodes = entries(next(path for path in FILES if path.name == 'rig.launch.yaml'), 'node')
+    listens = {('if' in node): [one['value'] for one in node['param']
+                                if one.get('name') == 'graph_listen_time'] for node in nodes}
+    assert listens == {True: [0.5], False: []}
+
+
 @pytest.mark.parametrize(('given', 'is_so'), [({}, 'UDPv4'), (
     {'FASTDDS_BUILTIN_TRANSPORTS': 'DEFAULT'}, 'DEFAULT')])
 def test_the_workspace_has_the_same_transport_unless_one_is_given(given, is_so):

@@ -1,9 +1,11 @@
 """An adapter beside a robot with odd habits says what is wrong: it ..."""
 
-from math import nan
+from itertools import count
+from math import inf, nan
 import signal
 import subprocess
 import sys
+from threading import Event, Thread
 from types import SimpleNamespace
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -13,8 +15,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
 from servo_rig_driver.adapter.adapter_findings import AdapterFindings
-from servo_rig_driver.adapter.adapter_node import mapping_of, qos_of
+from servo_rig_driver.adapter.adapter_node import mapping_of
 from servo_rig_driver.adapter.message_field import Field, FieldError
+from servo_rig_driver.adapter.robot_topics import falls_short, qos_of
 from servo_rig_driver.adapter.sample_stream import SampleStream, SECOND
 from servo_rig_driver.driver.rig_health import RigHealth
 
@@ -34,7 +37,7 @@ class Robot:
         self.publishers, self.now = publishers, BEGIN
 
     def says(self, seconds, step=5 * MS, stamp=lambda now: now, joints=('hip', 'knee'),
-             effort=1.0):
+             effort=1.0, number=None):
         """Publish for so long, the adapter looking once a second."""
         watch = self.findings.watches[STATES]
         for _ in range(round(seconds * SECOND / step)):
@@ -42,7 +45,8 @@ class Robot:
             message = SimpleNamespace(name=list(joints), position=[0.0] * len(joints),
                                       effort=[] if effort is None else [effort] * len(joints))
             try:
-                watch.take(self.stream.put(STATES, message, stamp(self.now), self.now))
+                watch.take(self.stream.put(STATES, message, stamp(self.now), self.now),
+                           number and next(number))
             except FieldError as error:
                 watch.lacks(str(error))
             if self.now % SECOND < step:
@@ -60,7 +64,7 @@ def test_it_finds_nothing_wrong_with_a_robot_that_says_all():
     assert robot.told == '' and len(robot.blocks) > 50
 
 
-@pytest.mark.parametrize('effort', [nan, None])
+@pytest.mark.parametrize('effort', [nan, inf, None])
 def test_it_says_that_a_field_never_holds_a_number(effort):
     robot = Robot().says(3, effort=effort)
     assert 'voltage: /joint_states.effort[hip] holds no number' in robot.told
@@ -80,6 +84,54 @@ def test_other_nodes_may_publish_their_own_joints_on_the_same_topic():
 def test_it_says_that_two_publish_the_same_joint():
     robot = Robot(('/arm', '/sliders')).says(3)
     assert "2 publishers, of ['/arm', '/sliders']" in robot.told and 'are mixed' in robot.told
+
+
+def test_two_of_three_that_publish_the_same_joint_are_found_by_their_numbers():
+    robot, arm, sliders = Robot(('/arm', '/gripper', '/sliders')), count(7000), count(1)
+    for _ in range(400):
+        robot.says(0.005, number=arm).says(0.005, joints=('finger',)).says(0.005, number=sliders)
+    assert "3 publishers, of ['/arm', '/gripper', '/sliders'], and not one alone" in robot.told
+    for _ in range(200):
+        robot.says(0.005, number=arm).says(0.005, joints=('finger',))
+    assert robot.told == ''
+    robot.says(2, number=count(1))  # it was started again
+    assert 'publishers' not in robot.told
+
+
+def test_it_says_how_often_a_field_holds_no_number():
+    robot = Robot()
+    for _ in range(300):
+        robot.says(0.005).says(0.005, effort=nan)
+    assert 'voltage: /joint_states.effort[hip] holds no number in 100 of 200 mess' in robot.told
+
+
+def test_a_joint_that_is_there_twice_is_none():
+    robot = Robot().says(2, joints=('hip', 'hip'))
+    assert "there are two 'hip' in one message" in robot.told and not robot.blocks
+
+
+def test_it_says_what_was_left_out_for_its_time():
+    robot = Robot().says(2)
+    for _ in range(200):
+        robot.says(0.005, stamp=lambda now: now - 12 * MS).says(0.005)
+    assert '100 of its messages left out for going back in time' in robot.told
+    held = [0.0]
+    robot.says(2).says(2, stamp=lambda now: now // (10 * MS) * 10 * MS)
+    assert 'repeating' not in robot.told  # what repeats a message does no harm
+    for _ in range(200):
+        held[0] += 1.0
+        robot.says(0.005, stamp=lambda now: now // (10 * MS) * 10 * MS, effort=held[0])
+    assert 'repeating the time of the one before with other values' in robot.told
+
+
+@pytest.mark.parametrize('off', [10 * SECOND, -5 * SECOND, 10**8 * SECOND, -SECOND * 9 // 10])
+def test_a_single_wrong_stamp_costs_its_message_and_no_more(off):
+    robot = Robot().says(3)
+    robot.says(0.005, stamp=lambda now: now + off).says(1)
+    assert '1 of its messages left out for' in robot.told
+    robot.says(4)
+    assert robot.told == '' and robot.stream.restarts == robot.stream.lost == 0
+    assert robot.stream.samples > 1390
 
 
 @pytest.mark.parametrize(('pace', 'said'), [(0.7, '0.7'), (0.0, '0'), (1.3, '1.3')])
@@ -128,6 +180,46 @@ def test_it_asks_for_the_best_that_every_publisher_offers():
     both = qos_of([latched, hasty])
     assert both.durability == DurabilityPolicy.VOLATILE
     assert both.reliability == ReliabilityPolicy.BEST_EFFORT
+
+
+def test_it_knows_what_would_never_match():
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    hasty = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    usual = QoSProfile(depth=1)
+    assert falls_short(hasty, usual) and falls_short(usual, latched)
+    assert not falls_short(usual, usual) and not falls_short(latched, usual)
+    assert not falls_short(usual, hasty)
+
+
+@pytest.mark.ros
+def test_it_hears_a_robot_that_comes_back_with_a_weaker_offer():
+    ears, over = Listener('back', commands=False), Event()
+    adapter = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.adapter.adapter_node', '--ros-args', '-p',
+         'mapping:=ros2_control_joint', '-p', 'joint:=hip', '-p', 'diagnostics_period:=0.2', '-p',
+         'block_size:=1', '-r', '__ns:=/back'])
+    publishing = [ears.node.create_publisher(JointState, STATES, QoSProfile(depth=10))]
+
+    def publish():
+        state = JointState(name=['hip'], position=[0.0], effort=[1.0])
+        while not over.wait(0.005):
+            state.header.stamp = ears.node.get_clock().now().to_msg()
+            publishing[0].publish(state)
+
+    thread = Thread(target=publish)
+    thread.start()
+    try:
+        ears.more_samples(10)
+        first, publishing[0] = publishing[0], ears.node.create_publisher(
+            JointState, STATES, QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT))
+        ears.node.destroy_publisher(first)
+        ears.more_samples(50)
+    finally:
+        over.set()
+        thread.join()
+        adapter.send_signal(signal.SIGINT)
+        assert adapter.wait(20.0) == 0
+        ears.close()
 
 
 @pytest.mark.ros

@@ -126,3 +126,14 @@ def test_what_a_drive_lacks_is_named_when_it_is_configured():
     finally:
         driver.close()
         ears.close()
+
+
+def test_limits_beyond_what_the_frames_carry_are_told_when_it_is_configured():
+    ears = Listener('beyond')
+    driver = DriverProcess('beyond', CONFIG / 'drivers' / 'robstride.yaml', retry_period=0.1,
+                           limit__current=50.0)
+    try:
+        ears.hears('command', 'do not carry limit.current = 50 A (it carries 13.97', 1)
+    finally:
+        driver.close()
+        ears.close()

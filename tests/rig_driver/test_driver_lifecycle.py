@@ -159,6 +159,7 @@ def test_it_judges_parameters_while_it_is_configured(led):
     _, _, hands = led
     assert 'command_timeout' in hands.set('command_timeout', -1.0).reason
     assert hands.set('command_timeout', 0.2).successful
+    assert 'in real time' in hands.set('use_sim_time', True).reason
     assert 'clean the node up first' in hands.set('sync_period', 0.005).reason
 
 
@@ -216,7 +217,9 @@ def test_it_settles_which_of_two_drivers_stays_when_both_start_at_once(tmp_path)
 
 @pytest.mark.parametrize('values,words', [
     ({'sync_period': 0.5}, 'sync_period'), ({'block_size': 0}, 'block_size'),
-    ({'sync_period': "'fast'"}, 'sync_period')])
+    ({'sync_period': "'fast'"}, 'sync_period'),
+    ({'diagnostics_period': 5.0}, 'diagnostics_period'),  # another of its name listens for 3 s
+    ({'use_sim_time': 'true'}, 'a driver samples a rig in real time')])
 def test_it_names_a_parameter_that_it_cannot_start_with(values, words):
     status, said = DriverProcess('wrong', **values).wait()
     assert status == 2

@@ -1,10 +1,18 @@
 """What the driver plays of the commands it got: never late, never old, never out of limits."""
 
+from dataclasses import replace
+
+from drive_bench import CONFIG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
-from servo_rig_driver.driver.setpoints import Limits, Mode, Refused, SECOND, SetpointPlayer
+from servo_rig_driver.devices.protocols import PROTOCOLS
+from servo_rig_driver.driver.driver_parameters import beyond, DECLARED
+from servo_rig_driver.driver.limits import Limits, Mode
+from servo_rig_driver.driver.rig_health import RigHealth
+from servo_rig_driver.driver.setpoints import Refused, SECOND, SetpointPlayer
+from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 
 MS = SECOND // 1000
 LIMITS = Limits(voltage=10.0, current=5.0, velocity=2.0, lower=-1.0, upper=3.0,
@@ -64,6 +72,35 @@ def test_it_clamps_to_the_limits_and_says_so():
         (-1.0, 100.0), (0.0, 0.0), (3.0, -100.0)]
 
 
+def test_a_limit_that_is_set_meanwhile_holds_what_waits_and_what_plays():
+    play = player()
+    play.add(0, Mode.VELOCITY, 1e-3, [1.5, 1.5, -1.5, 0.1], [90.0] * 4, now=0)
+    assert play.at(0, 0).reference == 1.5 and play.limited == 0
+    play.limits = replace(LIMITS, velocity=0.5, external_torque=20.0)
+    heard = [play.at(k * MS, k * MS) for k in (0, 1, 2, 3)]
+    assert [(p.reference, p.external_torque) for p in heard] == [
+        (0.5, 20.0), (0.5, 20.0), (-0.5, 20.0), (0.1, 20.0)]
+    assert play.limited == 4
+
+
+def test_limits_are_held_to_what_the_frames_of_a_drive_carry():
+    held = LIMITS.within({Mode.VELOCITY: (-1.5, 1.0), Mode.POSITION: (-12.5, 2.5)})
+    assert held == replace(LIMITS, velocity=1.0, upper=2.5)
+    assert beyond(LIMITS, held) == (
+        'limit.velocity = 2 rad/s (it carries 1), limit.position_upper = 3 rad (it carries 2.5)')
+    assert LIMITS.within({}) == LIMITS and beyond(LIMITS, LIMITS) == ''
+
+
+@pytest.mark.parametrize(('name', 'mode', 'most'), [
+    ('robstride', Mode.CURRENT, 17.0 / (0.157 * 7.75)), ('cubemars', Mode.VELOCITY, 50.0),
+    ('geared_dc', Mode.POSITION, 214.7483647)])
+def test_a_device_says_what_its_frames_carry(name, mode, most):
+    of = {one.name: one.default for one in DECLARED}
+    of |= driver_parameters(CONFIG / 'drivers' / f'{name}.yaml')
+    device, _ = PROTOCOLS[of['protocol']](of, RigHealth())
+    assert device.carried()[mode] == (pytest.approx(-most), pytest.approx(most))
+
+
 def test_it_leaves_the_external_torque_alone_where_none_is_given():
     play = player()
     play.add(0, Mode.VOLTAGE, 0.0, [1.0], [], now=0)
@@ -86,6 +123,7 @@ def test_it_plays_off_as_zero_and_never_counts_it_as_run_out():
     (0, 1, 1e-3, [1.0, 2.0], [1.0], '1 values beside 2'),
     (0, 1, 0.0, [1.0, 2.0], [], 'period = 0.0 s'),
     (0, 1, float('nan'), [1.0, 2.0], [], 'period = nan s'),
+    (0, 1, 1e300, [1.0, 2.0], [], 'needs one above 0, of at most 60 s'),
     (3600 * SECOND, 1, 1e-3, [1.0], [], '3600.0 s ahead'),
 ])
 def test_it_refuses_a_block_it_cannot_play_and_keeps_what_it_had(

@@ -1,6 +1,6 @@
 """Frames of the vendors' documents, with their arithmetic: what goes out, and what is read."""
 
-from math import isnan, pi, tau
+from math import isnan, nan, pi, tau
 import struct
 
 from drive_bench import CONFIG
@@ -301,6 +301,19 @@ def test_a_table_that_is_missing_is_named_with_the_choice(load, name):
     (lambda c: c['frames']['stop'].update(data=['all the bits']), "must read 'name bits'"),
     (lambda c: c['frames']['stop'].update(data=['odd 5']), 'its data has 5 bits'),
     (lambda c: c.pop('ranges'), 'is no table of an actuator in MIT mode'),
+    (lambda c: c['ranges'].pop('torque'), 'ranges are given of .*; they are needed of'),
+    (lambda c: c['ranges'].update(torque=[0, 18]), 'of torque has no 0 within'),
+    (lambda c: c['ranges'].update(kp=[-5, 500]), 'range of kp begins at -5'),
+    (lambda c: c['frames']['control'].update(data=['position 16', 'kp 16', 'kd 16', 'torque 16']),
+     "frame 'control' lacks .'velocity'."),
+    (lambda c: c['frames']['feedback'].update(data=['position 16', 'position 16', 'torque 16']),
+     'are there twice'),
+    (lambda c: c['frames']['stop'].update(identifier=['all 11 = 1']), "'stop' lacks .'drive'."),
+    (lambda c: c['faults'].update(by='bits'), "faults: by = 'bits'; it is one of"),
+    (lambda c: c.update(position_wraps='no'), "position_wraps = 'no'; it is one of"),
+    (lambda c: c.update(range={}), "has no entry .'range'."),
+    (lambda c: c['frames'].update(watchdog={'identifier': ['drive 11'], 'data': ['time 32']}),
+     'watchdog_rate = 0 counts a second'),
 ])
 def test_a_table_that_is_none_is_named(change, words, tmp_path):
     content = yaml.safe_load((SHIPPED / 'cubemars_ak80_9.yaml').read_text())
@@ -343,6 +356,26 @@ def test_every_driver_file_names_parameters_that_there_are_and_a_device_that_can
     assert not contradiction(of | given_)
     device, _ = PROTOCOLS[given_.get('protocol', 'canopen')](of | given_, RigHealth())
     assert device.modes()
+
+
+@pytest.mark.parametrize('name, given_, words', [
+    ('odrive', {'device.id': 64}, 'device.id = 64; an ODrive axis has one up to 63'),
+    ('moteus', {'device.host': 128}, 'device.host = 128; a moteus answers hosts up to 127'),
+    ('robstride', {'device.kd': 6.0}, r'device.kd = 6 is beyond what .* carries, \[0, 5\]'),
+    ('cubemars', {'device.brake': 6.0}, 'device.brake = 6 is beyond')])
+def test_what_the_frames_of_a_drive_do_not_carry_is_refused_before_it_moves(name, given_, words):
+    of = {one.name: one.default for one in DECLARED}
+    of |= driver_parameters(CONFIG / 'drivers' / f'{name}.yaml')
+    with pytest.raises(DeviceError, match=words):
+        PROTOCOLS[of['protocol']](of | given_, RigHealth())
+
+
+@pytest.mark.parametrize('what', ['mode', 'fault'])
+def test_a_moteus_that_does_not_tell_its_mode_is_left_out_with_a_word(what):
+    drive = made(Moteus, MoteusTable('moteus'))
+    told = {one.name: 0.0 for one in drive.table.reads} | {what: nan}
+    with pytest.raises(FrameError, match=f'the drive tells .*{what} nan'):
+        drive.hear(identifier(1, 0), drive.table.reply(told))
 
 
 def test_what_a_data_sheet_has_to_say_has_no_default():

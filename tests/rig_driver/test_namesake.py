@@ -1,9 +1,10 @@
 """Two launches in one namespace: of two nodes of one name the later one ends."""
 
+from datetime import datetime, timedelta, UTC
 import signal
+from socket import gethostname
 import subprocess
 import sys
-from time import time_ns
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from driver_bench import DriverProcess, Listener, wait_for
@@ -16,6 +17,7 @@ pytestmark = pytest.mark.ros
 ADAPTER = ['servo_rig_driver.adapter.adapter_node', '-p', 'mapping:=ros2_control_joint',
            '-p', 'joint:=hip']
 TWIN = ['servo_twin.nodes.twin_node', '-p', 'servo_file:=rv_bench']
+RECORDER = ['servo_rig_driver.record.recorder_node']
 
 
 def test_a_second_driver_of_a_namespace_leaves_its_motor_alone(tmp_path):
@@ -44,15 +46,22 @@ def test_a_second_driver_of_a_namespace_leaves_its_motor_alone(tmp_path):
             ears.close()
 
 
-@pytest.mark.parametrize('words', [ADAPTER, TWIN], ids=['adapter', 'twin'])
-def test_a_second_one_of_a_namespace_ends_and_says_why(words):
+@pytest.mark.parametrize('words', [ADAPTER, TWIN, RECORDER], ids=['adapter', 'twin', 'recorder'])
+def test_a_second_one_of_a_namespace_ends_and_says_why(words, tmp_path):
     name = f'twice_{words[0].rpartition(".")[2]}'
-    command = [sys.executable, '-m', words[0], '--ros-args', '-r', f'__ns:=/{name}', *words[1:]]
-    first, ears, told = subprocess.Popen(command, stderr=subprocess.DEVNULL), Listener(name), []
+
+    def command(*more):
+        bag = ['-p', f'output:={tmp_path}/{len(more)}'] if words is RECORDER else []
+        return [sys.executable, '-m', words[0], '--ros-args', '-r', f'__ns:=/{name}', *words[1:],
+                *bag, *more]
+
+    first, told = subprocess.Popen(command(), stderr=subprocess.DEVNULL), []
+    ears = Listener(name)
     ears.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 100)
     try:
         wait_for(lambda: told, 'the first one runs')
-        second = subprocess.run(command, capture_output=True, text=True, timeout=60.0)
+        simulated = command('-p', 'use_sim_time:=true')  # another time than that of the first one
+        second = subprocess.run(simulated, capture_output=True, text=True, timeout=60.0)
         assert second.returncode == 1
         assert 'this one gives way' in second.stderr and 'Traceback' not in second.stderr
         assert first.poll() is None
@@ -63,14 +72,15 @@ def test_a_second_one_of_a_namespace_ends_and_says_why(words):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(('age', 'begun', 'ends'), [(3600, '2000', False), (0, '9999', False),
-                                                    (0, '2000', True)])
-def test_it_gives_way_to_what_runs_now_and_began_before_it(tmp_path, age, begun, ends):
+@pytest.mark.parametrize(('age', 'begun', 'host', 'ends'), [
+    (3600, '2000', 'host', False), (0, '9999', 'host', False), (0, '2000', 'host', True),
+    (30, '2000', 'host', True), (30, '2000', gethostname(), False)])
+def test_it_gives_way_to_what_runs_now_and_began_before_it(tmp_path, age, begun, host, ends):
     ears = Listener('told')
     topic = ears.node.create_publisher(DiagnosticArray, '/diagnostics', 10)
-    report = DiagnosticArray(status=[DiagnosticStatus(
-        name='/told/driver: rig', values=[KeyValue(key='process', value=f'{begun} host 1')])])
-    report.header.stamp.sec = time_ns() // 10**9 - age
+    then = (datetime.now(UTC) - timedelta(seconds=age)).isoformat()
+    report = DiagnosticArray(status=[DiagnosticStatus(name='/told/driver: rig', values=[
+        KeyValue(key='process', value=f'{begun} {host} 1 {then}')])])
     driver = DriverProcess('told', bus__channel=str(tmp_path / 'none.can'),
                            diagnostics_period=0.1)
     try:

@@ -31,6 +31,20 @@ def test_a_parameter_file_that_ros_cannot_read_is_named(module, tmp_path):
     assert 'Traceback' not in ended.stderr
 
 
+@pytest.mark.parametrize(('module', 'given', 'said'), [
+    (NODES[0], 'device.ratio:=9', 'device.ratio = 9 is an integer, and it must be a number with a '
+     'point: write 9.0'),
+    (NODES[1], 'rate:=500', 'write 500.0'), (NODES[1], 'joint:=3', """write "joint:='3'\""""),
+    (NODES[2], 'chunk_seconds:=1', 'write 1.0'), (NODES[2], 'history:=2.5', 'must be an integer'),
+    (NODES[3], 'overload:=1', 'write 1.0'), (NODES[3], 'overload:=0.0', 'out of range Min: 0.1'),
+    (NODES[4], 'trial:=5', 'write 5.0'), (NODES[4], 'buffer:=-1.0', 'out of range')])
+def test_a_parameter_of_another_type_or_out_of_range_is_named_in_a_sentence(module, given, said):
+    ended = subprocess.run([sys.executable, '-m', module, '--ros-args', '-p', given],
+                           capture_output=True, text=True, timeout=60.0)
+    assert ended.returncode == 2
+    assert said in ended.stderr and 'Traceback' not in ended.stderr
+
+
 def test_an_argument_that_ros_does_not_know_is_named():
     ended = subprocess.run([sys.executable, '-m', NODES[0], '--ros-args', '--parms-file', 'x'],
                            capture_output=True, text=True, timeout=60.0)

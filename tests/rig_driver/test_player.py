@@ -32,11 +32,23 @@ def test_it_says_quantity_size_and_unit_of_what_it_plays():
 
 @pytest.mark.parametrize('words, said', [
     (['sine', '--setting', 'loudness=3'], "has no setting 'loudness'; it has"),
-    (['sine', '--setting', 'amplitude=high'], 'high'),
-    (['sine', '--duration', '0.0005'], 'hold no two set-points'),
+    (['sine', '--duration', '0.0005'], 'are 0.5 of them; there are 2 to'),
+    (['sine', '--period', '1e-9'], 'of them; there are 2 to 20000000'),
 ])
 def test_it_refuses_what_cannot_be_played(capsys, words, said):
     assert main(words) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('words, said', [
+    (['--setting', 'amplitude=high'], "'amplitude=high' must read NAME=NUMBER"),
+    (['--setting', 'amplitude'], "'amplitude' must read NAME=NUMBER"),
+    (['--period', '0'], "'0' s is no time above 0"), (['--wait', 'nan'], "'nan' s is no time"),
+    (['--duration', '-3'], "'-3' s is no time above 0")])
+def test_it_says_what_an_argument_must_be(capsys, words, said):
+    with pytest.raises(SystemExit) as ended:
+        main(['sine', *words])
+    assert ended.value.code == 2
     assert said in capsys.readouterr().err
 
 

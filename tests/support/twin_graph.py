@@ -125,15 +125,17 @@ class Rig:
         return self.ask(SetParameters, 'twin/set_parameters',
                         SetParameters.Request(parameters=[parameter])).results[0]
 
-    def say(self, sequence: int, samples: np.ndarray, lack: str = '', frame: str = '') -> None:
-        """Publish a block of samples, on all topics but one."""
+    def say(self, sequence: int, samples: np.ndarray, lack: str = '', frame: str = '',
+            period: float = PERIOD, second: int = 10**9) -> None:
+        """Publish a block of samples, on all topics but one; sample 0 was taken at ``second``."""
         columns = {name: array('d', column.tobytes())
                    for name, column in zip(CHANNELS, samples.T, strict=True)}
         for topic, kind in TOPICS.items():
-            message = kind(sequence=sequence, period=PERIOD, **{
+            message = kind(sequence=sequence, period=period, **{
                 field: columns[field] for field in kind.get_fields_and_field_types()
                 if field in columns})
-            message.header.stamp = to_time(10**18 + round(sequence * PERIOD * 1e9))
+            message.header.stamp = to_time(second * 10**9 + round(sequence * PERIOD * 1e9)
+                                           if sequence < 1 << 31 else second * 10**9)
             message.header.frame_id = frame
             if topic != lack:
                 self.topics[topic].publish(message)

@@ -113,6 +113,18 @@ def test_it_says_which_part_did_not_start_and_ends_the_others(tmp_path, words, s
     assert children_of(folder) == []
 
 
+@pytest.mark.parametrize(('words', 'said'), [
+    (['run', '--rate', '0'], '0 is outside [1, 10000]'),
+    (['run', '--duration', 'nan'], 'nan is outside [0.01, 1e+06]'),
+    (['run', '--namespace', 'a//b'], "'a//b' is no namespace of ROS"),
+    (['view', '--namespace', '9x'], "'9x' is no namespace of ROS")])
+def test_it_says_what_a_rate_a_time_or_a_namespace_cannot_be(words, said, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err
+
+
 @pytest.mark.long
 def test_it_begins_nothing_in_a_namespace_where_another_run_is(tmp_path):
     folder = tmp_path / 'bench'

@@ -1,9 +1,11 @@
 """The twin node, as a process of its own fed over ROS 2: it ..."""
 
 from array import array
+from math import nan
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 from lifecycle_msgs.msg import Transition
 import numpy as np
@@ -15,12 +17,13 @@ from twin_graph import BENCH, ends_of, PERIOD, samples
 from servo_twin.description import servo_file
 from servo_twin.lockstep.lockstep import Lockstep, Settings
 from servo_twin.lockstep.twin import Twin
+from servo_twin.nodes.live_answers import LiveAnswers
 from servo_twin.nodes.message_conversion import to_time
 from servo_twin.nodes.servo_loading import ServoLoading
 from servo_twin.nodes.twin_health import TwinHealth
 from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.recording import BALANCES
-from servo_twin.recording.waiting_blocks import WaitingBlocks
+from servo_twin.recording.waiting_blocks import Block, WaitingBlocks
 from servo_twin_msgs.msg import Current, Encoder, Torque
 from servo_twin_msgs.srv import LoadServo
 
@@ -126,6 +129,28 @@ def test_it_passes_over_a_block_whose_arrays_differ_in_length(rig):
     assert rig.predictions[0].sequence == 2
     rig.wait(lambda: any('torque.torque of sequence 1 has 0 samples' in s.message
                          for s in rig.told))
+
+
+@pytest.mark.parametrize('odd', [
+    {'period': nan}, {'period': 5e-324}, {'period': 1e300}, {'sequence': 2**64 - 1},
+    {'second': 2**31 - 1}, {'second': -1}], ids=str)
+def test_it_lives_on_after_a_block_that_no_rig_can_have_sent(rig, odd):
+    rig.say(**{'sequence': 0, 'samples': samples(10), **odd})
+    rig.say(0, samples(20))
+    rig.wait(lambda: any(one.sequence == 0 and len(one.motor_position) == 20
+                         for one in rig.predictions))
+
+
+def test_a_block_that_breaks_the_step_is_left_out_and_told():
+    def breaks(period):
+        raise MemoryError('no room')
+
+    answers = LiveAnswers(SimpleNamespace(get_parameter=lambda _: SimpleNamespace(value=2.0)),
+                          breaks)
+    answers.active = True
+    answers._waiting.put(Block(0, 10**18, PERIOD, samples(1)))
+    answers._step_all()
+    assert (answers.health.malformed, answers.health.why) == (1, 'MemoryError: no room')
 
 
 def test_it_publishes_what_it_owes_when_it_is_deactivated_and_begins_anew_afterwards(rig):

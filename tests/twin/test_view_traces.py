@@ -93,7 +93,7 @@ def test_it_says_facts_once():
 
 @pytest.mark.parametrize('wanted', [
     {'names': 'load_position'}, {'names': ['nonsense', 3], 'span': 'long', 'pixels': None},
-    {'span': float('inf'), 'pixels': -3, 'spectrum': ['x']}, {}])
+    {'span': float('inf'), 'pixels': -3, 'spectrum': ['x']}, {'span': 10**400}, {}])
 def test_it_passes_over_what_a_page_cannot_ask_for(wanted):
     traces, looker = Traces(1.0), Looker()
     put(traces, 0, np.ones(100))

@@ -26,7 +26,7 @@ from std_srvs.srv import Trigger
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
-from servo_twin.nodes.given_parameters import refuse_unknown, UnknownParameter
+from servo_twin.nodes.given_parameters import cannot_start, refuse_unknown, UNFIT
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
@@ -135,11 +135,16 @@ class IdentifyNode(Node):
         if not value(self, 'watch.on'):
             self._detector = None
             return
+        try:
+            residuals = conversion.to_residuals(message)
+        except ValueError as problem:
+            self.get_logger().warning(str(problem), throttle_duration_sec=10.0)
+            return
         if self._detector is None or self._detector.period != message.period:
             self._detector = ChangeDetector(BALANCES, message.period, Settings(
                 value(self, 'watch.block'), value(self, 'watch.learn'),
                 value(self, 'watch.false_alarms')))
-        self._residuals.append((message.sequence, conversion.to_residuals(message)))
+        self._residuals.append((message.sequence, residuals))
         if sum(len(r) for _, r in self._residuals) * message.period < _GATHERED:
             return
         waiting, self._residuals = self._residuals, []
@@ -262,10 +267,8 @@ def main(arguments: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:
             node = IdentifyNode(Path(scratch))
-        except (ServoError, OSError, UnknownParameter) as problem:
-            print(f'identify_node: {problem}', file=sys.stderr)
-            rclpy.try_shutdown()
-            return 2
+        except (*UNFIT, ServoError, OSError) as problem:
+            return cannot_start('identify_node', problem)
         executor = EventsExecutor()
         executor.add_node(node)
         try:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 import numpy as np
 
-from servo_twin.nodes.message_conversion import to_time
+from servo_twin.nodes.message_conversion import check, to_time
 from servo_twin.recording.recording import BALANCES
 from servo_twin_msgs.msg import Estimate, Residual
 
@@ -16,7 +16,16 @@ OK, WARN, ERROR, STALE = 0, 1, 2, 3
 
 
 def to_residuals(message: Residual) -> np.ndarray:
-    """Return the balances of a message, in noise floors, shape (n, len(BALANCES))."""
+    """
+    Return the balances of a message, in noise floors, shape (n, len(BALANCES)).
+
+    Raises ValueError where one is as long as no other, and for a period, number or stamp that no
+    samples can have.
+    """
+    check(message)
+    sizes = {name: len(getattr(message, name)) for name in BALANCES}
+    if len(set(sizes.values())) != 1:
+        raise ValueError(f'Residual of sequence {message.sequence} has {sizes} samples')
     return np.column_stack([getattr(message, name) for name in BALANCES])
 
 

@@ -19,6 +19,7 @@ class AdapterFindings:
         self._stream, self._health = stream, health
         self.watches = {topic: TopicWatch(columns) for topic, columns in stream.topics.items()}
         self._told = {'lost': 0, 'restarts': 0}
+        self._disorder: dict[str, dict[str, int]] = {}
         self._time = 0, monotonic()  # the last ROS time that was new, and when that was
 
     def tell(self, publishers: Mapping[str, Sequence[str]], now: int) -> None:
@@ -29,7 +30,8 @@ class AdapterFindings:
         self._tell_new('restarts', self._stream.restarts, 'clock.restart', 'times that the '
                        f'samples began again: the time of {leading} jumped', now)
         for topic, names in publishers.items():
-            found = self.watches[topic].report(names) | self._rate(topic) | self._pace(topic)
+            found = (self.watches[topic].report(names) | self._rate(topic) | self._pace(topic)
+                     | self._order(topic))
             self._health.keep(f'topics.{topic}.', {
                 key: (level, f'{topic}: {said}') for key, (level, said) in found.items()}, now)
 
@@ -56,6 +58,15 @@ class AdapterFindings:
         return {} if pace == 1.0 else {'pace': (Level.ERROR, (
             f'its stamps go at {pace:.2g} of our time; beside a simulation set use_sim_time, '
             'else set the stamps, or leave them zero'))}
+
+    def _order(self, topic: str) -> dict[str, tuple[Level, str]]:
+        """Return what is to be said of messages that were left out since the last time."""
+        before = self._disorder.get(topic, {})
+        self._disorder[topic] = now = self._stream.disorder(topic)
+        new = {why: count - before.get(why, 0) for why, count in now.items()}
+        return {f'order {why}': (Level.WARN, (
+            f'{count} of its messages left out for {why}; does one node publish it, and stamp '
+            'each message by itself?')) for why, count in new.items() if count > 0}
 
     def tell_time(self, now: int, silence: float) -> None:
         """Tell where ROS time has stood still for ``silence`` s, as beside a paused simulation."""

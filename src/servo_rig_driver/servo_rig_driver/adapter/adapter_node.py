@@ -9,8 +9,6 @@ identification run beside a robot whose drives they never touch. It commands not
 
 from __future__ import annotations
 
-from functools import partial
-from importlib import import_module
 from math import ceil
 from pathlib import Path
 import sys
@@ -19,11 +17,9 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 import rclpy
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
@@ -33,7 +29,7 @@ from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
-from ..given_parameters import refuse_unknown, UnknownParameter
+from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -41,11 +37,11 @@ from . import adapter_parameters
 from .adapter_findings import AdapterFindings
 from .mapped_columns import MappedColumns, MappingError, read_mapping
 from .message_field import FieldError
+from .robot_topics import OVERRIDABLE, RobotTopics
 from .sample_stream import SampleStream, SECOND
 
 GROUPS = ('topics', 'samples', 'clock')
 LOOK_EVERY = 0.1
-OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 
 
 class Adapter(Node):
@@ -66,11 +62,9 @@ class Adapter(Node):
                                    round(of.delay * SECOND), of.block_size, self._publish)
         self._messages = SampleMessages(
             of.frame_id or f'{self.get_namespace()}/base_link'.strip('/'))
-        self._topics: list = []
-        self._began = monotonic()
-        self._heard: dict[str, float] = {}
-        self._kinds: dict[str, str] = {}
-        self._since: dict[str, float] = {}
+        self._outputs: list = []
+        self._topics = RobotTopics(self, self.mapped.topics, self.mapped.leading, of.silence,
+                                   self.health, self._take)
         self._found = AdapterFindings(self.stream, self.health)
         self._counted = 0.0
         self.finished: Future = Future()
@@ -80,52 +74,24 @@ class Adapter(Node):
 
     # Topics.
 
-    def _find(self) -> None:
-        """Subscribe to the topics that are there by now, with the type they have."""
-        there = dict(self.get_topic_names_and_types())
-        for topic in self.mapped.topics:
-            if topic in self._kinds:
-                continue
-            name = self.resolve_topic_name(topic)
-            infos = self.get_publishers_info_by_topic(name)
-            if not infos or name not in there:
-                if monotonic() - self._began > self.settings.silence:
-                    self.health.trouble(f'topics.{topic}', f'nobody publishes {name}',
-                                        self._now())
-                continue
-            kind = there[name][0]
-            package, group, word = kind.split('/')
-            try:
-                message = getattr(import_module(f'{package}.{group}'), word)
-            except (ImportError, AttributeError):
-                self.health.trouble(f'topics.{topic}', f'{name} is of {kind}, which is not '
-                                    'installed here; source the workspace that has it',
-                                    self._now())
-                continue
-            self.create_subscription(message, topic, partial(self._take, topic),
-                                     qos_of([info.qos_profile for info in infos]),
-                                     qos_overriding_options=OVERRIDABLE)
-            self._kinds[topic] = kind
-            self._since[topic] = monotonic()
-
-    def _take(self, topic: str, message: Any) -> None:
-        self._heard[topic] = monotonic()
+    def _take(self, topic: str, message: Any, number: int | None) -> None:
         header = getattr(message, 'header', None)
         stamp = to_instant(header.stamp) if header is not None else 0
+        watch = self._found.watches[topic]
         try:
-            self._found.watches[topic].take(self.stream.put(topic, message, stamp, self._now()))
+            watch.take(self.stream.put(topic, message, stamp, self._now()), number)
         except FieldError as error:
-            self._found.watches[topic].lacks(str(error))
+            watch.lacks(str(error))
 
     def _publish(self, block: SampleBlock) -> None:
-        if not self._topics:
+        if not self._outputs:
             depth = max(1000, ceil(self.settings.history / (block.period
                                                             * self.settings.block_size)))
-            self._topics = [self.create_publisher(
+            self._outputs = [self.create_publisher(
                 kind, name, QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE),
                 qos_overriding_options=OVERRIDABLE) for kind, name in (
                     (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
-        for topic, message in zip(self._topics, self._messages.fill(block), strict=True):
+        for topic, message in zip(self._outputs, self._messages.fill(block), strict=True):
             topic.publish(message)
 
     # Health.
@@ -135,22 +101,10 @@ class Adapter(Node):
 
     def _look(self) -> None:
         now = self._now()
-        self._find()
-        for topic in self._kinds:
-            heard = topic in self._heard
-            quiet = monotonic() - self._heard.get(topic, self._since[topic])
-            if quiet <= self.settings.silence:
-                self.health.over(f'topics.{topic}', now)
-            elif not heard:
-                self.health.trouble(f'topics.{topic}', f'no message of {topic} has come', now)
-            elif topic == self.mapped.leading:  # others may come when they change only
-                self.health.trouble(f'topics.{topic}', f'{topic} is silent: no sample', now)
+        self._topics.look(now)
         if monotonic() - self._counted >= self.settings.diagnostics_period:
             self._counted = monotonic()
-            self._found.tell({topic: [
-                f'{one.node_namespace.rstrip("/")}/{one.node_name}' for one in
-                self.get_publishers_info_by_topic(self.resolve_topic_name(topic))]
-                for topic in self._kinds}, now)
+            self._found.tell(self._topics.publishers(), now)
         self._found.tell_time(now, self.settings.silence)
         self._diagnoser.look(now, self.settings.diagnostics_period)
 
@@ -168,23 +122,13 @@ class Adapter(Node):
                  'messages out of order': str(stream.late)}
         if stream.period:
             facts['rate'] = f'{SECOND / stream.period:.6g} Hz'
-        for topic, kind in self._kinds.items():
+        for topic, kind in self._topics.kinds.items():
             usual = stream.usual_period(topic)
             facts[topic] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
             offset = stream.clocks[topic].offset
             if offset:
                 facts[f'clock of {topic}'] = f'{-offset * 1e-9:+.6f} s against ours'
         return facts
-
-
-def qos_of(offered: list[QoSProfile]) -> QoSProfile:
-    """Return the best that every publisher of a topic offers: reliable, with its last messages."""
-    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered)
-    latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered)
-    return QoSProfile(
-        depth=1000, reliability=ReliabilityPolicy.RELIABLE if reliable
-        else ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.TRANSIENT_LOCAL
-        if latched else DurabilityPolicy.VOLATILE)
 
 
 def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
@@ -207,11 +151,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Adapter()
-    except (InvalidParameterValueException, InvalidParameterTypeException, MappingError,
-            UnknownParameter) as error:
-        print(f'adapter: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (*UNFIT, MappingError) as error:
+        return cannot_start('adapter', error)
     executor = EventsExecutor()
     try:
         executor.add_node(node)

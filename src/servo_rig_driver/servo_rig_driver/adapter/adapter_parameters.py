@@ -27,7 +27,7 @@ DECLARED = (
     Declared('frame_id', '', '', 'TF frame of the samples; empty: base_link below the namespace '
              'of the node'),
     Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '
-             'once', 0.05, 60.0),
+             'once. Others of the same name listen for them', 0.05, 1.0),
 )
 
 

@@ -6,6 +6,7 @@ SECOND = 1_000_000_000
 SAME = SECOND // 10  # ns; stamps that are off by less are taken as of our own clock
 WINDOW = SECOND  # ns of messages whose fastest one tells the offset
 SLEW = 1e-4  # s a second at most by which an offset follows a clock that drifts
+LEAP = SECOND  # ns; what was held up on its way has stamps that go on evenly
 PACE = 0.05  # by which a clock may go faster or slower than ours over a window: transits differ
 
 
@@ -19,22 +20,43 @@ class ClockOffset:
     ``jumps`` counts the times that it moved by more than SAME at once: a clock was set. ``pace``
     is how fast the clock goes, 1 where it was within PACE of ours in one of the last two windows:
     a simulation has a pace of its own, and the clock of stamps that never change stands still.
+    Both must be off alike: a wrong stamp between two windows makes one short and the other long.
+    ``strays`` counts stamps that no other one agreed with.
     """
 
     def __init__(self) -> None:
         self.offset = 0
-        self.jumps = 0
+        self.jumps = self.strays = 0
         self._target: int | None = None
         self._least: int | None = None
         self._until = 0
         self._last = 0
         self._begun: tuple[int, int] | None = None
         self._paces = (1.0, 1.0)
+        self._kept: tuple[int, int] | None = None
+        self._aside: tuple[int, int] | None = None
 
     @property
     def pace(self) -> float:
         """Seconds of the clock in a second of ours."""
-        return self._paces[1] if all(abs(one - 1.0) > PACE for one in self._paces) else 1.0
+        slow, fast = max(self._paces) < 1.0 - PACE, min(self._paces) > 1.0 + PACE
+        return self._paces[1] if slow or fast else 1.0
+
+    def stray(self, stamp: int, received: int) -> bool:
+        """
+        Tell whether a stamp is to be left out: it leapt, and the next one must agree first.
+
+        A clock that is set leaps once; a single wrong stamp leaps there and back.
+        """
+        if not stamp:
+            return False
+        if _leapt(self._kept, stamp, received) and (
+                self._aside is None or _leapt(self._aside, stamp, received)):
+            self._aside = stamp, received
+            self.strays += 1
+            return True
+        self._kept, self._aside = (stamp, received), None
+        return False
 
     def local(self, stamp: int, received: int) -> int:
         """Return the instant of a message by our clock; a stamp of 0 is none: the receipt."""
@@ -68,3 +90,11 @@ class ClockOffset:
     @staticmethod
     def _wanted(seen: int) -> int:
         return 0 if abs(seen) < SAME else seen
+
+
+def _leapt(before: tuple[int, int] | None, stamp: int, received: int) -> bool:
+    """Tell whether a stamp went on by another time than receipts did, by more than LEAP."""
+    if before is None:
+        return False
+    step = stamp - before[0]
+    return abs(step) > LEAP and abs(step - (received - before[1])) > LEAP

@@ -23,10 +23,14 @@ class Track:
         self.rows: list[Sequence[float]] = []
         self.span = 0.0
         """Usual ns from one message to the next: a mean that forgets, 0 before the second."""
+        self.back = self.repeated = 0
+        """Messages before the last one in time; of its very time, and with other values."""
 
     def put(self, time: int, row: Sequence[float]) -> bool:
         """Take a message; one that is not newer than the last one is not taken."""
         if self.times and time <= self.times[-1]:
+            self.back += time < self.times[-1]
+            self.repeated += time == self.times[-1] and list(row) != list(self.rows[-1])
             return False
         if self.times:
             step = time - self.times[-1]

@@ -19,6 +19,7 @@ What needs the whole recording (``zero: mean``), another column (``times``) or a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,10 @@ class Column:
     from_first: bool = False
 
     def of(self, message: Any) -> float:
-        """Return the column's value in SI units. Raises FieldError; see Field.of."""
+        """Return the column's value in SI units, NaN for none. Raises FieldError; see Field.of."""
         value = self.field.of(message)
+        if not isfinite(value):
+            return nan
         if self.above is not None and value > self.above:
             value -= self.subtract
         return value * self.scale + self.offset
@@ -142,7 +145,8 @@ def _check(path: Path, name: str, steps: Any) -> None:
         if key not in _STEPS:
             raise MappingError(f'{path}: {name} has no {key!r} here; it has {list(_STEPS)}')
         if not isinstance(value, _STEPS[key]) or (
-                isinstance(value, bool) and _STEPS[key] is not bool):
+                isinstance(value, bool) and _STEPS[key] is not bool) or (
+                isinstance(value, float) and not isfinite(value)):
             raise MappingError(f'{path}: {name}: {key} = {value!r} is of the wrong kind')
     if ('source' in steps) == ('value' in steps):
         raise MappingError(f"{path}: {name}: give either 'source' or 'value'")

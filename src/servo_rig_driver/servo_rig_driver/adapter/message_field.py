@@ -37,7 +37,8 @@ class Field:
         """
         Return the number in a message, NaN where the message leaves its row empty.
 
-        Raises FieldError when the message has no such field or name; the error says what it has.
+        Raises FieldError when the message has no such field or name, or the name twice; the error
+        says what it has.
         """
         at, seen = message, [message]
         for part in self.parts:
@@ -61,5 +62,8 @@ class Field:
         index = next((names.index(which) for names in lists if which in names), None)
         if index is None and not which.isdigit():
             raise FieldError(f'{self.source}: there is no {which!r}; names are {sum(lists, [])}')
+        if any(names.count(which) > 1 for names in lists):
+            raise FieldError(f'{self.source}: there are two {which!r} in one message; names are '
+                             f'{sum(lists, [])}')
         index = int(which) if index is None else index
         return row[index] if index < len(row) else nan

@@ -65,6 +65,8 @@ class SampleStream:
         """
         row = [self._zeroed(column, column.of(message)) for column in self.topics[topic]]
         clock = self.clocks[topic]
+        if clock.stray(stamp, received):
+            return row
         jumps = clock.jumps
         time = clock.local(stamp, received)
         track = self._tracks[topic]
@@ -101,6 +103,13 @@ class SampleStream:
         for number, row in self._even.take(now):
             self._blocks.add(number, row)
             self.samples += 1
+
+    def disorder(self, topic: str) -> dict[str, int]:
+        """Return how many messages of a topic were left out for their time, by why."""
+        track = self._tracks[topic]
+        return {'going back in time': track.back,
+                'repeating the time of the one before with other values': track.repeated,
+                'being more than 1 s off the others': self.clocks[topic].strays}
 
     def usual_period(self, topic: str) -> float:
         """Return the s from one message of a topic to the next, 0.0 while not known."""

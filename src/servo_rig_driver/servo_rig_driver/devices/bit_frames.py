@@ -148,6 +148,11 @@ def bit_frame(name: str, lines: Mapping[str, list[str]], ranges: Mapping[str, Ra
     if rows['identifier'].bits != identifier_bits:
         raise DeviceError(f"frame '{name}': its identifier has {rows['identifier'].bits} bits, "
                           f'{identifier_bits} are needed')
+    names = [field.name for row in rows.values() for field in row.fields
+             if field.constant is None]
+    doubled = sorted({one for one in names if names.count(one) > 1})
+    if doubled:
+        raise DeviceError(f"frame '{name}': {doubled} are there twice")
     if rows['data'].bits % 8 or rows['data'].bits > 64:
         raise DeviceError(f"frame '{name}': its data has {rows['data'].bits} bits; whole bytes "
                           'are needed, at most eight')

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..can_bus.bus_port import BusPort, Frames
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_health import Heartbeats
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
 from .canopen_listener import CanopenListener
 from .canopen_rig import RigFrames
 from .cia402 import controlword, drive_state
@@ -53,6 +53,10 @@ class CanopenDevice(Device):
     def modes(self) -> list[Mode]:
         """Return the modes that the drive has a target for."""
         return self.frames.modes()
+
+    def carried(self) -> dict[Mode, tuple[float, float]]:
+        """Return what the objects of the drive's targets hold."""
+        return self.frames.carried()
 
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
         """Stop the nodes, tell them the period and how often to beat, and start them."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from math import nan
 from typing import Any
 
+from ..driver.limits import Mode, Setpoint
 from ..driver.sample_blocks import COLUMNS
-from ..driver.setpoints import Mode, Setpoint
 from .object_dictionary import DriveMode
 from .pdo_table import Frame, FrameError, FrameTable, NMT_ID, sync_frame, SYNC_ID
 from .sdo import write_request
@@ -136,6 +136,13 @@ class RigFrames:
         """Return the modes that the drive has a target for."""
         return [Mode.OFF] + [mode for mode, drive in DRIVE_MODES.items()
                              if self._targets[drive] is not None]
+
+    def carried(self) -> dict[Mode, tuple[float, float]]:
+        """Return the smallest and largest reference that the objects hold, by mode."""
+        fields = {mode: self.table.field('drive', TARGETS[drive])
+                  for mode, drive in DRIVE_MODES.items() if self._targets[drive] is not None}
+        return {mode: (field.low * (field.factor or 1.0), field.high * (field.factor or 1.0))
+                for mode, field in fields.items()}
 
     def writing(self, index: int, value: int) -> list[tuple[int, bytes]]:
         """Return the SDO requests that write an object on every node that lets it be written."""

@@ -14,7 +14,7 @@ from enum import Enum
 from typing import ClassVar, NamedTuple
 
 from ..can_bus.bus_port import BusPort, Frames
-from ..driver.setpoints import Mode, Setpoint
+from ..driver.limits import Mode, Setpoint
 from .drive_master import DriveState, Order
 
 
@@ -79,6 +79,10 @@ class Device(ABC):
     @abstractmethod
     def modes(self) -> list[Mode]:
         """Return the modes of command that the drive takes."""
+
+    def carried(self) -> dict[Mode, tuple[float, float]]:
+        """Return the smallest and largest reference that the frames carry, by mode; {}: any."""
+        return {}
 
     @abstractmethod
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:

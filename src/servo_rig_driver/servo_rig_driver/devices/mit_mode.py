@@ -15,11 +15,12 @@ from math import nan
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
+from .device import DeviceError
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
-from .mit_table import MitTable
+from .mit_table import FIELDS, MitTable
 from .on_request import OnRequest
 
 _ZERO = {'position': 0.0, 'velocity': 0.0, 'kp': 0.0, 'kd': 0.0, 'torque': 0.0}
@@ -33,6 +34,14 @@ class MitMode(OnRequest):
         self.table = table
         self._ids = {'drive': settings.node, 'host': settings.host}
         self._flag = EXTENDED if table.extended else 0
+        for name in table.commands:  # ids that do not fit, before a motor turns
+            table.frames[name].pack(dict.fromkeys(FIELDS, 0.0) | self._ids)
+        for name, gain, field in (('kp', settings.kp, 'kp'), ('kd', settings.kd, 'kd'),
+                                  ('brake', settings.brake, 'kd')):
+            top = table.ranges[field].high
+            if gain > top:
+                raise DeviceError(f'device.{name} = {gain:g} is beyond what {table.name} carries, '
+                                  f'[0, {top:g}]; the drive would be told {top:g}')
 
     def forget_told(self) -> None:
         """Forget what was asked last, and the turns counted."""
@@ -83,6 +92,13 @@ class MitMode(OnRequest):
         if point.mode is Mode.VELOCITY:
             return _ZERO | {'velocity': point.reference, 'kd': own.kd}
         return _ZERO | {'position': point.reference, 'kp': own.kp, 'kd': own.kd}
+
+    def carried(self) -> dict[Mode, tuple[float, float]]:
+        """Return the ranges of the table, those of torque in A."""
+        ranges, scale = self.table.ranges, self.settings.torque_per_ampere
+        return {mode: (ranges[name].low / unit, ranges[name].high / unit) for mode, name, unit in (
+            (Mode.CURRENT, 'torque', scale), (Mode.VELOCITY, 'velocity', 1.0),
+            (Mode.POSITION, 'position', 1.0))}
 
     def unsent(self) -> None:
         """Do nothing: each frame says all."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 
 from .bit_frames import bit_frame, BitFrame, Range
 from .device import DeviceError
@@ -11,10 +12,17 @@ from .drive_master import DriveState
 from .tables import MALFORMED, read_table
 
 NEEDED = ('control', 'enable', 'stop', 'clear', 'feedback')
-FIELDS = ('position', 'velocity', 'kp', 'kd', 'torque', 'time')
+LAW = ('position', 'velocity', 'kp', 'kd', 'torque')
+"""What a command says: the drive's law has no other terms."""
+FIELDS = (*LAW, 'time')
 """What a driver gives a frame beside the ids of drive and host."""
-TOLD = {'position', 'velocity', 'torque', 'temperature', 'fault'}
+TOLD = {'position', 'velocity', 'torque', 'temperature', 'fault', 'drive'}
 """What a feedback has to tell."""
+BOTH_SIDES, GAINS = ('position', 'velocity', 'torque'), ('kp', 'kd')
+RANGES = (*BOTH_SIDES, *GAINS, 'temperature')
+"""Fields that are numbers of a range: without one, a torque of 0 would be the lowest one."""
+ENTRIES = ('identifiers', 'position_wraps', 'ranges', 'frames', 'states', 'faults',
+           'watchdog_rate')
 
 
 @dataclass(frozen=True)
@@ -69,33 +77,68 @@ def load_mit_table(name: str) -> MitTable:
     """Return the table of a shipped model or of a file; raises DeviceError."""
     content = read_table(name, '.yaml')
     try:
-        ranges = {key: Range(float(ends[0]), float(ends[1]))
-                  for key, ends in content['ranges'].items()}
-        extended = content['identifiers'] == 'extended'
+        unknown = sorted(content.keys() - set(ENTRIES))
+        if unknown:
+            raise DeviceError(f'{name}: it has no entry {unknown}; entries are {list(ENTRIES)}')
+        ranges = _ranges(name, content['ranges'])
+        extended = _choice(name, content, 'identifiers', ('standard', 'extended')) == 'extended'
+        wraps = _choice(name, content, 'position_wraps', (True, False))
         frames = {key: bit_frame(key, lines, ranges, 29 if extended else 11)
                   for key, lines in content['frames'].items()}
-        missing = [key for key in NEEDED if key not in frames]
-        if missing:
-            raise DeviceError(f'{name}: it has no frame {missing}; needed are {list(NEEDED)}')
-        ids = {'drive': 1, 'host': 0}
-        for key in frames:  # so that none fails beside a motor
-            if key != 'feedback':
-                frames[key].pack(ids | dict.fromkeys(FIELDS, 0.0))
-        told = frames['feedback'].fields
-        if not TOLD <= told:
-            raise DeviceError(f"{name}: frame 'feedback' lacks {sorted(TOLD - told)}")
-        faults = content['faults']
-        states = content.get('states') or {}
-        if states and 'mode' not in told:
+        _check_frames(name, frames)
+        faults, states = content['faults'], content.get('states') or {}
+        if states and 'mode' not in frames['feedback'].fields:
             raise DeviceError(f"{name}: 'states' are those of a field 'mode' of the frame "
                               "'feedback', which has none")
+        rate = float(content.get('watchdog_rate', 0.0))
+        if 'watchdog' in frames and not (isfinite(rate) and rate > 0.0):
+            raise DeviceError(f"{name}: watchdog_rate = {rate:g} counts a second; the frame "
+                              "'watchdog' needs one above 0, or the drive would have none")
         return MitTable(
-            name, extended, bool(content['position_wraps']), ranges, frames,
+            name, extended, wraps, ranges, frames,
             {int(key): DriveState[value.upper()] for key, value in states.items()},
             {int(key): str(words) for key, words in faults['words'].items()},
-            faults['by'] == 'bit', float(content.get('watchdog_rate', 0.0)),
+            _choice(f'{name}: faults', faults, 'by', ('bit', 'value')) == 'bit', rate,
             tuple(key for key in frames if key != 'feedback'))
     except MALFORMED as error:
         if isinstance(error, DeviceError):
             raise
         raise DeviceError(f'{name} is no table of an actuator in MIT mode: {error!r}') from error
+
+
+def _choice(name: str, of: Mapping, key: str, choices: tuple) -> bool | str:
+    value = of.get(key)
+    if value not in choices or type(value) is not type(choices[0]):
+        raise DeviceError(f'{name}: {key} = {value!r}; it is one of {list(choices)}')
+    return value
+
+
+def _ranges(name: str, given: Mapping) -> dict[str, Range]:
+    """Return the ranges by field, each of which holds the 0 by which a drive is at rest."""
+    if set(given) != set(RANGES):
+        raise DeviceError(f'{name}: ranges are given of {sorted(given)}; they are needed of '
+                          f'{list(RANGES)} and of no other field')
+    ranges = {key: Range(float(ends[0]), float(ends[1])) for key, ends in given.items()}
+    for key in BOTH_SIDES:
+        if not ranges[key].low < 0.0 < ranges[key].high:
+            raise DeviceError(f'{name}: range [{ranges[key].low:g}, {ranges[key].high:g}] of '
+                              f'{key} has no 0 within; a drive at rest could not be told so')
+    for key in GAINS:
+        if ranges[key].low != 0.0:
+            raise DeviceError(f'{name}: range of {key} begins at {ranges[key].low:g}; a gain '
+                              'begins at 0, by which it is off')
+    return ranges
+
+
+def _check_frames(name: str, frames: Mapping[str, BitFrame]) -> None:
+    """Raise DeviceError for frames that would fail, or mean another thing, beside a motor."""
+    missing = [key for key in NEEDED if key not in frames]
+    if missing:
+        raise DeviceError(f'{name}: it has no frame {missing}; needed are {list(NEEDED)}')
+    needed = {key: {'drive'} for key in frames} | {
+        'control': {'drive', *LAW}, 'feedback': TOLD}
+    for key, frame in frames.items():
+        if not needed[key] <= frame.fields:
+            raise DeviceError(f"{name}: frame '{key}' lacks {sorted(needed[key] - frame.fields)}")
+        if key != 'feedback':
+            frame.pack({'drive': 1, 'host': 0} | dict.fromkeys(FIELDS, 0.0))

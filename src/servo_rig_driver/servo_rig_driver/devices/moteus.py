@@ -7,17 +7,20 @@ feed-forward torque with both gains scaled to zero. Source: mjbots moteus, docs/
 
 from __future__ import annotations
 
-from math import nan, tau
+from math import isfinite, nan, tau
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED, FD
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
+from .device import DeviceError
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 from .moteus_registers import FAULTED, identifier, MoteusTable, padded, TIMEOUT
 from .on_request import NO_ANSWER, OnRequest
+from .pdo_table import FrameError
 
+HOSTS = 0x7F
 LIMITING = 96
 """From this `fault` on, a code says what limits the power, and is none."""
 
@@ -29,6 +32,9 @@ class Moteus(OnRequest):
 
     def __init__(self, table: MoteusTable, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)
+        if settings.host > HOSTS:
+            raise DeviceError(f'device.host = {settings.host}; a moteus answers hosts up to '
+                              f'{HOSTS}: the bit above asks for the answer')
         self.table = table
         self._to_drive = identifier(settings.host, settings.node, reply=True)
         self._reads = table.read(table.reads)
@@ -91,6 +97,8 @@ class Moteus(OnRequest):
         told, _ = self.table.parse(data)
         if any(one.name not in told for one in self.table.reads):
             return NO_ANSWER
+        if not (isfinite(told['mode']) and isfinite(told['fault'])):
+            raise FrameError(f'the drive tells mode {told["mode"]} and fault {told["fault"]}')
         mode, code = int(told['mode']), int(told['fault'])
         self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
         self._fault = ''

@@ -11,15 +11,18 @@ from math import tau
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED, FD, REMOTE
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
-from ..driver.setpoints import Mode, Setpoint
 from .dbc_messages import DbcMessages
+from .device import DeviceError
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 from .on_request import NO_ANSWER, OnRequest
 
 NODES = 32
 """Identifiers of one axis; the upper bits are its id, the lower five the command."""
+AXES = 63
+"""The largest id of an axis: it has six bits."""
 ANSWERS = ('Get_Encoder_Estimates', 'Get_Iq')
 SELDOM = 'Get_Temperature'
 SELDOM_EVERY = 50  # requests
@@ -50,6 +53,8 @@ class Odrive(OnRequest):
 
     def __init__(self, messages: DbcMessages, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)
+        if settings.node > AXES:
+            raise DeviceError(f'device.id = {settings.node}; an ODrive axis has one up to {AXES}')
         self.messages = messages
         self._base = settings.node * NODES
         self._requests = [self._request(name) for name in ANSWERS]

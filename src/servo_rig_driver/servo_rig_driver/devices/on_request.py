@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from math import isnan, nan
 
 from ..can_bus.bus_port import BusPort, Frames
+from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
 from ..driver.sample_blocks import COLUMNS
-from ..driver.setpoints import Mode, Setpoint
 from .device import Answer, Device, Outcome
 from .doubled_ids import doubled, ECHO, PROMPT, QUIET
 from .drive_master import DriveState, Order

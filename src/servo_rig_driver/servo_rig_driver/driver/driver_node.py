@@ -18,7 +18,6 @@ import sys
 
 import can
 import rclpy
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -36,7 +35,7 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
-from ..given_parameters import refuse_unknown, UnknownParameter
+from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..managed_node import ManagedNode
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
@@ -46,11 +45,12 @@ from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .command_sources import CommandSources
 from .health_report import Diagnoser
+from .limits import Limits, Mode
 from .rig_health import RigHealth
 from .rig_link import ForeignDriver, LinkSettings, RigLink
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
-from .setpoints import Mode, Refused, SetpointPlayer
+from .setpoints import Refused, SetpointPlayer
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 LOOK_EVERY = 0.1
@@ -70,6 +70,7 @@ class Driver(ManagedNode):
         super().__init__('driver', **kwargs)
         parameters.declare(self)
         refuse_unknown(self)
+        parameters.refuse_simulated_time(self)
         self.add_on_set_parameters_callback(self._judge_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         self.health = RigHealth()
@@ -78,6 +79,7 @@ class Driver(ManagedNode):
         self._link: RigLink | None = None
         self._player: SetpointPlayer | None = None
         self._modes: list[Mode] = []
+        self._carried: dict[Mode, tuple[float, float]] = {}
         self._topics: list = []
         self._subscription = None
         self._sources: CommandSources | None = None
@@ -173,7 +175,8 @@ class Driver(ManagedNode):
         device, watch = PROTOCOLS[of['protocol']](of, self.health)
         bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'], device.fd)
         self._modes = device.modes()
-        self._player = SetpointPlayer(of['command_timeout'], parameters.limits(of))
+        self._carried = device.carried()
+        self._player = SetpointPlayer(of['command_timeout'], self._limits(of))
         master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
                              quick_stop=of['quick_stop_time'])
         sampler = Sampler(device, self._player, master, watch, self.health,
@@ -264,7 +267,17 @@ class Driver(ManagedNode):
                                            if change.name in self._values}}
         if self._player is not None:
             self._player.timeout = self._values['command_timeout']
-            self._player.limits = parameters.limits(self._values)
+            self._player.limits = self._limits(self._values)
+
+    def _limits(self, of: dict) -> Limits:
+        """Return the limits that hold, and say where they are not those that were given."""
+        own = parameters.limits(of)
+        held = own.within(self._carried)
+        if held != own:
+            self.health.event('command.limits', 'the frames of the drive do not carry '
+                              f'{parameters.beyond(own, held)}; commands are held to what they '
+                              'carry', self._ros_now())
+        return held
 
     # Health.
 
@@ -323,11 +336,8 @@ def main(arguments: list[str] | None = None) -> int:
     start_ros(arguments)
     try:
         node = Driver()
-    except (InvalidParameterValueException, InvalidParameterTypeException,
-            UnknownParameter) as error:
-        print(f'driver: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (*UNFIT, parameters.Contradiction) as error:
+        return cannot_start('driver', error)
     executor = EventsExecutor()
     executor.add_node(node)
     try:

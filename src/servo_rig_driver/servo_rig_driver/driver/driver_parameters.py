@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from ..can_bus.bus_opening import BusSettings, INTERFACES
 from ..devices.object_dictionary import NODE_IDS
 from ..devices.protocols import PROTOCOLS
-from .setpoints import Limits
+from .limits import Limits
 
 
 class Contradiction(ValueError):
@@ -134,7 +134,7 @@ DECLARED = (
     Declared('quick_stop_time', 0.5, 's', 'How long the drive may brake by a quick stop before '
              'its torque is taken away, when it is deactivated or the driver ends', 0.0, 5.0),
     Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '
-             'once', 0.05, 60.0),
+             'once. Others of the same name listen for them', 0.05, 1.0),
     Declared('history', 2.0, 's', 'How much the sample topics keep for a slow reader; at least '
              '1000 messages', 1.0, 60.0),
     Declared('autostart', False, '', 'Configure and activate once at the start, without a '
@@ -150,6 +150,18 @@ def declare(node: LifecycleNode) -> None:
         node.declare_parameter(declared.name, declared.default, declared.descriptor())
 
 
+def refuse_simulated_time(node: LifecycleNode) -> None:
+    """Raise Contradiction where a driver was told to follow the clock of a simulation."""
+    reason = _simulated(node.get_parameter('use_sim_time').value)
+    if reason:
+        raise Contradiction(reason)
+
+
+def _simulated(use_sim_time: bool) -> str:
+    return ('use_sim_time = true: a driver samples a rig in real time, so leave it false here; '
+            'twin and recorder may follow the clock of a simulation') if use_sim_time else ''
+
+
 def values(node: LifecycleNode) -> dict[str, Any]:
     """Return all parameters by name."""
     return {declared.name: node.get_parameter(declared.name).value for declared in DECLARED}
@@ -162,11 +174,22 @@ def limits(of: dict[str, Any]) -> Limits:
                   of['limit.external_torque'])
 
 
+def beyond(own: Limits, carried: Limits) -> str:
+    """Return which limits are beyond what a drive's frames carry, in words; empty for none."""
+    names = {'position_lower': 'lower', 'position_upper': 'upper'}
+    pairs = {name: (getattr(own, names.get(name, name)), getattr(carried, names.get(name, name)))
+             for name in ('voltage', 'current', 'velocity', *names)}
+    return ', '.join(f'limit.{name} = {given:g} {_BY_NAME[f"limit.{name}"].unit} (it carries '
+                     f'{most:g})' for name, (given, most) in pairs.items() if given != most)
+
+
 def judge(changes: list[Parameter], now: dict[str, Any], configured: bool) -> SetParametersResult:
     """Judge a change of parameters; ``now`` are the values before it. Applies nothing."""
     then = dict(now)
     for change in changes:
         declared = _BY_NAME.get(change.name)
+        if change.name == 'use_sim_time' and change.value:
+            return SetParametersResult(successful=False, reason=_simulated(change.value))
         if declared is None:
             continue
         if configured and not declared.live and change.value != now[change.name]:

@@ -13,11 +13,12 @@ from ..devices.device import Device
 from ..devices.drive_master import DriveMaster, MAY_PUSH, Order
 from ..devices.pdo_table import FrameError
 from .answer_joining import Sample, SampleJoiner
+from .limits import Mode, Setpoint
 from .order_joining import OrderJoiner
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
-from .setpoints import Mode, Setpoint, SetpointPlayer
+from .setpoints import SetpointPlayer
 
 
 class Sampler:
@@ -44,7 +45,7 @@ class Sampler:
         self._instant = self._ticked = 0
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
         self._order = Order.NO_TORQUE
-        self._expired, self._ended = player.expired, player.ended
+        self._expired, self._ended, self._limited = player.expired, player.ended, player.limited
         self._lost = self._unasked = self._held_back = self._held_back_said = 0
 
     def restart(self) -> None:
@@ -155,6 +156,10 @@ class Sampler:
             self.health.count('samples.unasked_answers', self._joiner.unasked - self._unasked)
             self.health.event('samples.unasked', 'answers came that nobody had asked for', now)
             self._unasked = self._joiner.unasked
+        if self.player.limited > self._limited:
+            self._limited = self.player.limited
+            self.health.event('command.clamped', 'command limited: a limit was set below what '
+                              'waits', now)
         if self.player.expired > self._expired:
             self._expired = self.player.expired
             self.health.count('command.ran_out')

@@ -9,58 +9,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from math import isfinite
 from threading import Lock
+
+from .limits import Limits, Mode, Setpoint, UNITS
 
 SECOND = 1_000_000_000
 RESTS = 0.01
 """Share of its limit within which a last voltage, current or speed leaves the rig at rest."""
-
-
-class Mode(IntEnum):
-    """What a set-point is a reference for; the numbers are those of Command.msg."""
-
-    OFF = 0
-    VOLTAGE = 1
-    CURRENT = 2
-    VELOCITY = 3
-    POSITION = 4
-
-
-UNITS = {Mode.VOLTAGE: 'V', Mode.CURRENT: 'A', Mode.VELOCITY: 'rad/s', Mode.POSITION: 'rad'}
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Largest magnitudes that may reach the rig; positions from ``lower`` to ``upper``."""
-
-    voltage: float
-    current: float
-    velocity: float
-    lower: float
-    upper: float
-    external_torque: float
-
-    def range(self, mode: Mode) -> tuple[float, float]:
-        """Return the smallest and the largest reference of a mode, in the mode's unit."""
-        if mode is Mode.POSITION:
-            return self.lower, self.upper
-        if mode is Mode.OFF:
-            return 0.0, 0.0
-        size = {Mode.VOLTAGE: self.voltage, Mode.CURRENT: self.current,
-                Mode.VELOCITY: self.velocity}[mode]
-        return -size, size
-
-
-@dataclass(frozen=True)
-class Setpoint:
-    """One set-point: ``instant`` in ns, ``reference`` in the mode's unit, N m or None."""
-
-    instant: int
-    mode: Mode
-    reference: float
-    external_torque: float | None
 
 
 @dataclass(frozen=True)
@@ -85,6 +41,9 @@ class SetpointPlayer:
     holds until the next one, but never longer than ``timeout`` seconds after its own instant. The
     player is filled by one thread and played by another.
 
+    ``limits`` may change at any time: what waits is held to those of its turn, and ``limited``
+    counts how often that was so.
+
     ``expired`` counts streams that ended while the rig was to move, ``ended`` those that ended at
     rest: by mode OFF, by a reference within RESTS of its limit, or by a position that was held.
     """
@@ -95,7 +54,7 @@ class SetpointPlayer:
         self.limits = limits
         self.capacity = capacity
         self.horizon = horizon
-        self.expired = self.ended = 0
+        self.expired = self.ended = self.limited = 0
         self._queue: deque[Setpoint] = deque()
         self._now_playing: Setpoint | None = None
         self._before: Setpoint | None = None
@@ -107,12 +66,10 @@ class SetpointPlayer:
         Queue a block whose first set-point takes effect at ``start`` ns, the next ``period`` s on.
 
         References outside the limits are clamped and counted. Raises Refused when the mode is
-        unknown, lengths differ, a value is not finite, the period of a block is not positive, the
-        block lies too far ahead or does not fit the queue.
+        unknown, lengths differ, a value is not finite, the period of a block is not positive or
+        longer than ``horizon`` s, the block lies too far ahead or does not fit the queue.
         """
         mode = self._judge(start, mode, period, reference, external_torque, now)
-        low, high = self.limits.range(mode)
-        top = self.limits.external_torque
         if mode is Mode.OFF:
             reference = [0.0] * max(1, len(reference))
             external_torque = [0.0] * len(reference)
@@ -125,13 +82,15 @@ class SetpointPlayer:
                 too_old += 1
                 continue
             torque = external_torque[k] if len(external_torque) else None
-            bounded = min(max(value, low), high)
-            if bounded != value:
-                clamped.append(f'{mode.name.lower()} {value:g} to {bounded:g} {UNITS[mode]}')
-            if torque is not None and abs(torque) > top:
-                clamped.append(f'external torque {torque:g} N m to {top:g} N m in size')
-                torque = min(max(torque, -top), top)
-            points.append(Setpoint(instant, mode, bounded, torque))
+            given = Setpoint(instant, mode, value, torque)
+            point = self.limits.held(given)
+            if point.reference != value:
+                clamped.append(f'{mode.name.lower()} {value:g} to {point.reference:g} '
+                               f'{UNITS[mode]}')
+            if point.external_torque != torque:
+                clamped.append(f'external torque {torque:g} N m to '
+                               f'{self.limits.external_torque:g} N m in size')
+            points.append(point)
         with self._lock:
             while points and self._queue and self._queue[-1].instant >= start:
                 self._queue.pop()
@@ -158,9 +117,9 @@ class SetpointPlayer:
             for k, value in enumerate(values):
                 if not isfinite(value):
                     raise Refused(f'{name}[{k}] = {value}; every value must be finite')
-        if len(reference) > 1 and not (isfinite(period) and period > 0.0):
-            raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs a '
-                          'positive one')
+        if len(reference) > 1 and not 0.0 < period <= self.horizon:
+            raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs one '
+                          f'above 0, of at most {self.horizon:g} s')
         ahead = (start - now) / SECOND
         if ahead > self.horizon:
             raise Refused(f'the block starts {ahead:.1f} s ahead, at most {self.horizon:g} s are '
@@ -183,6 +142,8 @@ class SetpointPlayer:
             self._now_playing = playing
         if playing is None:
             return None
+        given, playing = playing, self.limits.held(playing)
+        self.limited += playing is not given
         if max(instant, now) > self.expires(playing):
             self._now_playing = None
             if self._rests(playing):

@@ -29,7 +29,8 @@ from rclpy.utilities import remove_ros_args
 from servo_twin_msgs.msg import Command, Encoder
 
 from ..driver import message_conversion as conversion
-from ..driver.setpoints import Mode, SECOND, UNITS
+from ..driver.limits import Mode, UNITS
+from ..driver.setpoints import SECOND
 from ..driver.steady_clock import SteadyClock
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
@@ -42,6 +43,7 @@ STOOD_STILL = 1.0  # s behind the instant of a block from which on none is sent 
 TAKEN = 1.0  # s for the driver to take the last set-point of one that ends early
 STEP = 0.1  # s by which the wall clock may be set meanwhile
 REPORT_EVERY = 1.0  # s
+MOST = 20_000_000  # set-points of one excitation, hours at 1 kHz
 
 
 class Player(Node):
@@ -146,26 +148,47 @@ def spoken(name: str, mode: Mode, reference: np.ndarray, torque: np.ndarray) -> 
     return said + (f', external torque of up to {pull:.4g} N m' if pull else '')
 
 
+def _above_zero(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f'{text!r} s is no time above 0 and below 1e9')
+    return value
+
+
+def _setting(text: str) -> tuple[str, float]:
+    name, _, value = text.partition('=')
+    try:
+        return name, float(value)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{text!r} must read NAME=NUMBER') from None
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Play one family; 1 when no rig was there, 2 when it cannot be played."""
     arguments = sys.argv[1:] if arguments is None else arguments
     parser = argparse.ArgumentParser(description='Drives a rig by one excitation family.')
     parser.add_argument('family', choices=list(FAMILIES))
-    parser.add_argument('--setting', action='append', default=[], metavar='NAME=VALUE',
+    parser.add_argument('--setting', type=_setting, action='append', default=[],
+                        metavar='NAME=VALUE',
                         help='a setting of the family, such as amplitude=0.5')
     parser.add_argument('--mode', choices=[mode.name.lower() for mode in Mode][1:],
                         help='what the reference is of; left out: what the family is meant for')
-    parser.add_argument('--duration', type=float, help='s; left out: that of the family')
-    parser.add_argument('--period', type=float, default=1e-3, help='s between set-points')
-    parser.add_argument('--wait', type=float, default=30.0, help='s to wait for the rig')
+    parser.add_argument('--duration', type=_above_zero, help='s; left out: that of the family')
+    parser.add_argument('--period', type=_above_zero, default=1e-3, help='s between set-points')
+    parser.add_argument('--wait', type=_above_zero, default=30.0, help='s to wait for the rig')
     options = parser.parse_args(remove_ros_args(['player', *arguments])[1:])
     chosen = family(options.family)
-    time = np.arange(0.0, options.duration or chosen.duration, options.period)
+    duration = options.duration or chosen.duration
     try:
-        settings = {n: float(v) for n, _, v in (s.partition('=') for s in options.setting)}
-        reference, torque = chosen.waves(time, settings)
-        if len(time) < 2:
-            raise ValueError(f'{options.duration:g} s hold no two set-points')
+        if not 2 <= duration / options.period <= MOST:
+            raise ValueError(f'{duration:g} s at {options.period:g} s from one set-point to the '
+                             f'next are {duration / options.period:.4g} of them; there are 2 to '
+                             f'{MOST}')
+        time = np.arange(0.0, duration, options.period)
+        reference, torque = chosen.waves(time, dict(options.setting))
     except (ExcitationError, ValueError) as problem:
         print(f'player: {problem}', file=sys.stderr)
         return 2

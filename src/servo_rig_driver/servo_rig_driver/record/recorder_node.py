@@ -31,7 +31,8 @@ from std_msgs.msg import String
 from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
-from ..given_parameters import refuse_unknown
+from ..given_parameters import cannot_start, refuse_unknown, UNFIT
+from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -85,6 +86,7 @@ class Recorder(Node):
                                      qos_overriding_options=OVERRIDABLE)
         self.create_timer(min(0.1, self._get('chunk_seconds')), self._flush, clock=STEADY)
         self.create_timer(_REPORT, self._report, clock=STEADY)
+        self._namesake = Namesake(self, self.stop)
         self._began = monotonic()
         self._lost, self._samples = (0, monotonic()), (0, monotonic())
 
@@ -144,10 +146,10 @@ class Recorder(Node):
         if self.failure:
             self.file.abort()
 
-    def stop(self) -> None:
-        """End the recording as soon as the executor runs."""
+    def stop(self, why: str = '') -> None:
+        """End the recording as soon as the executor runs; ``why``: another has its name."""
         if not self.done.done():
-            self.done.set_result(None)
+            self.done.set_result(why)
 
     def _report(self) -> None:
         now = monotonic()
@@ -164,7 +166,8 @@ class Recorder(Node):
             level, said = DiagnosticStatus.WARN, f'no sample came {since}; {said}'
         elif lost and now - self._lost[1] < _TELLS:
             level = DiagnosticStatus.WARN
-        values = {'output': str(self.file.path), 'seconds': f'{monotonic() - self._began:.1f}'}
+        values = {PROCESS: self._namesake.process, 'output': str(self.file.path),
+                  'seconds': f'{monotonic() - self._began:.1f}'}
         values |= {f'messages {topic}': str(n) for topic, n in self.file.counts.items() if n}
         for topic, watch in self.watches.items():
             if watch.lost or watch.restarts:
@@ -220,10 +223,8 @@ def main() -> int:
     start_ros()
     try:
         node = Recorder()
-    except (ValueError, OSError) as error:
-        print(f'recorder: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (*UNFIT, ValueError, OSError) as error:
+        return cannot_start('recorder', error)
     executor = EventsExecutor()
     executor.add_node(node)
     print(f'recording to {node.file.path}', flush=True)
@@ -235,9 +236,10 @@ def main() -> int:
         executor.remove_node(node)
         node.destroy_node()
         rclpy.try_shutdown()
-    if node.failure:
-        print(f'recorder: {node.failure}', file=sys.stderr)
-    return 1 if node.failure else 0
+    ended = node.failure or (node.done.result() if node.done.done() else '')
+    if ended:
+        print(f'recorder: {ended}', file=sys.stderr)
+    return 1 if ended else 0
 
 
 if __name__ == '__main__':

@@ -12,7 +12,7 @@ from rich.live import Live
 
 from ..nodes.session_node import ACTIVATE, CONFIGURE, DEACTIVATE, Session
 from .command_lines import node, python
-from .own_namespace import AT_FIRST, AT_LAST, look_around, NODES, refuse_taken
+from .own_namespace import AT_FIRST, AT_LAST, look_around, NODES, outlast, refuse_taken
 from .processes import BEGINS, ENDS, ProcessError, Processes, wait_until
 from .silences import Silences, SILENT
 from .terminal_view import numbers, view
@@ -111,6 +111,7 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
             'unix_bus', '--channel', str(bus), '--driver', str(bench.driver), *period, *turned,
             *(('--faults', str(faults)) if faults else ())))
     look_around(session, AT_FIRST, processes)  # while the rig loads, which is no node
+    outlast(session, processes, say)
     # side by side: each loads for a second, and none needs another before the driver is configured
     processes.start('recorder', node(bench.namespace, 'servo_rig_driver.record.recorder_node', {
         'output': str(bag), 'servo_file': str(bench.servo), 'family': bench.family}))
@@ -126,6 +127,7 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
         raise ProcessError(f'the twin cannot be configured:\n{processes.tail("twin")}')
     # until here nothing of this run publishes what another in its namespace would take
     look_around(session, AT_LAST, processes, set(NODES) - {'player'})
+    outlast(session, processes, say)
     processes.start('player', [
         *python('servo_rig_driver.record.player_node', bench.family), '--duration',
         str(bench.duration), '--wait', str(_PLAYER_WAITS), *_excitation(bench), '--ros-args',

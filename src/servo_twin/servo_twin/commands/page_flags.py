@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 PORT = 8470
+_NAMESPACE = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?', re.ASCII)
 
 
 def add_port(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -17,3 +19,11 @@ def _port(text: str) -> int:
     if not text.isdigit() or int(text) > 65535:
         raise argparse.ArgumentTypeError(f'a port is a number from 0 to 65535, not {text!r}')
     return int(text)
+
+
+def namespace(text: str) -> str:
+    """Return the namespace of a rig, for argparse."""
+    if not _NAMESPACE.fullmatch(text):
+        raise argparse.ArgumentTypeError(f'{text!r} is no namespace of ROS: words of letters, '
+                                         'digits and _ that begin with a letter, / between them')
+    return text

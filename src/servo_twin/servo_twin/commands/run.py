@@ -15,6 +15,7 @@ family), the page, the logs.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 import signal
@@ -25,7 +26,7 @@ from ..bringup.processes import ProcessError
 from ..lockstep.live_modes import LIVE_MODES
 from ..nodes.ending import SIGNALS
 from .any_bag import bag_of
-from .page_flags import add_port
+from .page_flags import add_port, namespace
 from .terminal import add_usual, new_bag, say, tell, whole_bag
 
 if TYPE_CHECKING:
@@ -61,8 +62,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                      help='parameter file of the driver, or the name of a shipped one, such as '
                      'odrive, with its own rig and servo file (default: ../drivers/R.yaml from '
                      'the rig file, else the shipped driver.yaml)')
-    rig.add_argument('--namespace', default='rig', help='of all nodes (default %(default)s)')
-    rig.add_argument('--rate', type=float, metavar='HZ',
+    rig.add_argument('--namespace', type=namespace, default='rig',
+                     help='of all nodes (default %(default)s)')
+    rig.add_argument('--rate', type=_within(1.0, 1e4), metavar='HZ',
                      help='samples a second (default: as the driver file has it, else 1000)')
     rig.add_argument('--block', type=int, default=10,
                      help='samples a message (default %(default)s)')
@@ -81,8 +83,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument('--command', choices=('voltage', 'current', 'velocity', 'position'),
                       help='what the reference is of (default: what the family is meant for; a '
                            'sine is of the load speed)')
-    what.add_argument('--duration', type=float, default=20.0, metavar='S',
+    what.add_argument('--duration', type=_within(0.01, 1e6), default=20.0, metavar='S',
                       help='of the excitation (default %(default)s)')
+
+
+def _within(low: float, high: float) -> Callable[[str], float]:
+    """Return a type for argparse: a number from ``low`` to ``high``."""
+    def number(text: str) -> float:
+        if low <= float(text) <= high:
+            return float(text)
+        raise argparse.ArgumentTypeError(f'{text} is outside [{low:g}, {high:g}]')
+
+    return number
 
 
 def main(arguments: argparse.Namespace) -> int:

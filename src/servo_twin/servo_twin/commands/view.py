@@ -20,7 +20,7 @@ import tempfile
 
 from ..bringup.processes import BEGINS, ENDS
 from ..nodes.ending import Ending
-from .page_flags import add_port
+from .page_flags import add_port, namespace
 from .terminal import say, tell, tell_now
 
 
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--control', action='store_true',
                         help='let the page set values of the twin and inject faults')
     add_port(parser)
-    parser.add_argument('--namespace', metavar='NAME',
+    parser.add_argument('--namespace', type=namespace, metavar='NAME',
                         help='of the rig (default: rig, or the only one in the bag)')
     parser.add_argument('--faults', type=Path, metavar='SOCKET',
                         help='that an emulated rig was started with, to inject faults')

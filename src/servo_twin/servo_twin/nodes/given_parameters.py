@@ -1,4 +1,4 @@
-"""What a node was told at its start under a name that it does not have; the rig has its own."""
+"""What a node was told at its start that cannot be, in words; the rig has its own."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import re
 import sys
 from typing import Any
 
+import rclpy
+from rclpy.exceptions import InvalidParameterTypeException, ParameterException
 from rclpy.node import Node
 import yaml
 
@@ -20,6 +22,32 @@ LATER = 'qos_overrides.'
 
 class UnknownParameter(ValueError):
     """A parameter was given at the start that the node does not have."""
+
+
+UNFIT = ParameterException, UnknownParameter
+"""What a node that was told something wrong raises as it is made."""
+_TYPES = {'INTEGER': 'an integer', 'DOUBLE': 'a number with a point', 'STRING': 'a text',
+          'BOOL': 'true or false'}
+
+
+def in_words(problem: Exception) -> str:
+    """Return what is wrong as a sentence: rclpy names types as its source does."""
+    found = re.match(r"Trying to set parameter '(.+)' to '(.*)' of type '(\w+)', expecting type "
+                     r"'(\w+)'", str(problem))
+    if not isinstance(problem, InvalidParameterTypeException) or found is None:
+        return str(problem)
+    name, value, given, wanted = found.groups()
+    write = {('INTEGER', 'DOUBLE'): f': write {value}.0', ('INTEGER', 'STRING'): (
+        f': write "{name}:=\'{value}\'"')}.get((given, wanted), '')
+    return (f'{name} = {value} is {_TYPES.get(given, given)}, and it must be '
+            f'{_TYPES.get(wanted, wanted)}{write}')
+
+
+def cannot_start(who: str, problem: Exception) -> int:
+    """Say why a node cannot start, end ROS, and return the status of the process."""
+    print(f'{who}: {in_words(problem)}', file=sys.stderr)
+    rclpy.try_shutdown()
+    return 2
 
 
 def refuse_unknown(node: Node) -> None:

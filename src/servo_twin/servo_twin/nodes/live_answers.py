@@ -122,6 +122,8 @@ class LiveAnswers:
                 self._step(block)
             except ServoError as problem:
                 self._malformed(problem)
+            except Exception as problem:  # rclpy's executor ends the process with such a task
+                self._malformed(ValueError(f'{type(problem).__name__}: {problem}'))
 
     def _step(self, block: Block) -> None:
         self.next = block.sequence

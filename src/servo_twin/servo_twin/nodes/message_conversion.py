@@ -27,6 +27,10 @@ _FIELDS = {
 }
 _PLACES = [(topic, field, CHANNELS.index(field))
            for topic, fields in _FIELDS.items() for field in fields]
+PERIODS = 1e-5, 1.0
+"""From one sample to the next, s."""
+LAST_SEQUENCE, LAST_SECOND = 1 << 62, (1 << 31) - 86_401
+"""With room behind them for what is counted on from there."""
 
 
 def to_time(instant: int) -> Time:
@@ -39,12 +43,24 @@ def to_instant(stamp: Time) -> int:
     return stamp.sec * SECOND + stamp.nanosec
 
 
+def check(message: Encoder | Residual | Prediction) -> None:
+    """Raise ValueError for a message whose period, number or stamp no samples can have."""
+    kind = type(message).__name__
+    for name, value, (low, high) in (
+            ('period', message.period, PERIODS),
+            ('sequence', message.sequence, (0, LAST_SEQUENCE)),
+            ('header.stamp.sec', message.header.stamp.sec, (0, LAST_SECOND))):
+        if not low <= value <= high:
+            raise ValueError(f'{kind}.{name} = {value} is outside [{low}, {high}]')
+
+
 def to_samples(parts: Mapping[str, Encoder | Torque | Current]) -> np.ndarray:
     """
     Return the samples of messages with the same sequence, shape (n, len(CHANNELS)).
 
-    Raises ValueError when an array is as long as no other.
+    Raises ValueError when an array is as long as no other, and see :func:`check`.
     """
+    check(parts['encoder'])
     size = len(parts['encoder'].motor_position)
     samples = np.empty((size, len(CHANNELS)))
     for topic, field, column in _PLACES:

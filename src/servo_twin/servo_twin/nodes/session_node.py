@@ -14,6 +14,7 @@ from rclpy.client import Client
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+from .ended_processes import ended
 from .heard_health import HeardHealth
 from .ros_start import start_ros
 
@@ -21,6 +22,8 @@ CONFIGURE = Transition.TRANSITION_CONFIGURE
 ACTIVATE = Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
 
+EVERYBODYS = '/parameter_events'
+"""A topic that every node publishes."""
 AGAIN = 1.0  # s after which a node without an answer is asked for its state again
 
 
@@ -101,6 +104,14 @@ class Session(Node):
         """Return who publishes a topic of the namespace, by full names."""
         return [f'{one.node_namespace.rstrip("/")}/{one.node_name}'
                 for one in self.get_publishers_info_by_topic(self.resolve_topic_name(topic))]
+
+    def killed(self, topic: str) -> list[str]:
+        """Return the names of those nodes here that publish a topic and were killed."""
+        infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic))
+        own = next((one.endpoint_gid for one in self.get_publishers_info_by_topic(EVERYBODYS)
+                    if one.node_name == self.get_name()), [])
+        return [one.node_name for one in infos if one.node_namespace == self.get_namespace()
+                and ended(one.endpoint_gid, own)]
 
     def linked(self, topic: str, readers: int) -> bool:
         """Whether a topic of the namespace has a writer and at least so many readers."""

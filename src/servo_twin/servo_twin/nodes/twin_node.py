@@ -15,7 +15,6 @@ import sys
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 import rclpy
-from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -30,7 +29,7 @@ from ..physics.servo import Servo, ServoError
 from ..recording import events
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
-from .given_parameters import refuse_unknown, UnknownParameter
+from .given_parameters import cannot_start, in_words, refuse_unknown, UNFIT
 from .live_answers import LiveAnswers
 from .managed_node import ManagedNode
 from .namesake import Namesake, PROCESS
@@ -76,9 +75,9 @@ class TwinNode(ManagedNode):
             warm_up(self._servo)
             self.settings = twin_parameters.settings(self)
             Lockstep(self._servo, self._servo.step, self.settings)
-        except (ServoError, ParameterException, UnknownParameter) as problem:
-            self._failure = f'cannot be configured: {problem}'
-            self.get_logger().error(str(problem))
+        except (*UNFIT, ServoError) as problem:
+            self._failure = f'cannot be configured: {in_words(problem)}'
+            self.get_logger().error(in_words(problem))
             self._forget()
             return FAILURE
         finally:
@@ -221,12 +220,15 @@ class TwinNode(ManagedNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the twin node until it is told to stop; 1: another has its name."""
+    """Run the twin node until told to stop; 1: another has its name, 2: a bad parameter."""
     if asked_for_help('twin_node', __doc__, 'config/twin.yaml'):
         return 0
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
     ending = started(arguments)
-    node = TwinNode()
+    try:
+        node = TwinNode()
+    except UNFIT as problem:
+        return cannot_start('twin_node', problem)
     executor = EventsExecutor()
     executor.add_node(node)
     loading = ServoLoading(node)

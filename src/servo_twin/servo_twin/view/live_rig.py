@@ -26,7 +26,7 @@ from ..description.shipped import servo_file
 from ..lockstep.live_changes import changed
 from ..nodes.ending import LOOKS
 from ..nodes.heard_health import HeardHealth
-from ..nodes.message_conversion import to_instant, TOPICS
+from ..nodes.message_conversion import check, to_instant, TOPICS
 from ..nodes.timer_clock import STEADY
 from ..physics.servo import Servo, ServoError
 from ..recording.events import Happened, SERVO_FILE
@@ -103,6 +103,10 @@ class LiveRig(Source):
         self.traces.clear()  # what follows would not join it
 
     def _take(self, topic: str, fields: dict[str, str], message: Any) -> None:
+        try:
+            check(message)
+        except ValueError:  # the twin says it
+            return
         self._heard = monotonic()
         self.traces.put(topic, message.sequence, to_instant(message.header.stamp), message.period,
                         {ours: np.frombuffer(getattr(message, theirs))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import json
-from math import ceil, isfinite, log2
+from math import ceil, log2
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from .traces import NAMES, Traces
 
 SPANS = (1.0, 60.0)  # s that a plot may show
 PIXELS = (50, 4000)  # that a plot may be wide
+_MOST = 1e300
 _SPECTRUM_OF = 8.0  # s
 
 
@@ -87,8 +88,13 @@ class Looker:
             'density': _rounded(density)}})
 
 
+def is_number(value: Any) -> bool:
+    """Tell whether what a browser sent is a number that a float can hold."""
+    return not isinstance(value, bool) and isinstance(value, int | float) and abs(value) <= _MOST
+
+
 def _within(value: Any, low: float, high: float, otherwise: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+    if not is_number(value):
         return otherwise
     return min(max(low, value), high)
 

@@ -54,7 +54,13 @@ class TwinValues:
             self._client.list_parameters(callback=self._described)
 
     def set(self, path: str, value: float, answered: Future) -> None:
-        """Set a value; ``answered`` gets the reason why it was refused, empty where it was not."""
+        """
+        Set a value; ``answered`` gets the reason why it was refused, empty where it was not.
+
+        Who does not wait any more gets none: the answer of a twin that hung may come late.
+        """
+        if not answered.set_running_or_notify_cancel():
+            return
         with self._lock:
             known = path in self._values
         if not known:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
-from math import isfinite
 from typing import Any, Protocol
 
 from tornado.ioloop import PeriodicCallback
 
 from .diagnosis import Diagnosis
 from .faults import Faults
-from .looker import Looker
+from .looker import is_number, Looker
 from .source import Refused, Source
 from .traces import NAMES, units
 
@@ -155,6 +154,6 @@ class View:
 
 
 def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+    if not is_number(value):
         raise Refused(f'{name} = {value!r} is no number')
     return float(value)
