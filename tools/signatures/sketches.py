@@ -106,7 +106,7 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
                                     lambda: (TURN, 0.5 + 0.3 * np.sin(TURN)),
                                     lambda: (TURN, 0.5 + 0.0 * TURN)),
     'hysteresis': ('torque', 'torsion', lambda: _loop(0.22), lambda: (X, X)),
-    'viscoelasticity': ('time', 'torsion under a step of torque', lambda: (
+    'viscoelasticity': ('time', 'torsion', lambda: (
         TIME, np.where(TIME < 0.2, 0.0, 0.8 - 0.3 * np.exp(-6.0 * (TIME - 0.2)))),
         lambda: (TIME, 0.8 * (TIME >= 0.2))),
     'transmission_error': ('load angle', 'torsion', lambda: (

@@ -41,8 +41,6 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         more = [f'{size:.2g} {unit} at {_repeated(order, turn)}'
                 for order, size, _, unit in waves[1:]]
         return f'{told}, and {listed(more)}' if more else told
-    named = {_last(name): (name, p) for name, p in reversed(first)}
-    first = [pair for pair in first if named[_last(pair[0])] == pair]  # one of each name
     if curve and first and SURE * (first[0][1]['std'] or 0.0) > abs(first[0][1]['value']):
         first = []  # recordings that do not tell a value may tell the curve that it stands for
     if {'cosine', 'sine'} <= set(parameters):
@@ -50,8 +48,10 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         std = max(one['std'] or 0.0 for one in (a, b))
         return f'amplitude {_measured(hypot(a["value"], b["value"]), std)} {a["unit"]}'
     if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
-        each = [f'{_last(name).replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
-                for name, p in (first[:1] if curve and len(first) > TOLD else first[:TOLD])]
+        shown = {_last(name): p for name, p in reversed(first)}  # one of each name
+        some = [(name, shown[name]) for name in dict.fromkeys(_last(name) for name, _ in first)]
+        each = [f'{name.replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
+                for name, p in (some[:1] if curve and len(some) > TOLD else some[:TOLD])]
         return listed([one.strip() for one in each])
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])
