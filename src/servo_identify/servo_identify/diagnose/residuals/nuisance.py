@@ -1,4 +1,4 @@
-"""What may move without anything being at fault: tolerances, zeros, settings, graduations."""
+"""What may move without anything being at fault: tolerances, zeros, settings, instants."""
 
 from __future__ import annotations
 
@@ -56,12 +56,6 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     bounds)
         else:
             put(path, column, bounds)
-    ratio = servo.numbers['mechanism.ratio']
-    fine = _resolved(samples)
-    if 'transmission' in samples.present and 'mechanism.ratio' not in labels and fine > 0.0:
-        column = slope(samples, 'mechanism.ratio', FINE * ratio, (0.0, np.inf))
-        put('mechanism.ratio', np.where(samples.rows('controller'), 0.0, column),
-            (-fine * ratio, fine * ratio))
     late = samples.place(sampling_columns(samples.errors))
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
         put(f'late:{channel}', column,
@@ -81,20 +75,22 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
     return Nuisance(tuple(labels), table, np.array(low), np.array(high))
 
 
-def _resolved(samples: ResidualSamples) -> float:
+def untold_ratio(samples: ResidualSamples) -> float:
     """
-    Return the share by which two encoders may tell another ratio than there is.
+    Return by how much another ratio is none that two encoders tell.
 
     The graduation of an encoder is true to a count, at either end of the travel. Noise stands for
-    a count where none is seen.
+    a count where none is seen. Zero where the transmission has no equation.
     """
     ratio, shares = samples.servo.numbers['mechanism.ratio'], []
+    if 'transmission' not in samples.present:
+        return 0.0
     for one in samples.errors:
         noise = one.measured.noise
         count = np.sqrt(12.0) * (noise['load_position'] + noise['motor_position'] / ratio)
         travel = float(np.ptp(one.motion['load_angle'])) if len(one.motion.rows) else 0.0
         shares.append(2.0 * count / travel if travel > 0.0 else np.inf)
-    return float(min((one for one in shares if np.isfinite(one)), default=0.0))
+    return ratio * float(min((one for one in shares if np.isfinite(one)), default=0.0))
 
 
 def slope(samples: ResidualSamples, path: str, step: float,

@@ -9,6 +9,7 @@ import numpy as np
 from servo_twin.balances.equation_terms import EQUATIONS
 
 from ..decisions import ALTERNATIVE, CALIBRATED, FALSE_ALARM, WORTH
+from ..residuals.nuisance import untold_ratio
 from .bounded_least_squares import most_gained
 from .choice import Choice, Fitted
 from .fits import Fits
@@ -105,10 +106,11 @@ class Significance(Fits):
 
     @cached_property
     def _spans(self) -> dict[str, tuple[float, float]]:
-        """The tolerances of the values of the servo file, by path."""
-        nuisance = self.regression.nuisance
-        return {label: (low, high) for label, low, high in zip(
-            nuisance.labels, nuisance.low, nuisance.high, strict=True)}
+        """The tolerances of the values of the servo file, by path, and what no encoder tells."""
+        nuisance, least = self.regression.nuisance, untold_ratio(self.regression.samples)
+        spans = zip(nuisance.low, nuisance.high, strict=True)
+        return {'mechanism.ratio': (-least, least)} | dict(
+            zip(nuisance.labels, spans, strict=True))
 
     @cached_property
     def off(self) -> set[str]:
