@@ -221,7 +221,9 @@ def test_a_message_may_leave_it_out():
              'torque': ('torque', 'external_torque'),
              'current': ('current', 'voltage', 'current_reference', 'reference_velocity',
                          'reference_position', 'temperature')}
-    parts = {topic: SimpleNamespace(sequence=0, **{name: [1.0, 2.0] for name in names})
+    header = SimpleNamespace(stamp=SimpleNamespace(sec=0))
+    parts = {topic: SimpleNamespace(sequence=0, period=1e-3, header=header,
+                                    **{name: [1.0, 2.0] for name in names})
              for topic, names in lists.items()}
     parts['current'].added_command = []
     column = to_samples(parts)[:, CHANNELS.index('added_command')]
