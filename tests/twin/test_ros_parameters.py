@@ -108,7 +108,8 @@ def test_a_twin_is_not_configured_with_a_name_that_its_servo_does_not_have(
 def test_what_ros_itself_gives_a_node_is_taken(started, tmp_path):
     file = tmp_path / 'all.yaml'
     file.write_text('/**: {ros__parameters: {start_type_description_service: false, '
-                    'qos_overrides: {/rig/encoder: {publisher: {depth: 2000}}}, command_timeout: 0.2}}')
+                    'qos_overrides: {/rig/encoder: {publisher: {depth: 2000}}}, '
+                    'command_timeout: 0.2}}')
     started('--params-file', str(file))
     node = Driver()
     try:
