@@ -135,9 +135,13 @@ def _remedy(one: MissingEffect) -> str:
     """Return what to do about what no effect of a twin can hold; '' of others."""
     if one.effect == EXTERNAL:
         return f'Measured or computed, it comes in as the column {EXTERNAL}.'
+    if one.added:  # a wave behind the controller
+        return 'Record it as the column added_command, and it counts as part of the loop.'
     if one.site == 'controller':
-        return ('Set the controller of the servo file so. The comparison by simulation runs under '
-                'the recorded command and does not show it.')
+        so = 'Set the controller of the servo file so.' if one.parameters else (
+            'No controller of a twin has that.')
+        return (f'{so} The comparison by simulation runs under the recorded command and does not '
+                'show it.')
     if one.mechanism['driving']:
         return (f'The {one.site} drives the twin: take the filter off it, or log it without, '
                 'before it is simulated.')
