@@ -1,6 +1,7 @@
 """What differs from recording to recording: friction that warms up, a zero that drifts."""
 
 from dataclasses import replace
+import re
 
 import numpy as np
 import pytest
@@ -43,7 +44,7 @@ def test_a_zero_of_the_torque_sensor_that_differs_is_told_between_its_ends():
     several = [off(recorded(SERVO, seed), more) for seed, more in enumerate((0.0, 3.0, 6.0, 9.0))]
     report = report_of([*several, recorded(SERVO, 7), recorded(SERVO, 8)])
     assert [(one.effect, one.site) for one in report.which] == [('torque_sensor_offset', 'torque')]
-    low, high = (float(word) for word in report.which[0].change.split()[:3:2])
+    low, high = map(float, re.findall(r'(\S+) \(', report.which[0].change))
     assert np.allclose((low, high), (0.0, 9.0), atol=0.5)
     assert 'zero' in report.verdict['sentence']
 
