@@ -32,7 +32,7 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     which = tuple(missing_effect(evidence, one) for one in evidence.named)
     gap = _gap(evidence)
     balance = _place(evidence, located)
-    unknown = _unknown(evidence, located)
+    unknown = _unknown(evidence, located, balance)
     status = _status(evidence, which, gap, squares)
     late = told_late(evidence.found)
     verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
@@ -209,10 +209,11 @@ def _remains(evidence: Evidence, gap: dict[str, Any], status: str) -> str:
     return text + (f'; the equations of {", ".join(left)} are still off' if left else '') + '.'
 
 
-def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]:
+def _unknown(evidence: Evidence, located: tuple[Located, ...], balance: str
+             ) -> dict[str, Any]:
     """Return what is known of a pattern without a name, or of a gap that follows none."""
     nothing = {'depends_on': [], 'parity': 'even', 'orders': [], 'memory': False, 'drift': False,
-               'nearest': _nearest(evidence), 'recordings': _shown(evidence, located)}
+               'nearest': _nearest(evidence), 'recordings': _shown(evidence, located, balance)}
     if not evidence.unnamed:
         return nothing
     one = evidence.unnamed[0].part
@@ -229,9 +230,8 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...]) -> dict[str, Any]
     return known
 
 
-def _shown(evidence: Evidence, located: tuple[Located, ...]) -> str:
+def _shown(evidence: Evidence, located: tuple[Located, ...], balance: str) -> str:
     """Return in which recordings the equation at fault is off, in words; '' where in all."""
-    balance = _place(evidence, located)
     limit = np.sqrt(evidence.found.samples.open_from(balance)) if balance else np.inf
     return next((told(one.by_recording, limit) for one in located if one.balance == balance), '')
 

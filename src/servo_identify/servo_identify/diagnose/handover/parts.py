@@ -54,8 +54,10 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = {'backlash': np.full(len(curve.x), common)}
     elif one.mechanism.name == SPEED_FRICTION:
         named = _over_speed(curve, _own(found, one.mechanism.site))
-        if _follow_not(found, whole, named):
-            return _nameable([_bent(whole, named)], whole, without)
+        parts = _worth_naming(found, whole, named)
+        if _follow_not(found, whole, parts):
+            parts = [_bent(whole, named)]
+        return _nameable(parts, whole, without)
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
         level, way = amplitudes[2], float(np.sign(curve.mean()))
         if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
@@ -112,7 +114,7 @@ def _by_speed(found: Explained, whole: Part, without: Collection[str]) -> list[P
     named = _over_speed(curve, _own(found, whole.mechanism.site))
     parts = _worth_naming(found, whole, named)
     if curve.size(curve.y - sum(named.values())) > FORM * curve.size() or (
-            _follow_not(found, whole, named)):
+            _follow_not(found, whole, parts)):
         parts = [_bent(whole, named)]
     return _nameable(parts, whole, without)
 
@@ -125,15 +127,14 @@ def _bent(whole: Part, named: dict[str, np.ndarray]) -> Part:
         sizes, key=lambda name: sizes[name])))
 
 
-def _follow_not(found: Explained, whole: Part, named: dict[str, np.ndarray]) -> bool:
+def _follow_not(found: Explained, whole: Part, parts: Sequence[Part]) -> bool:
     """
-    Tell whether values of the file cannot follow a curve: what they leave is certainly there.
+    Tell whether parts that are values of the file cannot follow a curve: what they leave is there.
 
     Where no law is missing, only its shape says that something is.
     """
     curve, one = whole.curve, found.hypotheses[whole.number]
     assert curve is not None and one.form is not None
-    parts = _worth_naming(found, whole, named)
     if not all(part.path for part in parts):
         return False
     moved = one.columns.table @ whole.amplitudes  # in noise and margin, where it moves anything
