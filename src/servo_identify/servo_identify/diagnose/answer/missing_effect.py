@@ -83,7 +83,8 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
         unit = evidence.servo.unit(detail['value'])
         return (f'{first:.3g} to {last:.3g} {unit} from {x[0]:.3g} to '
                 f'{x[-1]:.3g} {drawn["unit"]}')
-    turn, given = _turn(one.added, evidence.servo), evidence.servo.numbers
+    turn = '' if 'along' in detail else _turn(one.added, evidence.servo)
+    given = evidence.servo.numbers
     values = evidence.handover.patch.numbers
     stayed = {path.rpartition('.')[2] for path in one.added.free
               if path in given.keys() & values.keys()
@@ -114,7 +115,7 @@ def _turn(added: Added, servo: Servo) -> str:
     motors = all(name == 'kinematic_error' or site.startswith('motor') for name, site in effects)
     if motors:
         return STRAIGHT if servo.straight('motor') else 'motor'
-    return '' if servo.linear else 'load'
+    return STRAIGHT if servo.linear else 'load'
 
 
 def drawn_curve(evidence: Evidence, one: Finding, curve: Curve) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..decisions import EVEN, SOLVED, WORTH
-from ..mechanisms.hypothesis import BY_RECORDING, EXTERNAL
+from ..mechanisms.hypothesis import BY_RECORDING, CLOCK, EXTERNAL
 from .report import Alternative, MissingEffect
 from .sizes import listed
 
@@ -135,6 +135,8 @@ def _remedy(one: MissingEffect) -> str:
     """Return what to do about what no effect of a twin can hold; '' of others."""
     if one.effect == EXTERNAL:
         return f'Measured or computed, it comes in as the column {EXTERNAL}.'
+    if one.effect == CLOCK:
+        return f'Bring the {one.site} to the time of the other channels before it is compared.'
     if one.added:  # a wave behind the controller
         return 'Record it as the column added_command, and it counts as part of the loop.'
     if one.site == 'controller':

@@ -47,6 +47,7 @@ SHOWN_BY = {
     'load_encoder_eccentricity': 'a turn of the load: the torque stays clean',
     'sensor_lag': 'a chirp: the reading falls with frequency where the quantity does not',
     'sensor_delay': 'two speeds: the error grows with speed',
+    'clock_drift': 'one quick move at the start and one at the end: the second is later',
     'torque_sensor_gain': 'a known load on the output',
     'torque_sensor_offset': 'the load taken off',
     'torque_sensor_inertia': 'quick moves without load: the reading lacks torque as they speed up',

@@ -112,9 +112,10 @@ def curve_of(found: Explained, number: int, draws: np.ndarray,
         return None
     seen = np.concatenate([np.asarray(one.form.of(errors)) for errors in found.samples.errors])
     seen = seen[np.isfinite(seen)]
-    if one.form.variable == 'angle' and np.ptp(seen) > 2.0 * np.pi and _repeats(one, seen):
-        seen = np.mod(seen, 2.0 * np.pi)
-        ends = (0.0, 2.0 * np.pi)
+    period = one.form.period
+    if one.form.variable == 'angle' and np.ptp(seen) > period and _repeats(one, seen):
+        seen = np.mod(seen, period)
+        ends = (0.0, period)
     else:
         ends = np.percentile(seen, ENDS)
     x = np.linspace(*ends, _points(one, float(ends[1] - ends[0])))
@@ -132,7 +133,8 @@ def _repeats(one: Hypothesis, angle: np.ndarray) -> bool:
     """Tell whether a mechanism repeats with the turn: a spring over several turns does not."""
     assert one.form is not None
     some = angle[::max(1, len(angle) // POINTS)]
-    return one.tried > 1 or np.allclose(one.form.shape(some), one.form.shape(some + 2.0 * np.pi))
+    return one.tried > 1 or np.allclose(
+        one.form.shape(some), one.form.shape(some + one.form.period))
 
 
 def _points(one: Hypothesis, span: float) -> int:

@@ -38,6 +38,11 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
     if law == 'linked_inertia':
         lever = servo.numbers['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
         return _linked(np.asarray(one.knots), amplitudes, lever)
+    if law == 'coupled_inertia':
+        mean, cosine, sine = map(float, amplitudes[-3:])
+        values: dict[str, Value] = {'cosine': cosine, 'sine': sine, 'order': one.knots[-1]}
+        return [Formed(find(law), values, ('cosine', 'sine'), True)], {
+            'mechanism.load_inertia': mean - float(np.hypot(cosine, sine))}
     if law == 'payload_resonance':
         swings = direct(part, one)
         assert swings is not None  # its amplitude is a value of it
@@ -46,7 +51,7 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
         return _changing(part, part.curve, one, servo.numbers['drive.torque_constant'])
     if law == 'drive_asymmetry':
         more, by_sign = map(float, amplitudes)
-        values: dict[str, Value] = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
+        values = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
         return [Formed(find(law), values, tuple(values), True)], {
             'drive.gain': servo.numbers['drive.gain'] * more}
     if part.mechanism.name == 'presliding_friction':

@@ -28,7 +28,8 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
         return
     for site in sides:
         for changes in (False, True):
-            yield from filter(None, (_friction(builder, site, changes),))
+            yield from filter(None, (_friction(builder, site, changes),
+                                     _viscous(builder, site, changes)))
     if 'load' in sides:
         yield from filter(None, (_weight(builder),))
     has = frozenset.intersection(*(one.measured.channels for one in errors))
@@ -65,9 +66,7 @@ def _friction(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
 
     def more(one: EquationErrors) -> np.ndarray:
         size = np.abs(one.of_file[f'{site}_resistance']) if own else np.ones(len(one.motion.rows))
-        time = one.motion.time - one.motion.time.mean()
-        shapes = [size, size * time / max(np.ptp(time), 1e-9)][:1 + changes]
-        return np.column_stack(shapes)
+        return _in_time(one, size, changes)
 
     mechanism = Mechanism('friction_drift', 'friction', site, (BY_RECORDING,), 'odd')
     knots = [k for k in range(len(errors)) for _ in range(1 + changes)]
@@ -76,6 +75,26 @@ def _friction(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
         mechanism, builder.resisting(site, partial(apart, errors, more)), [0] * len(knots), knots,
         room=(low, np.inf), detail={'told': partial(_rubs, names_of(builder)) if own else
                                     partial(_lies, names_of(builder), 'N m', site)})
+
+
+def _viscous(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
+    """Friction in proportion to speed that is another in each recording: cold oil resists so."""
+    errors, unit = builder.samples.errors, 'N m s/rad'
+
+    def more(one: EquationErrors) -> np.ndarray:
+        return _in_time(one, np.abs(one.motion[f'{site}_speed']), changes)
+
+    mechanism = Mechanism('friction_drift', 'friction', site, (BY_RECORDING, 'speed'), 'odd')
+    knots = [k for k in range(len(errors)) for _ in range(1 + changes)]
+    return builder.hypothesis(
+        mechanism, builder.resisting(site, partial(apart, errors, more)), [0] * len(knots), knots,
+        detail={'told': partial(_beside, names_of(builder), unit, site)})
+
+
+def _in_time(one: EquationErrors, size: np.ndarray, changes: bool) -> np.ndarray:
+    """Return a size of friction, (samples, 1), and where it ``changes`` that over time as well."""
+    time = one.motion.time - one.motion.time.mean()
+    return np.column_stack([size, size * time / max(np.ptp(time), 1e-9)][:1 + changes])
 
 
 def _weight(builder: Builder) -> Hypothesis | None:
@@ -125,6 +144,12 @@ def _lies(names: Sequence[str], unit: str, place: str, knots: Sequence[int],
           amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what a level lies, in words."""
     return between(names, knots, amplitudes, servo.reads(unit, place))
+
+
+def _beside(names: Sequence[str], unit: str, place: str, knots: Sequence[int],
+            amplitudes: np.ndarray, servo: Servo) -> str:
+    """Return between what lies what comes beside that of the file, in words."""
+    return between(names, knots, amplitudes, f'{servo.reads(unit, place)} beside the file')
 
 
 def _pulls(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,

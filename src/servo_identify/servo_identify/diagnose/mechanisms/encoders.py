@@ -15,6 +15,7 @@ from .drive import delay_of_command, DELAYS
 from .friction import shaft_equation
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .orders import periodic, waves
+from .shape_search import best_shape, LATE, SHAPES
 
 ENCODERS = ('motor_position', 'load_position')
 ORDERS = (1.0, 2.0)
@@ -31,7 +32,8 @@ def encoders_of(builder: Builder, has: Collection[str],
     seen = [channel for channel in ENCODERS if channel in has]
     if len(seen) == 2:
         yield from filter(None, (*(_eccentric(builder, order) for order in _round(builder)),
-                                 *(_late(builder, channel) for channel in ENCODERS)))
+                                 *(_late(builder, channel, residual)
+                                   for channel in ENCODERS)))
     elif seen:
         yield from _only_encoder_late(builder, seen[0])
         if 'load_position' in seen:
@@ -56,12 +58,23 @@ def _once_a_turn(order: float, one: EquationErrors) -> np.ndarray:
     return waves(one.angles()[1], (order,))
 
 
-def _late(builder: Builder, channel: str) -> Hypothesis | None:
+def _late(builder: Builder, channel: str, residual: np.ndarray) -> Hypothesis | None:
     """One of two encoders that is late: its error grows with the speed."""
     mechanism = Mechanism('sensor_delay', 'sensor', channel, ('speed',), 'odd')
-    columns = builder.place(channel, lambda one: (
-        -_speed(one, ENCODERS.index(channel))[:, None]), -1.0)
-    return builder.hypothesis(mechanism, columns, (1,))
+
+    def columns(time: float) -> Columns:
+        return builder.place(channel, partial(_behind, ENCODERS.index(channel), time), -1.0)
+
+    low, high = (share * builder.scales.period for share in LATE)
+    time = best_shape(low, high, lambda time: columns(time).table[:, 0], residual, whole=True)
+    return builder.hypothesis(mechanism, columns(time), (1,), (time,), tried=SHAPES)
+
+
+def _behind(shaft: int, time: float, one: EquationErrors) -> np.ndarray:
+    """Return how much too much the encoder of a shaft reads that is late by a time, s."""
+    test, angle = one.measured.fast, np.nan_to_num(one.angles()[shaft])
+    smooth = np.pad(test.smooth(angle, 0), test.reach, mode='edge')
+    return (smooth - shifted(smooth, -time, one.measured.period))[:, None]
 
 
 def _motors_eccentric(builder: Builder, residual: np.ndarray,
@@ -144,7 +157,3 @@ def _through_the_angle(builder: Builder, times: tuple[float, ...]) -> Columns:
     return replace(columns, table=np.where(
         drive, builder.place('drive_current', made).table, columns.table))
 
-
-def _speed(one: EquationErrors, shaft: int) -> np.ndarray:
-    test, angle = one.measured.fast, np.nan_to_num(one.angles()[shaft])
-    return np.pad(test.smooth(angle, 1), test.reach, mode='edge')

@@ -14,8 +14,13 @@ UNKNOWN = 'unknown'
 EXTERNAL = 'external_torque'
 """Name of a torque from outside that repeats in time: no part of the machine."""
 
+CLOCK = 'clock_drift'
+"""Name of a channel whose time runs apart from that of the others: a matter of the recording."""
+
 BY_RECORDING = 'recording'
 """Variable of what is another in each recording: no value of a servo file."""
+
+TURN = 2.0 * np.pi
 
 Room = tuple[float | np.ndarray, float | np.ndarray]
 """Between what amplitudes lie, all alike or each."""
@@ -55,7 +60,7 @@ class Mechanism:
     @property
     def outside(self) -> bool:
         """Whether no twin of the plant under what was recorded can show it."""
-        return (self.site == 'controller' or self.name == EXTERNAL or self.driving
+        return (self.site == 'controller' or self.name in (EXTERNAL, CLOCK) or self.driving
                 or BY_RECORDING in self.variables)
 
     @property
@@ -132,7 +137,7 @@ class Form:
 
     ``of(errors)`` returns the variable at the inner samples of a recording, in ``unit``;
     ``shape(x)`` the curve, (len(x), n), in ``y_unit``: what friction resists with, the torque, the
-    angle or command that is lost.
+    angle or command that is lost; over an angle, after a ``period`` it may repeat.
     """
 
     variable: str
@@ -140,6 +145,7 @@ class Form:
     y_unit: str
     of: Series
     shape: Callable[[np.ndarray], np.ndarray]
+    period: float = TURN
 
     def only(self, kept: np.ndarray) -> Form:
         """Return some of the columns; ``kept`` are their numbers."""

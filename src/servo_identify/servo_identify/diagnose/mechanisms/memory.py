@@ -55,6 +55,11 @@ def lagged(x: np.ndarray, time: float, period: float) -> np.ndarray:
     return lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])[0]
 
 
+def hurried(x: np.ndarray, time: float, period: float) -> np.ndarray:
+    """Return what came before a lag of first order that made ``x`` of it, shape of ``x``."""
+    return x + time * np.gradient(x, period)
+
+
 def within_rate(x: np.ndarray, most: float) -> np.ndarray:
     """Return what follows ``x`` by no more than ``most`` a sample, shape of ``x``."""
     return _within_rate(np.ascontiguousarray(x), most)

@@ -14,18 +14,25 @@ from ..decisions import FORM
 from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 
-LARGEST_ORDER = 200
+LARGEST_ORDER = 200  # up to which parts of an order are told apart
+LARGEST_WHOLE = 512  # up to which whole orders are: slots times poles of a direct drive
 MOST = 6  # orders of any kind that one hypothesis takes in; another takes in half of them
 SERIES = (3, 8)  # multiples of one order that it takes in: of what is round, and of what has edges
 FEWEST = 50  # samples that say anything
 APART, PARTS, MOST_PARTS = 2.0, 4, 256  # turns that tell orders from whole ones; steps of these
-RANGES = 1024  # of a turn, over which samples are summed up
+RANGES = 5.12  # of each wave of the largest order, over which samples are summed up
 
 
 def waves(angle: np.ndarray, orders: Iterable[float]) -> np.ndarray:
     """Return cosine and sine of an angle (rad) at each order, shape (samples, 2 orders)."""
     return np.column_stack([wave for order in orders
                             for wave in (np.cos(order * angle), np.sin(order * angle))])
+
+
+def rises(angle: np.ndarray, orders: Sequence[float]) -> np.ndarray:
+    """Return how :func:`waves` rise with the angle, (samples, 2 orders), 1/rad."""
+    turned = np.arange(2 * len(orders)) ^ 1  # sine for cosine and the other way about
+    return waves(angle, orders)[:, turned] * np.outer(orders, (-1.0, 1.0)).ravel()
 
 
 def _waving(factor: Series, angle: str, orders: Sequence[float]) -> Series:
@@ -119,21 +126,26 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
     found: list[float] = []
     left = target - _fitted(factor[:, None], target)
     for _ in range(MOST):
-        power = periodogram(angle, left, factor, parts)
-        power[:lowest * parts] = 0.0
-        best = _peak(angle, left, factor, power, parts)
+        best = _peak(angle, left, factor, lowest, parts)
         if any(abs(best - other) < apart for other in found):
             break
         found.append(best)
         table = np.column_stack((factor, *(factor[:, None] * waves(angle, found)).T))
         left = target - _fitted(table, target)
-    return tuple(found), int((LARGEST_ORDER + 1 - lowest) / apart)
+    tried = (LARGEST_ORDER + 1 - lowest) / apart + LARGEST_WHOLE - LARGEST_ORDER
+    return tuple(found), int(tried)
 
 
-def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, power: np.ndarray,
+def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, lowest: int,
           parts: int) -> float:
     """Return the order that takes most, or the whole one beside it that takes nearly as much."""
+    power = periodogram(angle, target, factor, parts)
+    power[:lowest * parts] = 0.0
+    beyond = periodogram(angle, target, factor, largest=LARGEST_WHOLE)
+    beyond[:LARGEST_ORDER + 1] = 0.0
     top = int(np.argmax(power))
+    if beyond.max() > power[top]:
+        return float(np.argmax(beyond))
     whole = round(top / parts)
     if power[whole * parts] >= (1.0 - FORM) * power[top]:
         return float(whole)
@@ -147,16 +159,16 @@ def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, power: np.n
 
 
 def periodogram(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
-                 parts: int = 1) -> np.ndarray:
+                parts: int = 1, largest: int = LARGEST_ORDER) -> np.ndarray:
     """
     Square that cosine and sine of each order, times a factor, take from a target.
 
-    The orders go from 0 to LARGEST_ORDER in steps of ``1 / parts``. By the Fourier transform of
+    The orders go from 0 to the ``largest`` in steps of ``1 / parts``. By the Fourier transform of
     sums over narrow ranges of the angle.
     """
-    ranges = RANGES * parts
+    ranges = int(RANGES * largest) * parts
     place = np.floor(np.mod(angle / (2.0 * np.pi * parts), 1.0) * ranges).astype(int) % ranges
-    orders = np.arange(LARGEST_ORDER * parts + 1)
+    orders = np.arange(largest * parts + 1)
     shift = np.exp(-1j * np.pi * orders / ranges)  # the middle of a range
     both, twice = (np.conj(np.fft.rfft(np.bincount(place, w, ranges)))
                    for w in (factor * target, factor**2))

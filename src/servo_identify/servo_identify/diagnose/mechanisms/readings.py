@@ -13,25 +13,23 @@ from servo_twin.balances.equation_terms import EQUATIONS
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
+from .clocks import clocks_of
 from .encoders import encoders_of
 from .hypothesis import Form, Hypothesis, Mechanism, Series
-from .memory import lagged, LOOPS, stop_operator
+from .memory import hurried, lagged, LOOPS, stop_operator
 from .orders import hats, periodic
-from .shape_search import best_shape, SHAPES
+from .shape_search import best_shape, LATE, SHAPES
 from .torque import shaken
 
 MOMENTS = 6
 """Of a recording, between which an offset changes evenly."""
-
-LATE = (0.25, 64.0)
-"""Sample periods between which a reading may be late."""
 
 RANGES = (0.1, 0.3, 0.6)
 """Shares of the largest reading from which another gain may hold."""
 
 
 Behind = Callable[[np.ndarray, float, float], np.ndarray]
-"""What comes behind a series (samples,) by a time, s, at a period, s."""
+"""What comes behind a series (samples,) by a time, s, at a period, s; or what it came behind."""
 
 
 def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -49,13 +47,13 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         columns = builder.place(channel, of, -1.0)  # what a reading has too much is not true
         return builder.hypothesis(mechanism, columns, signs, knots, tried=tried)
 
-    def late(name: str, channel: str, behind: Behind) -> Hypothesis | None:
+    def late(name: str, channel: str, behind: Behind, before: Behind) -> Hypothesis | None:
+        excess = partial(_behind, behind) if channel == 'current' else partial(_after, before)
         low, high = (share * builder.scales.period for share in LATE)
         time = best_shape(low, high, lambda time: builder.place(
-            channel, partial(_late, channel, behind, time), -1.0).table[:, 0], residual,
-            whole=True)
-        return off(name, channel, ('time',), 'none', partial(_late, channel, behind, time), (1,),
-                   (time,), SHAPES, memory=True, driving=channel == 'current' and not driven)
+            channel, partial(excess, time), -1.0).table[:, 0], residual, whole=True)
+        return off(name, channel, ('time',), 'none', partial(excess, time), (1,), (time,), SHAPES,
+                   memory=True, driving=channel == 'current' and not driven)
 
     def full(one: EquationErrors) -> int:
         return len(one.measured.recording)
@@ -68,22 +66,30 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
             off(f'{sensor}_offset', channel, ('constant',), 'even',
                 lambda one: np.ones((full(one), 1))),
             _drifting(builder, f'{sensor}_offset', channel),
-            late('sensor_lag', channel, lagged)))
+            late('sensor_lag', channel, lagged, hurried)))
         if channel == 'torque' or driven:
             yield from filter(None, (
-                late('sensor_delay', channel, shifted),
+                late('sensor_delay', channel, shifted, lambda x, time, period: shifted(
+                    x, -time, period)),
                 *(_gain(builder, f'{sensor}_gain', channel, by)
                   for by in ('constant', channel, 'time'))))
     if 'torque' in has:
         yield from _torque_over_angle(builder, residual)
         yield from filter(None, (_torque_loops(builder), _inertia_before(builder)))
     yield from encoders_of(builder, has, residual)
+    yield from clocks_of(builder, has, residual)
 
 
-def _late(channel: str, behind: Behind, time: float, one: EquationErrors) -> np.ndarray:
-    """Return how much too much a reading reads that comes behind the quantity by a time, s."""
-    known = one.known_current if channel == 'current' else one.motion.calm_torque
-    return (behind(known, time, one.measured.period) - known)[:, None]
+def _behind(behind: Behind, time: float, one: EquationErrors) -> np.ndarray:
+    """Return how much too much a current reads that comes behind what the motion asks for."""
+    asked = one.known_current
+    return (behind(asked, time, one.measured.period) - asked)[:, None]
+
+
+def _after(before: Behind, time: float, one: EquationErrors) -> np.ndarray:
+    """Return how much too much a torque reads; ``before`` is the torque that it comes behind."""
+    read = one.motion.calm_torque
+    return (read - before(read, time, one.measured.period))[:, None]
 
 
 def _torque_over_angle(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 SHAPES, FINE = 16, 0.01  # tried between two bounds, and share by which the best is told
+LATE = (0.25, 64.0)  # sample periods between which a reading may be late
 EACH, REFINED = 8, 60  # of each of several numbers, and tried about the best of these
 
 

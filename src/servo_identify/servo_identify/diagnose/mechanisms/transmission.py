@@ -55,7 +55,18 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         for one in periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
                             '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART):
             yield _without_energy(builder, one)
-            yield replace(one, knots=tuple(ratio * order for order in one.knots))
+            yield _at_load(builder, one, ratio)
+
+
+def _at_load(builder: Builder, one: Hypothesis, ratio: float) -> Hypothesis:
+    """Return an error over the turn of the motor, counted at the load."""
+    form, turns = one.form, builder.turns('load_angle')
+    assert form is not None
+    whole = all(float(order).is_integer() for order in one.knots)
+    return replace(one, knots=tuple(ratio * order for order in one.knots), form=replace(
+        form, of=lambda errors: errors.motion['motor_angle'] / ratio,
+        shape=lambda x: form.shape(ratio * x),
+        period=form.period if turns or not whole else form.period / ratio))
 
 
 def _varying(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:

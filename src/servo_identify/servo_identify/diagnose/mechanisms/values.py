@@ -16,7 +16,7 @@ from ..residuals.nuisance import amplitude_of, FINE, slope, value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
-from .orders import waves
+from .orders import rises, waves
 from .varying_values import VARYING, varying
 
 FAR = 10.0  # times by which a value of a data sheet may be off
@@ -32,6 +32,8 @@ VARIABLES = {
     'drive.inductance': ('rate of current',), 'mechanism.stiffness': ('load',),
     'mechanism.damping': ('rate of torsion',)}
 PORTS = {'coulomb_friction': 'friction', 'viscous_friction': 'friction'}
+LEVERS = ('mechanism.ratio', 'mechanism.efficiency')
+"""Values that scale the balance of both shafts, counted at the load: a scale closes no gap."""
 INERTIAS = ('mechanism.rotor_inertia', 'mechanism.load_inertia')
 LINKED = ((0.0, 1.0), (0.0, 2.0), (0.0, 1.0, 2.0, 3.0))
 """Orders of a turn by which the inertia of a crank or of a linkage varies."""
@@ -58,6 +60,8 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         column = slope(samples, path, step, (least, most))
         if lead:  # the firmware counts with the lead of the file
             column = np.where(samples.rows('controller'), 0.0, column)
+        if path in LEVERS:
+            column = column - np.where(samples.rows('torque'), samples.base / value, 0.0)
         if section != 'effects' and value != 0.0:
             ends = sorted((value / FAR, value * FAR))
             least, most = max(least, ends[0]), min(most, ends[1])
@@ -88,14 +92,12 @@ def _linked(builder: Builder, path: str, mechanism: Mechanism, orders: Sequence[
     """
     shaft = 'load' if 'load' in path else 'motor'
     lever = 1.0 if shaft == 'load' else builder.samples.servo.numbers['mechanism.ratio']
-    turned = np.arange(2 * len(orders)) ^ 1  # sine for cosine and the other way about
 
     def torque(one: EquationErrors) -> np.ndarray:
         motion = one.motion
-        speed, wave = motion[f'{shaft}_speed'], waves(motion[f'{shaft}_angle'], orders)
-        rise = wave[:, turned] * np.outer(orders, (-1.0, 1.0)).ravel()
-        return -(lever * motion['load_acceleration'][:, None] * wave
-                 + 0.5 * (speed**2)[:, None] * rise)
+        speed, angle = motion[f'{shaft}_speed'], motion[f'{shaft}_angle']
+        return -(lever * motion['load_acceleration'][:, None] * waves(angle, orders)
+                 + 0.5 * (speed**2)[:, None] * rises(angle, orders))
 
     form = Form('angle', 'rad', 'kg m2', lambda one: one.motion[f'{shaft}_angle'],
                 lambda x: waves(x, orders))
@@ -129,7 +131,8 @@ def far_off(samples: ResidualSamples, one: Hypothesis, amplitudes: np.ndarray) -
     """
     path = one.path or one.detail.get('of', '')
     given = samples.servo.numbers.get(path, 0.0)
-    level = amplitudes[0] if 'angle' in one.mechanism.variables else amplitudes.mean()
+    waved = {'angle', 'coupled angle'} & set(one.mechanism.variables)
+    level = amplitudes[0] if waved else amplitudes.mean()
     ratio = value_of(samples, path, float(level)) / given if given else 0.0
     return float(0.5 * (SURE * np.log(ratio) / np.log(FAR)) ** 2) if ratio > 0.0 else 0.0
 

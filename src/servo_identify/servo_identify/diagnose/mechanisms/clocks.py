@@ -1,0 +1,84 @@
+"""A channel that another clock stamps: how late it comes grows over a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from servo_twin.physics.servo import Servo
+
+from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import shifted
+from .builder import Builder
+from .hypothesis import CLOCK, Hypothesis, Mechanism
+from .shape_search import SHAPES
+
+ROUNDS = 4  # of the search for a delay that grows, each from the slope at the one before
+
+Reading = Callable[[EquationErrors], tuple[np.ndarray, np.ndarray]]
+"""``of(errors)``: a smoothed channel and the time of each of its samples, s."""
+
+
+def clocks_of(builder: Builder, has: Collection[str],
+              residual: np.ndarray) -> Iterator[Hypothesis]:
+    """
+    Yield the hypotheses of a clock that runs apart from that of the other channels.
+
+    ``has`` are the channels that every recording has. Of two encoders either may be meant: that
+    of the load is taken, which is more often logged by something else than the drive.
+    ``residual`` (samples,) tells how late.
+    """
+    several: dict[str, Reading] = {}
+    if {'motor_position', 'load_position'} <= set(has):
+        several['load_position'] = _load_angle
+    if 'torque' in has:
+        several['torque'] = lambda one: (one.motion.calm_torque, one.motion.time)
+    if 'current' in has:
+        several['current'] = lambda one: (one.known_current, one.motion.time)
+    for channel, reading in several.items():
+        late = _late(builder, channel, reading, residual)
+        mechanism = Mechanism(CLOCK, 'sensor', channel, ('time',), 'none', memory=True)
+        one = builder.hypothesis(mechanism, builder.place(channel, partial(
+            _change, reading, late), -1.0), [1], tuple(late), tried=SHAPES**2,
+            detail={'told': _told})
+        if one:
+            yield one
+
+
+def _late(builder: Builder, channel: str, reading: Reading, residual: np.ndarray) -> np.ndarray:
+    """Return how late a channel comes at the start, s, and by how much more each second."""
+    late = np.zeros(2)
+    for _ in range(ROUNDS):
+        now, slopes = (builder.place(channel, partial(of, reading, late), -1.0).table
+                       for of in (_change, _slopes))
+        late = late - np.linalg.lstsq(slopes, residual + now[:, 0], rcond=1e-9)[0]
+    return late
+
+
+def _change(reading: Reading, late: np.ndarray, one: EquationErrors) -> np.ndarray:
+    """Return how much too much a channel reads that comes late, (samples, 1)."""
+    series, time = reading(one)
+    return (series - shifted(series, -(late[0] + late[1] * time), one.measured.period))[:, None]
+
+
+def _slopes(reading: Reading, late: np.ndarray, one: EquationErrors) -> np.ndarray:
+    series, time = reading(one)
+    rate = -shifted(np.gradient(series, one.measured.period), -(late[0] + late[1] * time),
+                    one.measured.period)
+    return np.column_stack((rate, rate * time))
+
+
+def _load_angle(one: EquationErrors) -> tuple[np.ndarray, np.ndarray]:
+    test, angle = one.measured.fast, np.nan_to_num(one.angles()[1])
+    smooth = np.pad(test.smooth(angle, 0), test.reach, mode='edge')
+    return smooth, one.measured.period * np.arange(len(smooth))
+
+
+def _told(knots: Sequence[float], amplitudes: np.ndarray, servo: Servo) -> str:
+    """Return how far the clock runs apart, in words."""
+    late, apart = 1e3 * amplitudes[0] * np.asarray(knots)
+    words = f'{abs(late):.3g} ms {"late" if late > 0.0 else "early"} at the start, and '
+    return words + f'{abs(apart):.3g} ms a second more' + (
+        '' if late * apart > 0.0 else ' the other way')
