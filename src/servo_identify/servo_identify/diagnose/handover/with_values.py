@@ -54,6 +54,11 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
         values = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
         return [Formed(find(law), values, tuple(values), True)], {
             'drive.gain': servo.numbers['drive.gain'] * more}
+    if part.mechanism.name == 'load_encoder_eccentricity' and len(amplitudes) > 2:
+        return [Formed(find(part.mechanism.name), {
+            'cosine': float(amplitudes[k]), 'sine': float(amplitudes[k + 1]),
+            'order': float(one.knots[k])}, ('cosine', 'sine'), True)
+            for k in range(0, len(amplitudes), 2)], {}
     if part.mechanism.name == 'presliding_friction':
         return _presliding(part, one, servo)
     return None

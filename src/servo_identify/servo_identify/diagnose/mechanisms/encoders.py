@@ -18,8 +18,8 @@ from .orders import periodic, waves
 from .shape_search import best_shape, LATE, SHAPES
 
 ENCODERS = ('motor_position', 'load_position')
-ORDERS = (1.0, 2.0)
-"""Of a disc that is not centred, and of one that is not round."""
+ORDERS = ((1.0,), (2.0,), (1.0, 2.0))
+"""Of a disc that is not centred, of one that is not round, and of one that is neither."""
 
 
 def encoders_of(builder: Builder, has: Collection[str],
@@ -31,31 +31,32 @@ def encoders_of(builder: Builder, has: Collection[str],
     """
     seen = [channel for channel in ENCODERS if channel in has]
     if len(seen) == 2:
-        yield from filter(None, (*(_eccentric(builder, order) for order in _round(builder)),
+        yield from filter(None, (*(_eccentric(builder, orders) for orders in _round(builder)),
                                  *(_late(builder, channel, residual)
                                    for channel in ENCODERS)))
     elif seen:
         yield from _only_encoder_late(builder, seen[0])
         if 'load_position' in seen:
-            yield from filter(None, (_only_encoder_eccentric(builder, order)
-                                     for order in _round(builder)))
+            yield from filter(None, (_only_encoder_eccentric(builder, orders)
+                                     for orders in _round(builder)))
     if 'motor_position' in seen:
         yield from _motors_eccentric(builder, residual, only=len(seen) == 1)
 
 
-def _round(builder: Builder) -> tuple[float, ...]:
+def _round(builder: Builder) -> tuple[tuple[float, ...], ...]:
     return ORDERS if builder.turns('load_angle') else ()
 
 
-def _eccentric(builder: Builder, order: float) -> Hypothesis | None:
+def _eccentric(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None:
     mechanism = Mechanism('load_encoder_eccentricity', 'sensor', 'load_position', ('angle',),
                           'even')
-    columns = builder.place('load_position', partial(_once_a_turn, order), -1.0)
-    return builder.hypothesis(mechanism, columns, (0, 0), (order, order), tried=len(ORDERS))
+    columns = builder.place('load_position', partial(_once_a_turn, orders), -1.0)
+    knots = tuple(np.repeat(orders, 2))
+    return builder.hypothesis(mechanism, columns, [0] * len(knots), knots, tried=len(ORDERS))
 
 
-def _once_a_turn(order: float, one: EquationErrors) -> np.ndarray:
-    return waves(one.angles()[1], (order,))
+def _once_a_turn(orders: tuple[float, ...], one: EquationErrors) -> np.ndarray:
+    return waves(one.angles()[1], orders)
 
 
 def _late(builder: Builder, channel: str, residual: np.ndarray) -> Hypothesis | None:
@@ -100,7 +101,8 @@ def _motors_eccentric(builder: Builder, residual: np.ndarray,
         yield replace(one, columns=one.columns.plus(load).packed())
 
 
-def _only_encoder_eccentric(builder: Builder, order: float) -> Hypothesis | None:
+def _only_encoder_eccentric(builder: Builder, orders: tuple[float, ...]
+                            ) -> Hypothesis | None:
     """
     Return an eccentricity of the one encoder that there is, at the load.
 
@@ -110,10 +112,10 @@ def _only_encoder_eccentric(builder: Builder, order: float) -> Hypothesis | None
     mechanism = Mechanism('load_encoder_eccentricity', 'sensor', 'load_position', ('angle',),
                           'even')
     ratio = builder.samples.servo.numbers['mechanism.ratio']
-    wave = partial(_once_a_turn, order)
+    wave, knots = partial(_once_a_turn, orders), tuple(np.repeat(orders, 2))
     columns = builder.place('load_position', wave, -1.0)
     motor = builder.place('motor_position', wave, -ratio)
-    return builder.hypothesis(mechanism, columns.plus(motor), (0, 0), (order, order),
+    return builder.hypothesis(mechanism, columns.plus(motor), [0] * len(knots), knots,
                               tried=len(ORDERS))
 
 

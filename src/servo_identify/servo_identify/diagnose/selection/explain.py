@@ -17,6 +17,7 @@ from ..residuals.nuisance import Nuisance, nuisance_of, value_of
 from ..residuals.samples import ResidualSamples
 from .bounded_least_squares import bounded
 from .choice import Fitted
+from .complete import completed
 from .regression import Regression
 from .search import Explanation, Search
 from .small_effects import with_small_effects
@@ -82,6 +83,7 @@ def explained(samples: ResidualSamples, without: Collection[str] = (),
     builder = Builder(answer.samples, explained=True, nuisance=answer.nuisance)
     search, explanation = with_small_effects(
         answer.search, answer.explanation, lambda left: hypotheses_of(builder, left, without))
+    search, explanation = completed(search, explanation)
     tick(1.0)
     return replace(answer, hypotheses=search.regression.hypotheses, search=search,
                    explanation=explanation)
