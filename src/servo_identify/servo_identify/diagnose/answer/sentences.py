@@ -116,8 +116,9 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
             text += (' With other values moved within their tolerances as well, '
                      f'{round(100.0 * refitted)} % is removed (--refit).')
         elif refitted >= SOLVED > gap['solved']:
-            text += (f' The other {left} is within the tolerances of the servo file: where its '
-                     f'values move too, {round(100.0 * refitted)} % is removed (--refit).')
+            text += (f' Much of the other {left} is within the tolerances of the servo file: '
+                     f'where its values move too, {round(100.0 * refitted)} % is removed '
+                     '(--refit).')
         else:
             text += f' {left} of the error remains.'
             if refitted - gap['solved'] > WORTH:

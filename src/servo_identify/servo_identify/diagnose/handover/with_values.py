@@ -46,7 +46,7 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
     if law == 'payload_resonance':
         swings = direct(part, one)
         assert swings is not None  # its amplitude is a value of it
-        return [swings], {'mechanism.load_inertia': -float(amplitudes[0])}
+        return [swings], _taken_out(float(amplitudes[0]), servo)
     if law == CHANGES and part.curve is not None:
         return _changing(part, part.curve, one, servo.numbers['drive.torque_constant'])
     if law == 'drive_asymmetry':
@@ -62,6 +62,16 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
     if part.mechanism.name == 'presliding_friction':
         return _presliding(part, one, servo)
     return None
+
+
+def _taken_out(inertia: float, servo: Servo) -> dict[str, float]:
+    """Return what an inertia at the load, kg m2, takes out of the load and, rigid, the rotor."""
+    load, ratio = servo.numbers['mechanism.load_inertia'], servo.numbers['mechanism.ratio']
+    here = inertia if servo.mechanism.compliant else min(inertia, load)
+    rotor = servo.numbers['mechanism.rotor_inertia']
+    rest = min((inertia - here) / ratio**2, (1.0 - FORM) * rotor)
+    taken = {'mechanism.load_inertia': -here}
+    return taken | {'mechanism.rotor_inertia': -rest} if rest else taken
 
 
 def _changing(part: Part, curve: Curve, one: Hypothesis, given: float) -> Together:

@@ -19,9 +19,10 @@ from .shape_search import best_shape, SHAPES, taken
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
 STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push back
-FREQUENCIES, DAMPINGS = 40, (0.005, 0.02, 0.08, 0.3)  # of a payload
+FREQUENCIES, DAMPINGS = 48, (0.005, 0.02, 0.08, 0.3)  # of a payload
 REFINED, SIMPLEX = 60, ((0.0, 0.0), (0.05, 0.0), (0.0, 0.5))  # search about the best of the grid
-BAND = (0.02, 0.45)  # of the sampling rate of the test function, between which it may swing
+PERIODS = 3.0  # of the slowest swing that a recording must hold
+BAND = 0.45  # of the sampling rate of the test function, below which it may swing
 
 
 def torque_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -139,7 +140,7 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
                           memory=True)
     rate = max(1.0 / (one.motion.test.spacing * one.measured.period)
                for one in builder.samples.errors)
-    low, high = max(BAND[0] * rate, 2.0 / builder.scales.duration), BAND[1] * rate
+    low, high = PERIODS / builder.scales.duration, BAND * rate
     if not high > low:
         return
     pushed = {id(one): shaken(one) for one in builder.samples.errors}

@@ -49,8 +49,8 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         if section not in ('drive', 'mechanism', 'effects') or parameter.row:
             continue
         lead = path == 'mechanism.ratio'
-        if lead and not servo.linear and 'transmission' not in samples.present:
-            continue  # teeth are counted; two encoders or the lead of a screw tell it all the same
+        if lead and 'transmission' not in samples.present:
+            continue  # of one encoder no angle tells it, and torques have likelier causes
         if section == 'effects' and parameter.off is None:
             continue
         value = servo.numbers[path]

@@ -22,6 +22,8 @@ MOST = 3  # laws in a set
 class Complete(Search):
     """Searches among plain laws for a set that leaves nothing but noise."""
 
+    forms = 3
+
     def __init__(self, search: Search) -> None:
         regression = search.regression
         super().__init__(regression, np.full(search.sizes.shape, CALIBRATED))
@@ -59,9 +61,6 @@ def completed(search: Search, explanation: Explanation) -> tuple[Search, Explana
     if not chosen.choice.members:
         return search, explanation
     other = Complete(search)
-    several = (search.regression.hypotheses[number] for number in chosen.choice.numbers)
-    if other.leaves_nothing(other.fitted(chosen.choice)) and all(map(_plain, several)):
-        return search, explanation
     found = other.found()
     if found is None or found.total >= other.fitted(chosen.choice).total:
         return search, explanation

@@ -171,11 +171,28 @@ class Fits:
         if np.any(there & (near.weight > MISLEADS * low)):
             yield np.where(there, low, near.weight), near.doubt
 
+    def idle(self, fit: Fitted) -> int:
+        """Return how many free amplitudes of a set hardly act beside the others of their law."""
+        squares, count = np.diag(self.sums(fit.weight).whole), 0
+        for number in fit.choice.numbers:
+            mine = np.isin(fit.columns, self.regression.members[number])
+            count += self._idle(self.regression.hypotheses[number], fit.values[mine],
+                                squares[fit.columns[mine]])
+        return count
+
+    @staticmethod
+    def _idle(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
+        return int((~Fits._working(values, squares) & (one.signs == 0)).sum())
+
+    @staticmethod
+    def _working(values: np.ndarray, squares: np.ndarray) -> np.ndarray:
+        share = np.abs(values) * np.sqrt(np.maximum(squares, 0.0))
+        return share > AT_WORK * share.max(initial=0.0)
+
     @staticmethod
     def _amplitudes(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
         """Return how many numbers a hypothesis is worth; ``squares`` (n,) of their columns."""
-        share = np.abs(values) * np.sqrt(np.maximum(squares, 0.0))
-        working = share > AT_WORK * share.max(initial=0.0)
+        working = Fits._working(values, squares)
         shared = one.signs == 1  # which of these work is a choice too, also where one does alone
         searched = 1 + len(one.detail) if one.tried > 1 else 0
         return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched

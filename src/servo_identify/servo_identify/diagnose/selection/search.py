@@ -26,6 +26,8 @@ MOST = 5  # mechanisms in a set
 class Search(Significance):
     """Grows and thins sets of hypotheses."""
 
+    forms = 2  # of one mechanism on a short list
+
     def candidates(self, near: Fitted) -> list[tuple[bool, float, int, int]]:
         """
         Return (whether it pays, gain less cost in nats, number, side) of hypotheses beside a set.
@@ -59,7 +61,8 @@ class Search(Significance):
                 low, high = self.bounds_of(near.choice.plus(number, side), kept)
                 left, values = leavings.fitted(columns, low, high, known[columns[1:]])
                 mine = slice(len(columns) - 1 - one.columns.size, None)
-                worth = self._amplitudes(one, values[mine], squares[columns[1:]][mine])
+                at_work = one, values[mine], squares[columns[1:]][mine]
+                worth = self._amplitudes(*at_work) + self._idle(*at_work)
                 gain = before - left
                 found.append((gain > self.price, gain - worth * self.price, number, side))
         return sorted(found, reverse=True)
@@ -113,7 +116,7 @@ class Search(Significance):
         counted: dict[tuple[str, ...], int] = {}
         for *_, number, side in self.candidates(near):
             key = self.regression.hypotheses[number].mechanism.key
-            if counted.get(key, 0) < 2:
+            if counted.get(key, 0) < self.forms:
                 counted[key] = counted.get(key, 0) + 1
                 listed.append(near.choice.plus(number, side))
             if len(listed) == SHORT_LIST:
@@ -180,11 +183,12 @@ class Search(Significance):
         """
         Return what a set leaves and what it costs where each block is one observation, nats.
 
-        Without any floor: it tells sets apart that are alike within the form of a mechanism.
+        Down to the noise: it tells sets apart that are alike within the form of a mechanism. What
+        hardly acts costs as well here: it is no reason to prefer what has it.
         """
-        left = np.log(np.maximum(self.groups(fit.held_out), 1e-12))
+        left = np.log(np.maximum(self.groups(fit.held_out), 1.0))
         return float(0.5 * (self._blocks_of * left).sum()
-                     + self.price * fit.numbers + fit.far)
+                     + self.price * (fit.numbers + self.idle(fit)) + fit.far)
 
     def _nameless(self, fit: Fitted) -> int:
         """How many members of a set have no name, or differ by recording without saying why."""
