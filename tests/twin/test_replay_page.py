@@ -4,6 +4,7 @@ from html.parser import HTMLParser
 import re
 
 from bench_recording import bench_recording, SERVO
+from headless_chromium import Browser, found
 from hypothesis import given, strategies
 import numpy as np
 import pytest
@@ -66,6 +67,18 @@ def test_it_colours_each_block_of_the_chain_by_its_balance(page):
     states = [(name, state) for state, name in
               re.findall(r'<g class="(\w+)">.*?class="block"[^>]*>(\w+)<', chain)]
     assert blocks and ('load', 'far') in states and ('command', 'fine') in states
+
+
+@pytest.mark.skipif(found() is None, reason='no browser on this machine')
+def test_a_phone_scrolls_a_chart_and_not_the_page(page, tmp_path):
+    (tmp_path / 'page.html').write_text(page, 'utf8')
+    browser = Browser(tmp_path / 'profile')
+    try:
+        browser.open(tmp_path / 'page.html', width=360)
+        assert browser.run('document.documentElement.scrollWidth') == 360
+        assert browser.run("document.querySelector('svg').getBoundingClientRect().width") == 760
+    finally:
+        browser.close()
 
 
 def test_it_has_colours_for_light_and_dark(page):
