@@ -11,8 +11,10 @@ import pytest
 
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.whole_recording import Answering
+from servo_twin.pages.event_table import rows_of
 from servo_twin.pages.replay_page import colour, page_of, Replayed, write_page
 from servo_twin.pages.svg_charts import line_chart, ticks
+from servo_twin.recording.events import Happened
 
 
 def replayed(servo, recording):
@@ -112,6 +114,14 @@ def test_a_chart_keeps_the_extremes_of_a_million_samples():
     heights = {float(point.split(',')[1]) for points in re.findall(r'points="([^"]*)"', chart)
                for point in points.split()}
     assert len(heights) == 2
+
+
+def test_what_was_over_before_the_first_sample_is_left_out_of_the_events():
+    events = [Happened(round(at * 1e9), '/rig/driver', kind, text) for at, kind, text in (
+        (5.0, 'trouble', 'the bus is not open'), (6.0, 'trouble', 'no answer'),
+        (8.0, 'over', 'the bus is not open'), (11.0, 'over', 'no answer'), (12.0, 'note', 'seen'))]
+    assert [(row.at, row.kind, row.text) for row in rows_of(events, 10.0)] == [
+        ('-4.00', 'trouble', 'no answer'), ('1.00', 'over', 'no answer'), ('2.00', 'note', 'seen')]
 
 
 def test_a_chart_leaves_gaps_open():
