@@ -58,6 +58,13 @@ def test_it_names_a_bag_that_is_not_there_and_writes_nothing(tmp_path, capsys):
     assert not (tmp_path / 'answer').exists()
 
 
+def test_its_overview_says_what_each_command_does_those_of_other_packages_too(capsys):
+    assert identify([]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (blind,) = (line for line in lines if line.startswith('  blind-check '))
+    assert blind.split(maxsplit=1)[1].startswith('record emulated rigs')
+
+
 def test_it_says_what_was_meant_by_a_command_that_is_not_there(capsys):
     assert identify(['diagnos']) == 2
     assert "did you mean 'diagnose'?" in capsys.readouterr().err

@@ -13,7 +13,7 @@ import pytest
 
 from servo_identify.diagnose.page.packed_series import packed_series
 from servo_identify.diagnose.page.page import page_of, STATUS, write_page
-from servo_identify.diagnose.page.words import number, percent, shortened, unit
+from servo_identify.diagnose.page.words import number, percent, ratio, shortened, unit
 
 BARE = {'report': {'verdict': {'status': 'unknown', 'sentence': 'Nothing is known.'}}}
 PARTS = ('channels', 'where', 'which', 'gap', 'unknown', 'next_experiment', 'moved', 'defaults',
@@ -183,6 +183,33 @@ def test_numbers_have_four_digits(value, said):
     assert number(value) == said
 
 
+def test_a_residual_far_below_the_noise_is_only_said_to_be_small():
+    said = text_of(page_of(document()))
+    assert '&lt; 0.01 × noise' in said and '10⁻⁵ × noise' not in said
+    assert [ratio(value) for value in (0.0, 0.0099, 0.0123, 31.24)] == [
+        '0', '< 0.01', '0.0123', '31.2']
+
+
+def test_it_says_what_shrinks_once_and_by_which_interval():
+    said = text_of(page_of(document()))
+    assert 'on unseen recordings 77 % (90 % interval: 68 to 81 %)' in said
+    assert said.count('gone of what is above the noise') == 1
+
+
+def test_it_says_a_symmetry_by_what_it_is_one_of():
+    one = document()
+    said = text_of(page_of(one))
+    assert 'Mechanism: friction; depends on load speed; odd in the direction of motion;' in said
+    one['report']['which'][0]['mechanism']['symmetry'] = 'none'
+    assert 'none in the direction' not in text_of(page_of(one))
+
+
+def test_the_values_of_a_refit_are_not_taken_for_those_of_the_patch():
+    said = text_of(page_of(document()))
+    assert 'What --refit writes into the servo file' in said
+    assert 'two of which reach the bound' in said
+
+
 def test_shares_and_units_read_well():
     assert [percent(s) for s in (0.853, 0.0832, 0.997, 1.0, None)] == [
         '85 %', '8.3 %', '> 99 %', '100 %', '–']
@@ -258,7 +285,8 @@ def test_an_option_of_a_command_does_not_break_across_lines(browser, tmp_path, w
     browser.open(write_page(one, tmp_path / 'page.html'), width)
     assert browser.run("""[...document.querySelectorAll('h1 code, p code, li code')]
         .map(one => [one.innerText, one.getClientRects().length])""") == [
-            ['--refit', 1], ['--refit', 1], ['--despite-check', 1], ['--despite-check', 1]]
+            ['--refit', 1], ['--refit', 1], ['--despite-check', 1], ['--refit', 1],
+            ['--despite-check', 1]]
     text = browser.run("document.querySelector('h1').innerText")
     assert '(4.03\xa0+-\xa00.2 N m' in text and 'remove 90\xa0% (' in text
     assert browser.run('window.hacked === undefined')

@@ -2,6 +2,7 @@
 
 from dataclasses import FrozenInstanceError, replace
 from importlib import import_module
+from inspect import getdoc, signature
 from math import pi
 from pathlib import Path
 import re
@@ -108,6 +109,18 @@ def test_fit_and_diagnose_are_functions_and_stay_packages():
     assert si.diagnose.diagnose is sys.modules['servo_identify.diagnose.diagnose']
 
 
+@pytest.mark.parametrize('call', ['load_servo', 'read', 'check', 'fit', 'diagnose'])
+def test_each_call_says_its_arguments_and_what_it_raises(call):
+    said = getdoc(getattr(si, call))
+    assert re.search(r'[Rr]aises .*Error', said), said
+    assert 'data' in signature(getattr(si, call)).parameters or call in ('load_servo', 'read')
+
+
+def test_help_of_fit_is_that_of_the_call_and_not_of_the_package():
+    assert getdoc(si.fit).startswith('fit(data: ') and 'standard error' in getdoc(si.fit)
+    assert 'accept' in getdoc(si.diagnose)
+
+
 def test_a_shipped_servo_and_a_file_are_read_alike(tmp_path):
     path = BENCH.save(tmp_path / 'mine.yaml')
     again = si.load_servo(path)
@@ -128,6 +141,24 @@ def test_recordings_are_a_sequence_that_prints_what_it_holds(data):
     assert len(data) == 3 and [one.name for one in data[1:]] == ['run_2', 'run_3']
     assert 'multisine' in repr(data) and '<td>run_1</td>' in data._repr_html_()
     assert len(data.of_family('multisine')) == 3 and len(data + data) == 6
+
+
+def test_a_recording_that_there_is_not_is_refused_in_a_sentence(data):
+    for take in (lambda: data[3], lambda: data.table(3), lambda: data[-4]):
+        with pytest.raises(IndexError, match='there are 3, counted from 0'):
+            take()
+    with pytest.raises(TypeError, match=r"as in data\[0\]\['current'\]"):
+        data['current']
+    with pytest.raises(KeyError, match="run_1 has no column 'curent'; there are .*'current'"):
+        data[0]['curent']
+
+
+@pytest.mark.parametrize(('package', 'call'), [
+    ('pandas', 'data.frame'), ('xarray', 'data.dataset')])
+def test_a_package_that_is_not_there_is_named_with_how_to_get_it(data, monkeypatch, package, call):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ImportError, match=f'{call} needs {package}: `pip install {package}`'):
+        getattr(data, call.partition('.')[2])(0)
 
 
 def test_columns_in_memory_are_read_with_their_units():
@@ -307,6 +338,7 @@ def test_a_fit_prints_its_values_and_gives_a_servo_file_with_comments(data, tmp_
     path = 'effects.coulomb.level'
     found = si.fit(data[:1], BENCH, [path])
     assert list(found.values) == [path] and path in repr(found) and path in found._repr_html_()
+    assert re.search(r'load_position: residual \S+ -> \S+ rad, noise \S+ rad', repr(found))
     again = servo_file.load(found.servo.save(tmp_path / 'fitted.yaml'))
     assert again.values[path] == pytest.approx(found.values[path], rel=1e-5)
     assert found.std[path] > 0.0

@@ -9,7 +9,7 @@ import pytest
 from synthetic_recordings import sampled
 
 from servo_identify.cli import main
-from servo_identify.fit.output_error import fit, foresee
+from servo_identify.fit.output_error import fit
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
@@ -85,22 +85,22 @@ def cruise():
 
 
 def test_it_warns_of_a_parameter_that_is_not_excited(cruise):
-    warnings = foresee(RIG, [cruise], ['mechanism.load_inertia'], channels=['torque'])
+    warnings = fit(RIG, [cruise], ['mechanism.load_inertia'], channels=['torque']).warnings
     assert warnings and 'mechanism.load_inertia is not excited' in warnings[0]
 
 
 def test_it_warns_of_parameters_that_cannot_be_told_apart(cruise):
     pair = ['effects.coulomb.level', 'effects.viscous.slope']
-    warnings = foresee(RIG, [cruise], pair)
+    warnings = fit(RIG, [cruise], pair).warnings
     assert any('cannot be told apart' in w and 'coulomb' in w and 'viscous' in w for w in warnings)
-    assert foresee(RIG, [sampled(RIG, swings())], pair) == ()
+    assert fit(RIG, [sampled(RIG, swings())], pair).warnings == ()
 
 
 def test_it_holds_an_effect_that_nothing_moves():
     far = BENCH.with_effects(Placed('heavy', find('gravity'), 'load'),
                              values={'effects.heavy.cosine': 0.0, 'effects.heavy.sine': 0.0})
     still = sampled(BENCH, np.zeros(3000))
-    warnings = foresee(far, [still], ['effects.viscous.slope'])
+    warnings = fit(far, [still], ['effects.viscous.slope']).warnings
     assert warnings and 'effects.viscous.slope is not excited' in warnings[0]
 
 

@@ -48,6 +48,7 @@ def test_channels_are_in_the_units_of_their_shafts():
 
 @pytest.mark.parametrize(('value', 'std', 'told'), [
     (628.13253, 0.00366, 'lead 628.133 +- 0.004 m'), (0.0393, 0.89, 'lead 0.0393 +- 0.9 m'),
+    (0.12, 8e-5, 'lead 0.12000 +- 8e-05 m'), (400.0, 1.0, 'lead 400 +- 1 m'),
     (400.2, None, 'lead 400 m'), (1.5, float('nan'), 'lead 1.5 m'), (0.0, 2.0, 'lead 0 +- 2 m')])
 def test_a_value_has_the_digits_that_its_standard_deviation_leaves(value, std, told):
     assert size_of({'a.lead': {'value': value, 'std': std, 'unit': 'm'}}, None) == told
@@ -72,7 +73,7 @@ def test_waves_are_told_by_amplitude_order_and_shaft():
         for k, pair in enumerate(((0.03, 0.04), (0.006, 0.008))) for name, value in zip(
             ('cosine', 'sine'), pair, strict=True)}
     assert size_of(waves, None, 'motor') == (
-        'amplitude 0.05 +- 0.0002 N m, 22 per turn of the motor, and 0.01 N m at 44')
+        'amplitude 0.0500 +- 0.0002 N m, 22 per turn of the motor, and 0.01 N m at 44')
 
 
 def test_an_effect_without_a_curve_is_told_with_all_its_values():
@@ -90,4 +91,4 @@ def test_waves_of_a_motor_that_does_not_turn_are_told_by_their_period(servo, tol
     parameters = {name: {'value': value, 'std': 0.01, 'unit': unit} for name, value, unit in (
         ('cosine[0]', 1.0, 'N'), ('sine[0]', 0.0, 'N'), ('cosine[1]', 0.5, 'N'),
         ('sine[1]', 0.0, 'N'), ('order', 151.0, '1/rad'))}
-    assert size_of(parameters, None, _turn(added, servo)) == f'amplitude 1 +- 0.01 N, {told}'
+    assert size_of(parameters, None, _turn(added, servo)) == f'amplitude 1.00 +- 0.01 N, {told}'

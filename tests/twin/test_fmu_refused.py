@@ -59,7 +59,7 @@ def test_what_cannot_be_used_is_refused_with_a_reason(tmp_path, case):
 
 def test_what_cannot_act_there_is_refused_with_a_reason(tmp_path):
     section = mapped(made(tmp_path))
-    with pytest.raises(ServoError, match='effects.play: backlash acts in the mesh, which is insi'):
+    with pytest.raises(ServoError, match='effects.play: backlash acts in the transmission, whi'):
         servo_of(section, more='  play: {effect: backlash, at: mesh, width: 0.001}')
     with pytest.raises(ServoError, match='coulomb_friction needs mechanism.rotor_inertia'):
         servo_of(section).with_values({'mechanism.rotor_inertia': 0.0})

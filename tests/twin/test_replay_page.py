@@ -4,14 +4,17 @@ from html.parser import HTMLParser
 import re
 
 from bench_recording import bench_recording, SERVO
+from headless_chromium import Browser, found
 from hypothesis import given, strategies
 import numpy as np
 import pytest
 
 from servo_twin.description.servo_file import load
 from servo_twin.lockstep.whole_recording import Answering
+from servo_twin.pages.event_table import rows_of
 from servo_twin.pages.replay_page import colour, page_of, Replayed, write_page
 from servo_twin.pages.svg_charts import line_chart, ticks
+from servo_twin.recording.events import Happened
 
 
 def replayed(servo, recording):
@@ -68,6 +71,18 @@ def test_it_colours_each_block_of_the_chain_by_its_balance(page):
     assert blocks and ('load', 'far') in states and ('command', 'fine') in states
 
 
+@pytest.mark.skipif(found() is None, reason='no browser on this machine')
+def test_a_phone_scrolls_a_chart_and_not_the_page(page, tmp_path):
+    (tmp_path / 'page.html').write_text(page, 'utf8')
+    browser = Browser(tmp_path / 'profile')
+    try:
+        browser.open(tmp_path / 'page.html', width=360)
+        assert browser.run('document.documentElement.scrollWidth') == 360
+        assert browser.run("document.querySelector('svg').getBoundingClientRect().width") == 760
+    finally:
+        browser.close()
+
+
 def test_it_has_colours_for_light_and_dark(page):
     assert 'prefers-color-scheme: dark' in page
     assert 'name="color-scheme" content="light dark"' in page
@@ -99,6 +114,14 @@ def test_a_chart_keeps_the_extremes_of_a_million_samples():
     heights = {float(point.split(',')[1]) for points in re.findall(r'points="([^"]*)"', chart)
                for point in points.split()}
     assert len(heights) == 2
+
+
+def test_what_was_over_before_the_first_sample_is_left_out_of_the_events():
+    events = [Happened(round(at * 1e9), '/rig/driver', kind, text) for at, kind, text in (
+        (5.0, 'trouble', 'the bus is not open'), (6.0, 'trouble', 'no answer'),
+        (8.0, 'over', 'the bus is not open'), (11.0, 'over', 'no answer'), (12.0, 'note', 'seen'))]
+    assert [(row.at, row.kind, row.text) for row in rows_of(events, 10.0)] == [
+        ('-4.00', 'trouble', 'no answer'), ('1.00', 'over', 'no answer'), ('2.00', 'note', 'seen')]
 
 
 def test_a_chart_leaves_gaps_open():

@@ -22,7 +22,7 @@ COMMANDS = {
                  'where the gap lies, which effect causes it, how far it shrinks'),
     'online': ('.commands.online', 'replay the online estimator over a bag, and draw it'),
     'watch': ('.commands.watch', 'seconds to the alarm of each effect, false alarms an hour'),
-    'play': ('.commands.play', 'play of bags, and its curve over a setting'),
+    'play': ('.commands.play', 'measure the backlash of bags, and its curve over a setting'),
     'sinusoid': ('.commands.sinusoid',
                  'frequency and phase of a sinusoid, from a recording alone'),
     'friction': ('.commands.friction', 'learn friction by every learner and compare them'),

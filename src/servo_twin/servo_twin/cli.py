@@ -35,9 +35,12 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def added_commands(group: str) -> dict[str, tuple[str, str]]:
-    """Return the subcommands that other installed packages add by entry points of a group."""
-    return {one.name: (one.value, f'of the package {one.value.partition(".")[0]}')
-            for one in entry_points(group=group)}
+    """
+    Return the subcommands that other installed packages add by entry points of a group.
+
+    Their summary is empty; the overview takes the first sentence of the module.
+    """
+    return {one.name: (one.value, '') for one in entry_points(group=group)}
 
 
 def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], package: str,
@@ -135,7 +138,8 @@ def _version(program: str) -> str:
 def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:
     lines = [f'usage: {program} COMMAND ...', '', about, '']
     wide = max(len(name) for name in commands) + 2
-    lines += [f'  {name:<{wide}}{summary}' for name, (_, summary) in commands.items()]
+    lines += [f'  {name:<{wide}}{summary or _first_sentence(module)}'
+              for name, (module, summary) in commands.items()]
     lines += ['', f'{program} COMMAND --help says more; {program} --version says which it is; '
               f'{program} --completion', 'bash or zsh prints what completes it. Exit status: 0 '
               'done, 1 not as expected, 2 cannot be, 3 a', 'gap is there (diagnose --fail-on), '
@@ -147,6 +151,12 @@ def _overview(program: str, about: str, commands: dict, argv: list[str]) -> int:
                      f'{or_what(argv[0], commands)}')
     print('\n'.join(lines), file=sys.stdout if wanted else sys.stderr)
     return 0 if wanted else 2
+
+
+def _first_sentence(module: str) -> str:
+    """Return what the docstring of a module begins with, as a summary."""
+    said = ' '.join((import_module(module).__doc__ or '').split('.\n')[0].split())
+    return said[:1].lower() + said[1:]
 
 
 if __name__ == '__main__':

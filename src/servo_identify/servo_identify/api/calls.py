@@ -47,9 +47,9 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
 
     ``paths`` is one name or several; or columns by name: a dictionary of arrays of shape
     (samples,), a frame (pandas, polars), an Arrow table, a structured array, an xarray Dataset.
-    They are ``t`` in s (a column, the index or
-    a coordinate) and the channels in SI units, or with the unit behind the name
-    (``motor_position [deg]``). ``mapping`` is a mapping file for columns with other names.
+    They are ``t`` in s (a column, the index or a coordinate) and the channels in SI units, or with
+    the unit behind the name (``motor_position [deg]``). Angles, speeds and torques are positive
+    the same way on both shafts. ``mapping`` is a mapping file for columns with other names.
     ``name`` and ``family`` are those of columns in memory; several of them are numbered.
     A bag may be longer than the memory: from 300 000 samples on its arrays cannot be changed and
     are pages of a file in the folder for temporary files, read as they are used.
@@ -84,7 +84,8 @@ def check(data: Sequence[Recording], servo: Machine) -> Checked:
     Hold recordings against a servo file before anything is fitted.
 
     Looks at units, signs, sampling, saturation and excitation. The answer prints one line a
-    finding and is true where no finding is red.
+    finding and is true where no finding is red. What is wrong with the recordings is a finding;
+    raises TypeError for data that were not read, ServoError for a file that is no servo file.
     """
     return Checked(check_data(_recordings(data), _machine(servo).servo))
 
@@ -94,10 +95,12 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
     """
     Fit parameters of a servo file to recordings, by output error.
 
-    ``free`` are paths of parameters; left out, all that have a tolerance in the servo file.
+    ``free`` are paths of parameters; left out, all that have a tolerance in the servo file. The
+    values found are in the units of the servo file, each with one standard error.
     ``how`` are the options of :func:`servo_identify.fit.output_error.fit`: mode, horizon, bounds,
     channels, robust, weights. Of recordings of more than 300 000 samples some parts are fitted
-    (:mod:`.data.long_bags`). Raises ValueError for what cannot be fitted.
+    (:mod:`.data.long_bags`). Raises ValueError for what cannot be fitted, TypeError for data that
+    were not read, a text in place of several names, and an option that there is not.
     """
     machine = _machine(servo)
     for word, value in (('free', free), *how.items()):
@@ -124,7 +127,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
     Of recordings of more than 300 000 samples some parts are diagnosed, and the report says which.
     ``progress(stage, share)`` is told how far it is. Raises ValueError with a sentence for
     recordings that cannot be judged, and for red findings of :func:`check` unless
-    ``despite_check``.
+    ``despite_check``; TypeError for data that were not read and a text in place of several names.
     """
     from ..diagnose.diagnose import diagnose as diagnose_recordings
 

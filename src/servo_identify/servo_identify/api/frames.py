@@ -13,6 +13,7 @@ from servo_twin.recording.recording import COLUMNS, Recording
 from ..data.column_names import TIMES
 from ..data.column_units import time_of
 from ..data.table import Table
+from .extras import needed
 
 
 def table_in(held: Any, name: str) -> Table:
@@ -85,7 +86,8 @@ def table_of(recording: Recording) -> dict[str, np.ndarray]:
 
 def frame_of(recording: Recording) -> Any:
     """Return a pandas DataFrame whose index is ``t`` in s. Raises ImportError without pandas."""
-    import pandas
+    with needed('pandas', 'data.frame'):
+        import pandas
 
     columns = table_of(recording)
     time = columns.pop('t')
@@ -94,7 +96,8 @@ def frame_of(recording: Recording) -> Any:
 
 def dataset_of(recording: Recording) -> Any:
     """Return an xarray Dataset over ``t`` in s, with units. Raises ImportError without xarray."""
-    import xarray
+    with needed('xarray', 'data.dataset'):
+        import xarray
 
     columns = table_of(recording)
     time = columns.pop('t')

@@ -51,6 +51,14 @@ class CallablePackage(ModuleType):
         return self._function(*args, **more)
 
     @property
+    def __doc__(self) -> str:  # type: ignore[override]
+        """Signature and docstring of the function, for `help` and the `?` of a notebook."""
+        from inspect import getdoc, signature
+
+        function = self._function
+        return f'{function.__name__}{signature(function)}\n\n{getdoc(function)}'
+
+    @property
     def __wrapped__(self) -> Any:
         """The function that a call reaches; `help` and `inspect.signature` look here."""
         return self._function

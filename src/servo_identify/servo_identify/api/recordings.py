@@ -23,7 +23,8 @@ class Recordings(Sequence[Recording]):
     Recordings in the order in which they were read.
 
     ``data[0]['current']`` is an array of shape (samples,) in the unit of
-    `servo_twin.recording.recording.COLUMNS`; ``data[1:]`` and ``data + more`` are recordings.
+    `servo_twin.recording.recording.COLUMNS`: rad, A, V, N m. Angles, speeds and torques are
+    positive the same way on both shafts. ``data[1:]`` and ``data + more`` are recordings.
     """
 
     items: tuple[Recording, ...]
@@ -35,7 +36,14 @@ class Recordings(Sequence[Recording]):
     def __getitem__(self, index: slice) -> Recordings: ...
 
     def __getitem__(self, index: int | slice) -> Recording | Recordings:
-        return Recordings(self.items[index]) if isinstance(index, slice) else self.items[index]
+        if isinstance(index, slice):
+            return Recordings(self.items[index])
+        if isinstance(index, str):
+            raise TypeError(f'a recording is taken by its number, as in data[0][{index!r}]')
+        if not -len(self) <= index < len(self):
+            raise IndexError(f'there is no recording {index}; there are {len(self)}, counted '
+                             'from 0')
+        return self.items[index]
 
     def __len__(self) -> int:
         return len(self.items)
@@ -57,16 +65,28 @@ class Recordings(Sequence[Recording]):
         return Recordings(found)
 
     def table(self, index: int = 0) -> dict[str, np.ndarray]:
-        """Return one recording as columns: ``t`` in s and what was measured, each (samples,)."""
-        return table_of(self.items[index])
+        """
+        Return one recording as columns: ``t`` in s and what was measured, each (samples,).
+
+        Units and signs are those of the recording. Raises IndexError where there is none.
+        """
+        return table_of(self[index])
 
     def frame(self, index: int = 0) -> Any:
-        """Return one recording as a pandas DataFrame; its index is ``t`` in s."""
-        return frame_of(self.items[index])
+        """
+        Return one recording as a pandas DataFrame; its index is ``t`` in s.
+
+        Raises IndexError where there is none, ImportError without pandas.
+        """
+        return frame_of(self[index])
 
     def dataset(self, index: int = 0) -> Any:
-        """Return one recording as an xarray Dataset over ``t`` in s, each variable with units."""
-        return dataset_of(self.items[index])
+        """
+        Return one recording as an xarray Dataset over ``t`` in s, each variable with units.
+
+        Raises IndexError where there is none, ImportError without xarray.
+        """
+        return dataset_of(self[index])
 
     def _rows(self) -> list[tuple[str, ...]]:
         return [(one.name, one.family or '-', f'{one.duration:.3g}', f'{1.0 / one.period:.5g}',

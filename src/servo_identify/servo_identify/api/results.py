@@ -15,6 +15,7 @@ from ..diagnose.diagnosis import Diagnosis
 from ..diagnose.page.document import document_of
 from ..diagnose.page.page import page_of
 from ..fit.estimate import Estimate
+from .extras import needed
 from .html_table import html_table
 from .servo_text import ServoFile
 
@@ -141,7 +142,8 @@ class Answer:
         Draw the curve of a missing effect with its band; return the matplotlib figure.
 
         ``effect`` is one of :attr:`effects`, left out the first that has a curve. Raises
-        ValueError where ``what`` is not ``curve`` or no such effect has one.
+        ValueError where ``what`` is not ``curve`` or no such effect has one, ImportError without
+        matplotlib.
         """
         if what != 'curve':
             raise ValueError(f"plot({what!r}): there is 'curve'")
@@ -150,7 +152,8 @@ class Answer:
         if name not in drawable:
             raise ValueError(f'{effect or "this answer"} has no curve; with one are '
                              f'{list(drawable)}')
-        from .drawing import curve_drawing
+        with needed('matplotlib', 'answer.plot'):
+            from .drawing import curve_drawing
 
         return curve_drawing(name, drawable[name])
 

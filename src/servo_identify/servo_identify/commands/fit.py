@@ -155,9 +155,5 @@ def _show(estimate: Estimate, before: Servo) -> None:
         table.add_row(name, f'{old:.6g}', f'{estimate.values[name]:.6g}',
                       f'{estimate.std[name]:.2g}', estimate.units[name])
     console.print(table)
-    for channel, rms in estimate.rms.items():
-        console.print(f'{channel}: residual {estimate.rms_before[channel]:.4g} -> {rms:.4g}, '
-                      f'noise floor {estimate.noise[channel]:.3g}', highlight=False)
-    for channel, delay in estimate.delays.items():
-        console.print(f'{channel} is late by {1e3 * delay:.3f} ± '
-                      f'{1e3 * estimate.delay_std[channel]:.3f} ms', highlight=False)
+    for line in estimate.by_channel():
+        console.print(line, highlight=False)

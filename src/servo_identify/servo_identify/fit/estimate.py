@@ -12,7 +12,7 @@ import numpy as np
 
 from servo_twin.bag import OpenRecording
 from servo_twin.physics.servo import Provenance, Servo, Value
-from servo_twin.recording.recording import Recording
+from servo_twin.recording.recording import COLUMNS, Recording
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,15 @@ class Estimate:
         width = max(map(len, self.names))
         lines = [f'{n:{width}}  {self.values[n]: .6g} ± {self.std[n]:.2g} {self.units[n]}'.rstrip()
                  for n in self.names]
-        lines += [f'{c}: residual {self.rms_before[c]:.3g} -> {self.rms[c]:.3g} '
-                  f'(noise {self.noise[c]:.3g})' for c in self.rms]
-        lines += [f'{c} is late by {1e3 * d:.3f} ± {1e3 * self.delay_std[c]:.3f} ms'
-                  for c, d in self.delays.items()]
-        return '\n'.join([*lines, *(f'warning: {w}' for w in self.warnings)])
+        return '\n'.join([*lines, *self.by_channel(), *(f'warning: {w}' for w in self.warnings)])
+
+    def by_channel(self) -> list[str]:
+        """Return what the fit found of each channel, as lines: its residual (RMS), its delay."""
+        units = {c: self.servo.reads(COLUMNS[c], c) for c in self.rms}
+        residuals = [f'{c}: residual {self.rms_before[c]:.4g} -> {self.rms[c]:.4g} {units[c]}, '
+                     f'noise {self.noise[c]:.3g} {units[c]}' for c in self.rms]
+        return residuals + [f'{c} is late by {1e3 * d:.3f} ± {1e3 * self.delay_std[c]:.3f} ms'
+                            for c, d in self.delays.items()]
 
 
 def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float],

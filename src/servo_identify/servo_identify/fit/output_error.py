@@ -86,20 +86,6 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
         shooting.close()
 
 
-def foresee(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
-            mode: str = 'measured_input', horizon: float | None = None,
-            channels: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Return the warnings of a fit without fitting: one Jacobian, no optimisation."""
-    freedom = freedom_of(servo, free, None)
-    shooting = Shooting(servo, courses_of(servo, recordings, mode, horizon, channels), mode)
-    try:
-        problem = Problem(shooting, freedom, False, False)
-        unknowns = shooting.beginning(_inside(servo.theta, freedom))
-        return tuple(_checked(problem, unknowns)[1].sentences)
-    finally:
-        shooting.close()
-
-
 def misfit(servo: Servo, recordings: Sequence[Recording], *, mode: str = 'measured_input',
            horizon: float | None = None,
            channels: Sequence[str] | None = None) -> dict[str, float]:

@@ -8,12 +8,11 @@ Opens the CAN bus that a configuration names; nothing else knows which kind it i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import can
 
-from ..nearest_name import or_what
 from .unix_bus import from_message, to_message, UnixBus
 
 INTERFACES = ('unix_bus', 'virtual', 'socketcan')
@@ -45,18 +44,6 @@ class BusSettings:
             raise BusError('bus.channel is empty; give a socket path, a name or a CAN device')
         if not 10_000 <= self.bitrate <= 1_000_000:
             raise BusError(f'bus.bitrate = {self.bitrate} bit/s is outside [10000, 1000000]')
-
-
-def bus_settings(section: Mapping[str, object]) -> BusSettings:
-    """Return the settings of a mapping as read from YAML; raises BusError naming a wrong key."""
-    known = BusSettings.__dataclass_fields__
-    for key in section:
-        if key not in known:
-            raise BusError(f"bus has no setting '{key}'; {or_what(key, known, 'it has')}")
-    try:
-        return BusSettings(**section)
-    except TypeError as error:
-        raise BusError(f'bus: {error}') from error
 
 
 def open_bus(settings: BusSettings, wait: float = 2.0) -> can.BusABC:

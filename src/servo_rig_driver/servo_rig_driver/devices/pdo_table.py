@@ -215,17 +215,6 @@ def load_frames(name: str = 'rv_bench', ids: Mapping[str, int] = NODE_IDS) -> Fr
     return FrameTable(load_dictionaries(name, ids))
 
 
-def bus_load(frames: Sequence[Frame], rate: float, bitrate: float = 1e6) -> float:
-    """
-    Return the share of a CAN bus that these frames and SYNC take at ``rate`` per second.
-
-    Counts 47 bits beside the data of a standard frame (ISO 11898-1, with interframe space), and
-    the most stuff bits that 34 + 8 n bits can take: one in four.
-    """
-    sizes = [1] + [frame.length for frame in frames]
-    return sum(47 + 8 * n + (34 + 8 * n - 1) // 4 for n in sizes) * rate / bitrate
-
-
 def _frames(node: str, od: ObjectDictionary) -> Iterator[Frame]:
     for first, kind in ((0x1400, 'rpdo'), (0x1800, 'tpdo')):
         for index in range(first, first + 8):

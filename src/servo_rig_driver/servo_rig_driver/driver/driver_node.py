@@ -43,6 +43,7 @@ from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from . import driver_parameters as parameters
 from . import message_conversion as conversion
+from .command_intake import CommandIntake
 from .command_sources import CommandSources
 from .health_report import Diagnoser
 from .limits import Limits, Mode
@@ -50,7 +51,7 @@ from .rig_health import RigHealth
 from .rig_link import ForeignDriver, LinkSettings, RigLink
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
-from .setpoints import Refused, SetpointPlayer
+from .setpoints import SetpointPlayer
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 LOOK_EVERY = 0.1
@@ -78,11 +79,11 @@ class Driver(ManagedNode):
         self._values = parameters.values(self)
         self._link: RigLink | None = None
         self._player: SetpointPlayer | None = None
-        self._modes: list[Mode] = []
         self._carried: dict[Mode, tuple[float, float]] = {}
         self._topics: list = []
         self._subscription = None
-        self._sources: CommandSources | None = None
+        self._modes: list[Mode] = []
+        self._intake: CommandIntake | None = None
         self._messages: conversion.SampleMessages | None = None
         self._joint_states: conversion.JointStates | None = None
         self._tried_at = 0
@@ -126,7 +127,9 @@ class Driver(ManagedNode):
         self._subscription = self.create_subscription(
             Command, 'command', self._take_command, sample_qos(of['sync_period'], 1, 1.0),
             qos_overriding_options=OVERRIDABLE)
-        self._sources = CommandSources(self, self._subscription, self.health)
+        self._intake = CommandIntake(
+            self._link, self._player, self._modes, self.health,
+            CommandSources(self, self._subscription, self.health))
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -174,9 +177,9 @@ class Driver(ManagedNode):
             raise parameters.Contradiction(contradiction)
         device, watch = PROTOCOLS[of['protocol']](of, self.health)
         bus = BusSettings(of['bus.interface'], of['bus.channel'], of['bus.bitrate'], device.fd)
-        self._modes = device.modes()
         self._carried = device.carried()
         self._player = SetpointPlayer(of['command_timeout'], self._limits(of))
+        self._modes = device.modes()
         master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
                              quick_stop=of['quick_stop_time'])
         sampler = Sampler(device, self._player, master, watch, self.health,
@@ -199,7 +202,7 @@ class Driver(ManagedNode):
         for topic in self._topics:
             self.destroy_lifecycle_publisher(topic)
         self.destroy_subscription(self._subscription)
-        self._topics, self._sources = [], None
+        self._topics, self._intake = [], None
 
     # Samples and commands.
 
@@ -216,46 +219,11 @@ class Driver(ManagedNode):
                 raise
 
     def _take_command(self, message: Command) -> None:
-        if self._link is None:
-            return
-        now = self._link.now()
-        self.health.count('command.received')
-        if self._link.state != 'streaming':
-            self.health.event('command.not_taken', 'command dropped: the rig does not run, the '
-                              f'driver is {self._link.state}', now)
-            return
-        if self._several(now):
-            return
-        stepped = self._link.stepped() * 1e-9
-        if abs(stepped) > self._player.timeout:  # stamps would mean other instants than they say
-            self._player.clear()
-            self.health.event('command.clock', f'command dropped, motor at zero: the clock was '
-                              f'set by {stepped:+.1f} s, or the machine slept; clean the driver '
-                              'up and configure it again', now)
-            return
-        try:
-            if message.mode in Mode.__members__.values() and message.mode not in self._modes:
-                raise Refused(f'the drive does not take mode {Mode(message.mode).name}; it takes '
-                              f'{[mode.name for mode in self._modes]}')
-            receipt = self._player.add(*conversion.command_of(message), now)
-        except Refused as error:
-            self.health.event('command.refused', f'command refused: {error}', now)
-            return
-        if receipt.clamped:
-            self.health.event('command.clamped', f'command limited: {receipt.note}', now)
-        if receipt.too_old:
-            age = (now - conversion.to_instant(message.header.stamp)) * 1e-9
-            self.health.event('command.too_old', f'{receipt.too_old} of {receipt.received} '
-                              'set-points were older than command_timeout = '
-                              f'{self._player.timeout:g} s on arrival (the block began '
-                              f'{age:.3f} s ago)', now)
+        if self._intake is not None:
+            self._intake.take(*conversion.command_of(message))
 
     def _several(self, now: int) -> bool:
-        """Have the motor at zero while several publish commands; return whether they do."""
-        several = self._sources is not None and self._sources.several(now)
-        if several:
-            self._player.clear()
-        return several
+        return self._intake is not None and self._intake.several(now)
 
     # Parameters.
 

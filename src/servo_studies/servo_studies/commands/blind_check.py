@@ -1,5 +1,5 @@
 """
-Have the emulated rig make recordings with effects withheld, and score the diagnosis of them.
+Record emulated rigs with effects that their twin lacks, and score the diagnosis of them.
 
 Without options it runs the development plan and prints a table. --scored runs the seeds that
 nobody looked at while the diagnosis was built, and writes docs/blind_check.md. Finished cases are

@@ -1,5 +1,5 @@
 """
-The result: models on the emulated bench as in paper 000, learners, real machines, other machines.
+Compare the models of the five papers on emulated and real machines, and write the pages.
 
 Writes a page for the bench, learners and real machines, one for each machine of the other papers
 (PART.md beside it), and comparison.md, the table of all systems. Recordings are made once and kept

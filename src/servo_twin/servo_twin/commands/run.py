@@ -4,7 +4,7 @@ Run a rig, its driver, its twin and a recorder side by side, then replay what wa
   servo-twin run                                      the emulated bench, driven for 20 s
   servo-twin run --family speed_ladder --duration 24  another excitation
   servo-twin run --driver odrive                      an emulated ODrive (robstride, moteus ...)
-  servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see the README
+  servo-twin run --no-emulator --driver my_rig.yaml   a real drive; see docs/running.md
   servo-twin run --view --control --duration 600      with the page of `servo-twin view`
   servo-twin run --bag BAG_OR_TABLE [--servo S.yaml]  no rig: a recording instead
 

@@ -43,7 +43,7 @@ class Point:
     that changes the inertia of this one; ``temperature`` is in degC. ``friction``: `sliding`: both
     shafts move at ``speed`` and friction is its slope there, a constant being balanced by the
     command; `none`: no friction at all; `stuck`: friction holds the load fast, and the motor,
-    without friction, turns against the mesh.
+    without friction, turns against the transmission.
     """
 
     friction: str = 'sliding'

@@ -13,7 +13,6 @@ from ..physics.servo import MechanismFailure, Servo, ServoError, Value
 from ..physics.simulate import initial_state, substeps_of
 from ..physics.state import INPUTS, OUTPUTS
 from ..recording.joined_samples import (
-    CHANNELS,
     control_values,
     Inputs,
     LOAD_POSITION,
@@ -24,11 +23,6 @@ from ..recording.joined_samples import (
 from .live_changes import changed, check_mode
 
 _CHUNK = 8192  # samples a call of the kernel: bounds what is run again when a state blows up
-
-
-def prepare(servo: Servo) -> None:
-    """Compile all that a twin of this servo calls, so that no sample waits for it later."""
-    Twin(servo, servo.step, catch=0.0).step(0, np.zeros((1, len(CHANNELS))))
 
 
 class Twin:
@@ -142,7 +136,7 @@ class Twin:
         Run another servo from the next sample on; raises ServoError, changing nothing.
 
         Keeps angles, speeds and the memories of effects that both have when the mechanism and its
-        ratio are the same, and says True; starts again otherwise. Call :func:`prepare` before.
+        ratio are the same, and says True; starts again otherwise. Compiles it where it is not yet.
         """
         check_mode(servo, self._mode)
         before, x = self.servo, self._x

@@ -27,9 +27,15 @@ class Row:
 
 
 def rows_of(happened: Iterable[Happened], start: float) -> list[Row]:
-    """Return lines in the order of time; ``start`` is that of the first sample, s since 1970."""
+    """
+    Return lines in the order of time; ``start`` is that of the first sample, s since 1970.
+
+    A trouble that was over before the first sample is left out.
+    """
+    events = sorted(happened, key=lambda one: one.time)
+    before = {(one.source, one.text) for one in events if one.kind == 'over' and one.time < start}
     return [Row(f'{one.time - start:.2f}', one.source, WORDS.get(one.kind, one.kind), one.text)
-            for one in sorted(happened, key=lambda one: one.time)]
+            for one in events if one.time >= start or (one.source, one.text) not in before]
 
 
 def event_table(happened: Iterable[Happened], start: float) -> Table:

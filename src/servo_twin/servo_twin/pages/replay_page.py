@@ -21,7 +21,7 @@ from .event_table import rows_of
 from .svg_charts import line_chart
 
 CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
-         ('mesh', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))
+         ('transmission', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))
 """What the chain is drawn of: a block, and the balance that tells whether it is as modelled."""
 
 WITHOUT_TORQUE = (*CHAIN[:2], ('motor, load', 'torque_balance'), CHAIN[3], CHAIN[5])

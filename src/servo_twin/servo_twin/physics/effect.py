@@ -79,16 +79,12 @@ class Effect(Declared):
     array of shape (memory,), zero at the start, updated in place; ``motion`` is what its port
     shows it; ``h`` is the time since the law was last asked, s. The law is compiled by numba:
     scalars and math only. ``candidate`` says whether a diagnosis may propose it: not a learned
-    one, nor plain rounding; ``replaces`` names simpler effects at the same site whose amplitude it
-    may take over, and ``leaves`` amplitudes of its own that it leaves to another effect of the
-    catalogue.
+    one, nor plain rounding.
     """
 
     source: ClassVar[str] = ''
     memory: ClassVar[int] = 0
     candidate: ClassVar[bool] = True
-    replaces: ClassVar[tuple[str, ...]] = ()
-    leaves: ClassVar[tuple[str, ...]] = ()
     sites: ClassVar[tuple[str, ...]] = ()
     port: ClassVar[str] = ''
     combine: ClassVar[str]

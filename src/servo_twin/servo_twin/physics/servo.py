@@ -231,14 +231,6 @@ class Servo:
     def _places(self) -> Mapping[str, Placed]:
         return {f'effects.{placed.name}': placed for placed in self.effects}
 
-    def with_theta(self, theta: np.ndarray) -> Servo:
-        """Return this servo with the values of a flat vector; raises ServoError."""
-        values = {}
-        for path, slot in self.slots().items():
-            part = tuple(float(v) for v in theta[slot])
-            values[path] = part if isinstance(self.values[path], tuple) else part[0]
-        return replace(self, values=values)
-
     def with_values(self, changes: Mapping[str, Value], source: str | None = None) -> Servo:
         """Return this servo with some values changed; raises ServoError."""
         for path in changes:

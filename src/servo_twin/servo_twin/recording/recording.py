@@ -69,6 +69,8 @@ class Recording:
                 f'{self.duration:.3g} s at {1.0 / self.period:.5g} Hz, {channels}')
 
     def __getitem__(self, column: str) -> np.ndarray:
+        if column not in self.columns:
+            raise KeyError(f'{self.name} has no column {column!r}; there are {list(COLUMNS)}')
         return self.columns[column]
 
     def __len__(self) -> int:

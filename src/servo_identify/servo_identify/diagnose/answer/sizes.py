@@ -98,8 +98,9 @@ def _measured(value: float, std: float | None) -> str:
     """Return a value to three digits, or as many as its standard deviation leaves, with it."""
     if not std or not isfinite(std):
         return f'{value:.3g}'
-    digits = 1 + floor(log10(abs(value))) - floor(log10(std)) if value else 3
-    return f'{value:.{min(max(3, digits), 9)}g} +- {float(f"{std:.1g}"):g}'
+    digits = 1 + floor(log10(abs(value))) - floor(log10(std)) if value else 0
+    told = f'{value:#.{min(digits, 9)}g}'.rstrip('.') if digits >= 3 else f'{value:.3g}'
+    return f'{told} +- {float(f"{std:.1g}"):g}'
 
 
 def _beside(value: float, others: Sequence[float]) -> str:

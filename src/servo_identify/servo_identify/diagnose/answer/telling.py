@@ -92,8 +92,8 @@ def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]
         elif one.effect == 'gravity' and {'cosine', 'sine'} <= set(values):
             cosine, sine = (0.0 if abs(p['value']) <= (p['std'] or 0.0) else p['value']
                             for p in (one.parameters['cosine'], one.parameters['sine']))
-            yield (f'Hold the load at 0: {cosine:.3g} {torque}; a quarter turn on: '
-                   f'{sine:.3g} {torque}.')
+            yield (f'Hold the load at 0 {angle}: gravity is {cosine:.3g} {torque} there, and '
+                   f'{sine:.3g} {torque} a quarter turn on.')
         elif one.effect == 'spring_load' and 'stiffness' in values:
             yield (f'Hold the load 0.1 {angle} away from its rest: '
                    f'{0.1 * values["stiffness"]:.3g} {torque}.')

@@ -57,11 +57,11 @@ def _share(value: object) -> str:
 def _mechanism(mechanism: dict[str, Any]) -> str:
     said = []
     if mechanism.get('port'):
-        said.append(f'port: {spoken(mechanism["port"])}')
+        said.append(spoken(mechanism['port']))
     if mechanism.get('variables'):
         said.append('depends on ' + ', '.join(spoken(v) for v in mechanism['variables']))
-    if mechanism.get('symmetry'):
-        said.append(f'symmetry: {spoken(mechanism["symmetry"])}')
+    if mechanism.get('symmetry') in ('odd', 'even'):
+        said.append(f'{mechanism["symmetry"]} in the direction of motion')
     memory = mechanism.get('memory')
     if memory is not None:
         said.append(f'memory: {spoken(memory)}' if isinstance(memory, str) and memory

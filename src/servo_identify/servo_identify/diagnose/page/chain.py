@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .words import known, number, percent, spoken
+from .words import known, percent, ratio, spoken
 
 CHAIN = (('command', 'controller'), ('drive', 'drive'), ('motor', 'motor'),
          ('transmission', 'transmission'), ('load', 'load'), ('sensors', 'sensor'))
@@ -63,7 +63,7 @@ def _block(block: str, name: str, one: dict[str, Any], here: bool, effects: list
     if tone == 'unseen':
         said = 'not observable'
     elif known(one.get('gap_to_noise')):
-        said = f'{number(one["gap_to_noise"], 3)} × noise'
+        said = f'{ratio(one["gap_to_noise"])} × noise'
     if tone == 'fine':
         share = 'no gap'
     elif tone != 'unseen' and known(one.get('share')):

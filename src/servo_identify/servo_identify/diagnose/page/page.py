@@ -71,12 +71,10 @@ def _head(report: dict[str, Any]) -> dict[str, Any]:
         facts['augmented'] = percent(gap['after'], 3)
     if known(gap.get('floor')):
         facts['noise'] = percent(gap['floor'], 3)
-    if known(gap.get('solved')):
-        facts['gone of what is above the noise'] = percent(gap['solved'])
     if known(gap.get('shrink')) and report.get('which'):
         inside = between(gap.get('interval'))
-        facts['shrink on unseen recordings'] = percent(gap['shrink']) + (
-            f' ({inside})' if inside else '')
+        facts['gone of what is above the noise, on unseen recordings'] = percent(
+            gap['shrink']) + (f' (90 % interval: {inside})' if inside else '')
     stability = report.get('stability') or {}
     return {
         'status': status, 'badge': STATUS[status], 'servo': spoken(report.get('servo')),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .words import between, known, number, percent, shortened, spoken, unit
+from .words import between, known, number, percent, ratio, shortened, spoken, unit
 
 STEPS = (('twin as given', 'as_given', 'twin'),
          ('values within tolerance', 'within_tolerance', 'left'),
@@ -123,9 +123,9 @@ def _strongest(names: list[str], matrix: list[list[Any]]) -> str:
 
 
 def equation_rows(equations: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the residual of each equation (RMS, in noise and margin) before and after."""
-    return [{'name': spoken(name), 'before': number(one.get('before'), 3),
-             'after': number(one.get('after'), 3)} for name, one in equations.items()]
+    """Return the residual of each equation (RMS, over its noise) before and after."""
+    return [{'name': spoken(name), 'before': ratio(one.get('before')),
+             'after': ratio(one.get('after'))} for name, one in equations.items()]
 
 
 def recording_rows(recordings: dict[str, Any]) -> list[dict[str, Any]]:

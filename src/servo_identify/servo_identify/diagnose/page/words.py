@@ -66,6 +66,11 @@ def percent(share: object, digits: int = 2) -> str:
     return f'{number(100.0 * share, digits)} %'
 
 
+def ratio(value: object) -> str:
+    """Return a residual over its noise; one that is next to nothing is said to be small."""
+    return '< 0.01' if known(value) and 0.0 < value < 0.01 else number(value, 3)
+
+
 def shortened(text: object, largest: float) -> tuple[float, str]:
     """Return the factor and the unit (mrad, N m) in which a largest value reads well."""
     name = unit(text)

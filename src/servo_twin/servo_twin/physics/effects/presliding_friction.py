@@ -22,7 +22,6 @@ class PreslidingFriction(Torque):
     """
 
     source = 'Canudas de Wit, Olsson, Astrom, Lischinsky: IEEE TAC 40(3), 1995, eq. 1 to 4'
-    replaces = ('coulomb_friction',)
     leaves = ('excess',)  # to stribeck_friction, or presliding would be named for it
     memory = 1
 

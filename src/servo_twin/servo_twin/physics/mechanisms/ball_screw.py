@@ -86,7 +86,7 @@ class BallScrew(Mechanism):
               \frac{1}{\eta K_T}\right)
 
     The load is the table, in m and N, and the flanks' stiffness and damping are given as seen from
-    there: what the backlash of the nut (an effect of the mesh, b of eq. 9)
+    there: what the backlash of the nut (an effect of the transmission, b of eq. 9)
     leaves of the torsion presses the flanks. S' follows the force at once, so the spring of the
     flanks is in series with it. The paper lets the screw give way twice, in K_L and in S';
     ``deformation`` 0 leaves the second out. Efficiency is that of driving either way. The damping

@@ -65,8 +65,8 @@ class Fmu(Mechanism):
     def refuses(cls, effect, site, values):
         """Say why an effect cannot act there, or return ''."""
         if effect.port in INSIDE:
-            return ('acts in the mesh, which is inside the FMU; there are the ports drive, '
-                    'torque, friction and sensor')
+            return ('acts in the transmission, which is inside the FMU; there are the ports '
+                    'drive, torque, friction and sensor')
         if site == 'load' and effect.port in ('torque', 'friction') and not cls.has_external:
             return 'acts on the load, and the FMU is mapped without an input external_torque'
         inertia = {'motor': 'rotor_inertia', 'load': 'load_inertia'}.get(site)

@@ -56,10 +56,10 @@ class TwoInertia(Mechanism):
                              required=True)
     ratio = Parameter(161.0, '', (1e-3, 1e5), 'Motor turns for one turn of the load.',
                       required=True)
-    stiffness = Parameter(5e5, 'N m/rad', (1e-3, 1e10), 'Of the mesh, seen from the load.',
+    stiffness = Parameter(5e5, 'N m/rad', (1e-3, 1e10), 'Of the transmission, seen from the load.',
                           required=True)
-    damping = Parameter(40.0, 'N m s/rad', (0.0, 1e7), 'Of the mesh, seen from the load.', off=0.0,
-                        required=True)
+    damping = Parameter(40.0, 'N m s/rad', (0.0, 1e7), 'Of the transmission, seen from the load.',
+                        off=0.0, required=True)
 
     @classmethod
     def springs(cls, values, stiffer, denser):
