@@ -283,6 +283,21 @@ def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_
         link.enabled()
 
 
+def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
+    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
+        made.tap.wire.send([(0x22, b'')])
+        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
+        made.tap.wire.send([(0x38, bytes(1))])  # Clear_Errors
+        link.says('another driver is on this bus')
+        link.says('the drive is stopped, and stays in switch on disabled, not reset; deactivate')
+        made.tap.said.clear()
+        sleep(0.5)
+        assert not made.pushes
+        assert 'enable' not in made.tap.said
+        link.link.start()
+        link.enabled()
+
+
 @pytest.mark.parametrize('asked', ASKED)
 def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
     with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:

@@ -85,14 +85,16 @@ class RigWatch:
             return False
         if self._disabled_since is None:
             self._disabled_since = now
-        if state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE):
+        failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+        if failed or master.held or master.given_up:
+            how = 'in fault' if failed else f'stopped, and stays in {state.words}'
             words = f' ({fault})' if fault else ''
             tries = f'reset {master.tries} of {master.resets} times'
             if master.held:
                 tries = 'not reset; deactivate and activate the driver when it may move again'
             elif master.given_up:
                 tries += ', given up; deactivate and activate the driver to try again'
-            self.health.trouble('drive.fault', f'the drive is in fault{words}, {tries}', now)
+            self.health.trouble('drive.fault', f'the drive is {how}{words}, {tries}', now)
         elif master.enable and now - self._disabled_since > ENABLING_MAY_TAKE:
             self.health.trouble('drive.disabled', f'the drive stays in {state.words}', now,
                                 Level.WARN)
