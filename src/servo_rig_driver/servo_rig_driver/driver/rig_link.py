@@ -16,6 +16,7 @@ of sending, and the packet says until when it may be passed on.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 import os
 import random
@@ -100,7 +101,6 @@ class RigLink:
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
         self.sampler.master.begin()
-        self._idle.clear()
         self._active = True
 
     def stop(self) -> bool:
@@ -146,8 +146,11 @@ class RigLink:
                 self.health.trouble('bus.gone', f'the bus is gone: {error}', self.now())
                 phase = self._reopening
             except Exception as error:
+                self.state = 'broken'
                 self.health.trouble('bus.thread', f'the link has stopped: {error!r}; configure '
                                     'the driver again', self.now())
+                with suppress(Exception):
+                    self._rest()
                 self._idle.set()
                 raise
 
@@ -205,6 +208,7 @@ class RigLink:
 
     def _waking(self) -> Callable:
         self.state = 'waiting for the rig'
+        self._idle.clear()
         outcome = self.sampler.device.start(self._port, self.now, lambda: self._active)
         if outcome is Outcome.CALLED_OFF:
             return self._idling
