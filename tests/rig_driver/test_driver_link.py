@@ -120,6 +120,29 @@ def test_a_stop_that_follows_a_start_at_once_is_confirmed_at_once():
         assert rig.status != ENABLED
 
 
+def test_a_drive_that_went_on_without_the_bus_is_told_of_a_stop_once_the_bus_is_back():
+    with linked() as (rig, made):
+        port, back = made.link._port, threading.Event()
+        opened, sent = port._open_wire, port.send
+
+        def later():
+            if not back.is_set():
+                raise can.CanOperationError('unplugged')
+            port.send = sent
+            return opened()
+
+        def gone(*_):
+            raise can.CanOperationError('unplugged')
+        port._open_wire, port.send = later, gone
+        wait_for(lambda: made.health.has('bus.gone'), 'the bus is gone')
+        assert not made.link.stop()
+        assert rig.status == ENABLED
+        back.set()
+        wait_for(lambda: rig.status != ENABLED, 'the drive is disabled')
+        wait_for(lambda: made.link.state == 'idle', 'the link rests')
+        assert made.link.stop()
+
+
 def test_a_link_that_breaks_takes_the_torque_away_before_it_ends(monkeypatch):
     monkeypatch.setattr(threading, 'excepthook', lambda _: None)
     with linked() as (rig, made):
