@@ -67,7 +67,8 @@ class Recorder(Node):
         info = self._info()
         info_topic = self.resolve_topic_name(INFO)
         self.file = RecordingFile(
-            Path(output), {info_topic: 'servo_twin_msgs/msg/RecordingInfo'} | topics, _shares(),
+            Path(output).expanduser(),
+            {info_topic: 'servo_twin_msgs/msg/RecordingInfo'} | topics, _shares(),
             frozenset([info_topic]), self._get('chunk_bytes'), self._get('chunk_seconds'))
         self.watches = {topic: SequenceWatch() for topic, kind in topics.items()
                         if kind in SEQUENCED}
