@@ -1,7 +1,7 @@
 """One contract for all protocols: each drive is led, sampled, limited and stopped alike."""
 
 import logging
-from threading import Event
+from threading import Event, Thread
 from time import monotonic, sleep
 
 from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters
@@ -306,7 +306,7 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
         second = EmulatedRig(other.rig.rig_file, other.rig.bus, driver=other.of)
         second.bus = BusSettings('unix_bus', made.channel, fd=other.rig.bus.fd)
         second.listens = 0.0
-        serving = type(made._serving)(target=second.serve, daemon=True)
+        serving = Thread(target=second.serve, daemon=True)
         serving.start()
         link = Link(made.channel, made.of)
         try:
@@ -323,6 +323,25 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
             link.says('two nodes of one id')
             assert not made.pushes and not second.nodes.gives_torque
             wait_for(lambda: 'end it, or give one' in caplog.text, 'a rig hears the other one')
+        finally:
+            link.link.close()
+            second.stop()
+            serving.join(5.0)
+
+
+@pytest.mark.parametrize('asked', ASKED)
+def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_off(asked, tmp_path):
+    with driven(asked, tmp_path) as (made, link):
+        second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel,
+                                                            fd=made.rig.bus.fd), driver=made.of)
+        second.listens = 0.0  # hardware listens to nobody
+        serving = Thread(target=second.serve, daemon=True)
+        serving.start()
+        try:
+            link.says('requests are answered twice')
+            wait_for(lambda: link.link.state == 'refusing a bus with two nodes of one id',
+                     'the driver refuses the bus', 120.0)
+            wait_for(lambda: not made.pushes and not second.nodes.gives_torque, 'both are off')
         finally:
             link.link.close()
             second.stop()
@@ -355,5 +374,11 @@ def test_each_mode_moves_the_motor_its_way(asked, tmp_path):
         wait_for(lambda: abs(at(Mode.POSITION, 0.4) - 0.4) < 0.05, 'it is at 0.4 rad')
         wait_for(lambda: at(Mode.VELOCITY, -1.0) < 0.2, 'it turns back')
         wait_for(lambda: abs(at(Mode.POSITION, 0.0)) < 0.05, 'it is at 0')
-        wait_for(lambda: at(Mode.CURRENT, 2.0) > 0.3, 'two amperes push it on')
+        begun = len(link.blocks)  # it may pass between two looks, and leave what its angle tells
+
+        def passed():
+            link.play(Mode.CURRENT, 2.0)
+            return any(block.columns['motor_position'][-1] / ratio > 0.3
+                       for block in list(link.blocks[begun:]))
+        wait_for(passed, 'two amperes push it on')
         link.play(Mode.OFF, 0.0)

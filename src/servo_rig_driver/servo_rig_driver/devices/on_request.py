@@ -107,7 +107,8 @@ class OnRequest(Device):
             if answers:
                 break
             self.watch.silent(now())
-        if answers > 1:
+        if answers > 1 or self.watch.doubtful:
+            self.watch.doubtful = False
             pair = doubled(self.nodes.keys(), lambda: self._counted(port, now), wanted)
             if pair:
                 self.doubled = sorted(pair)

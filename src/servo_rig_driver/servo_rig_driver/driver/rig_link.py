@@ -307,6 +307,12 @@ class RigLink:
         if self.watch.silent(now):
             self._rest()
             return self._waking
+        if self.sampler.answered_twice(now):
+            self.health.event('nodes.twice', 'requests are answered twice, as where a second node '
+                              'of one id has come; the device is started again', now)
+            self.watch.doubtful = True
+            self._rest()
+            return self._waking
         if self.sampler.waiting * self.settings.period > UNANSWERED_AT_MOST:
             self.health.event('samples.stuck', f'{self.sampler.waiting} requests are not '
                               'answered in full; the device is started again', now)

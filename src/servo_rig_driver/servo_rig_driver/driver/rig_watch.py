@@ -19,8 +19,8 @@ class RigWatch:
     Keeps the health of the nodes, of the drive and of the bus.
 
     ``foreign`` says in words which frame of another driver came last, '' when none did since
-    it was set to ''; ``restarted`` names a node that booted since welcome(). ``sign`` is by what a
-    node is known to be alive.
+    it was set to ''; ``restarted`` names a node that booted since welcome(). ``doubtful`` says
+    that two nodes seem to have one id. ``sign`` is by what a node is known to be alive.
     """
 
     def __init__(self, nodes: Mapping[int, str], health: RigHealth, timeout: float,
@@ -32,6 +32,7 @@ class RigWatch:
         self.foreign = ''
         self.foreign_at = 0
         self.restarted = ''
+        self.doubtful = False
         self._drive_was: DriveState | None = None
         self._disabled_since: int | None = None
 
