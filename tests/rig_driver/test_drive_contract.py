@@ -330,6 +330,28 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
 
 
 @pytest.mark.parametrize('asked', ASKED)
+def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tmp_path):
+    with bench(asked, tmp_path) as made:
+        link = Link(made.channel, made.of)
+        receive = link.link._port.receive
+
+        def hears_an_answer(timeout):
+            receive(min(timeout, 0.005))
+            link.device._answers += 1
+        link.link._port.receive = hears_an_answer
+        try:
+            link.link.open()
+            link.link.start()
+            wait_for(lambda: link.link.state == 'waiting for the rig', 'it starts')
+            sleep(0.5)
+            begun = monotonic()
+            assert link.link.stop()
+            assert monotonic() - begun < 2.0 + held_up_since(begun)
+        finally:
+            link.link.close()
+
+
+@pytest.mark.parametrize('asked', ASKED)
 def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_off(asked, tmp_path):
     with driven(asked, tmp_path) as (made, link):
         second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel,

@@ -308,8 +308,8 @@ class RigLink:
             self._rest()
             return self._waking
         if self.sampler.answered_twice(now):
-            self.health.event('nodes.twice', 'requests are answered twice, as where a second node '
-                              'of one id has come; the device is started again', now)
+            self.health.event('nodes.twice', 'requests are answered twice: a second node of one '
+                              'id has come, or the drive sends unasked; it is started again', now)
             self.watch.doubtful = True
             self._rest()
             return self._waking
