@@ -12,7 +12,14 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 import numpy as np
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.experimental import EventsExecutor
+from rclpy.task import Future
+from std_msgs.msg import String
 
+from servo_rig_driver.record.last_messages import take_what_has_come
 from servo_rig_driver.record.sequence_loss import block_of, SequenceWatch
 from servo_twin.bag import read_recording
 
@@ -125,6 +132,29 @@ def test_it_says_what_was_lost_on_the_way(tmp_path):
     assert health[-1].status[0].name == '/recorder: recording'
     assert {'lost /encoder': '3 samples in 2 gaps'}.items() <= {
         item.key: item.value for item in health[-1].status[0].values}.items()
+
+
+@pytest.mark.ros
+def test_what_has_come_is_taken_down_before_it_ends():
+    context, heard = Context(), []
+    rclpy.init(context=context)
+    try:
+        node, executor = rclpy.create_node('last', context=context), EventsExecutor(
+            context=context)
+        executor.add_node(node)
+        node.create_subscription(String, 'words', heard.append, 1000)
+        talker = node.create_publisher(String, 'words', 1000)
+        wait_for(talker.get_subscription_count, 'the reader is there')
+        for k in range(300):
+            talker.publish(String(data=str(k)))
+        assert talker.wait_for_all_acked(Duration(seconds=60.0))
+        assert not heard
+        take_what_has_come(executor, Future())
+        assert [one.data for one in heard] == [str(k) for k in range(300)]
+        executor.remove_node(node)
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown(context=context)
 
 
 @pytest.mark.ros

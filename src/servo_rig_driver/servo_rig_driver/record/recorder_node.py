@@ -37,6 +37,7 @@ from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from .growing_bag import RecordingFile
+from .last_messages import take_what_has_come
 from .recorder_parameters import declare, EVENT, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
 from .servo_name import servo_file, servo_name
@@ -231,6 +232,7 @@ def main() -> int:
     print(f'recording to {node.file.path}', flush=True)
     try:
         ending.spin(executor, node.done)
+        take_what_has_come(executor, node.done)
     finally:
         node.close()
         print(node.summary(), flush=True)
