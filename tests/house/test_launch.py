@@ -3,7 +3,10 @@
 import os
 from pathlib import Path
 import re
+import runpy
 import subprocess
+import sys
+from unittest import mock
 
 import pytest
 import yaml
@@ -51,6 +54,41 @@ def test_an_emulated_drive_starts_at_once_and_a_real_one_looks_for_others_first(
     listens = {('if' in node): [one['value'] for one in node['param']
                                 if one.get('name') == 'graph_listen_time'] for node in nodes}
     assert listens == {True: [0.5], False: []}
+
+
+@pytest.fixture
+def joints_file(monkeypatch):
+    """Give the launch file of a list of joints, with stand-ins where ROS's launch is missing."""
+    for name in ('launch', 'launch.actions', 'launch.substitutions', 'launch_ros',
+                 'launch_ros.actions', 'launch_ros.parameter_descriptions'):
+        monkeypatch.setitem(sys.modules, name, mock.MagicMock())
+    return runpy.run_path(str(ROOT / 'src/servo_twin/launch/joints.launch.py'))
+
+
+@pytest.mark.parametrize('listed', [
+    '[hip, knee]', '[hip,knee]', 'hip,knee', 'hip knee', '["hip", "knee"]', "['hip', 'knee']",
+    ' hip, knee ', "'hip,knee'"])
+def test_joints_are_listed_as_people_type_them(joints_file, listed):
+    assert joints_file['spaces'](listed) == {'hip': 'hip', 'knee': 'knee'}
+
+
+def test_joints_of_any_name_have_a_namespace_that_ros_takes(joints_file):
+    assert joints_file['spaces']('[on, 1, left-hip, arm/elbow.roll]') == {
+        'on': 'on', '1': 'joint_1', 'left-hip': 'left_hip', 'arm/elbow.roll': 'arm_elbow_roll'}
+
+
+@pytest.mark.parametrize('listed', ['', '[]', 'hip, hip', 'a-b, a_b'])
+def test_joints_that_would_share_a_namespace_are_refused(joints_file, listed):
+    with pytest.raises(ValueError, match='is no list of different names, such as'):
+        joints_file['spaces'](listed)
+
+
+def test_a_rate_that_is_no_number_is_refused_in_a_sentence(joints_file):
+    given = {'joints': 'hip', 'rate': '500Hz'}
+    joints_file['start'].__globals__['LaunchConfiguration'] = lambda name: mock.Mock(
+        perform=lambda context: given.get(name, ''))
+    with pytest.raises(ValueError, match="rate = '500Hz' is no number; give Hz, such as 500"):
+        joints_file['start'](None)
 
 
 @pytest.mark.parametrize(('given', 'is_so'), [({}, 'UDPv4'), (

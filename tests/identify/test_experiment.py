@@ -168,6 +168,14 @@ class LoadAngle:
                        for message in (self.heard[0], self.heard[-1])) if self.heard else (0, 0)
         return abs(last - first)
 
+    def rests(self):
+        """Listen for half a second, past what had waited; return whether the load stands still."""
+        for messages in (15, 25):
+            del self.heard[:]
+            wait_until(lambda many=messages: self.moved() < 0.0 or len(self.heard) > many,
+                       'it is heard', 60.0)
+        return self.moved() < 1e-4
+
     def close(self):
         self.executor.shutdown()
         self.node.destroy_node()
@@ -217,6 +225,7 @@ def test_it_stops_when_the_load_is_seen_no_more():
         performer.begin(30.0)
         with pytest.raises(Stopped, match='no samples with a load angle for 0.3 s'):
             performer.perform(run, lambda share: None)
+        assert performer.stands == 'the motor is off; the load was not seen at rest'
         wait_until(lambda: rig.heard and rig.heard[-1].mode == Command.OFF, 'it is off', 60.0)
 
 
@@ -245,9 +254,13 @@ def test_it_stops_where_the_wall_clock_is_set(step, monkeypatch):
 @pytest.mark.long
 @pytest.mark.ros
 def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path):
+    patient = tmp_path / 'driver.yaml'  # a busy machine stands still for longer than a drive waits
+    patient.write_text((CONFIG / 'driver.yaml').read_text().replace(
+        'command_timeout: 0.1 ', 'command_timeout: 1.0 ').replace(
+        'heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 5.0 '))
     with closing(LoadAngle('rig')) as load, Processes(tmp_path / 'logs') as processes, \
-            emulated_bench(processes, 'rig', CONFIG / 'rigs' / 'rv_bench.yaml',
-                           CONFIG / 'driver.yaml'):
+            emulated_bench(processes, 'rig', CONFIG / 'rigs' / 'rv_bench.yaml', patient,
+                           watchdog=2.0):
         for attempt in ATTEMPTS:
             asked = started(tmp_path / attempt, 'friction', '--speeds', '0.5')
             bag = tmp_path / attempt / 'friction_0.5'
@@ -268,7 +281,7 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
         lost = [said for said in recording.warnings if 'samples lost in' in said]
         assert np.isfinite(position).all() == (not lost)
         assert 0.1 < np.nanmax(position) - np.nanmin(position) < 3.0
-        assert np.ptp(position[-50:]) < 1e-4
+        assert load.rests()  # the bag of a busy recorder may end sooner
 
         for attempt in ATTEMPTS:
             bag = tmp_path / f'fast_{attempt}' / 'coast_down'
@@ -284,4 +297,4 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
         spoke = spoke_at(guard, position)
         speed = abs(position[20:] - position[:-20]) / 0.02
         assert 0.75 < np.nanmax(speed[:spoke + round(REACTION / 1e-3) - 20 + 1]) < 1.5
-        assert np.ptp(position[-50:]) < 1e-4
+        assert load.rests()  # the bag of a busy recorder may end sooner

@@ -1,6 +1,6 @@
 """An adapter beside a robot with odd habits says what is wrong: it ..."""
 
-from itertools import count
+from itertools import count, pairwise
 from math import inf, nan
 import signal
 import subprocess
@@ -11,13 +11,18 @@ from types import SimpleNamespace
 from diagnostic_msgs.msg import DiagnosticArray
 from driver_bench import Listener, wait_for
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
 from servo_rig_driver.adapter.adapter_findings import AdapterFindings
 from servo_rig_driver.adapter.adapter_node import mapping_of
 from servo_rig_driver.adapter.message_field import Field, FieldError
-from servo_rig_driver.adapter.robot_topics import falls_short, qos_of
+from servo_rig_driver.adapter.robot_topics import falls_short, qos_of, RobotTopics
 from servo_rig_driver.adapter.sample_stream import SampleStream, SECOND
 from servo_rig_driver.driver.rig_health import RigHealth
 
@@ -147,10 +152,42 @@ def test_a_clock_that_is_set_once_keeps_its_pace():
     assert 'pace' not in robot.told and 'stamps go' not in robot.told
 
 
-@pytest.mark.parametrize(('step', 'said'), [(20, 'slower'), (2, 'faster')])
-def test_it_says_that_messages_come_at_another_rate_than_at_the_start(step, said):
-    robot = Robot().says(3).says(3, step * MS)
-    assert f'it comes {said} than at the start, and the samples stay at 200 Hz' in robot.told
+@pytest.mark.parametrize(('step', 'rate'), [(50, 20), (2, 500), (1, 1000)])
+def test_the_samples_follow_messages_to_another_rate_and_that_is_told(step, rate):
+    robot = Robot().says(3)
+    before = len(robot.blocks)
+    robot.says(4, step * MS)
+    news = f'again: {STATES} comes at another rate, by now {rate} Hz'
+    assert any(news in trouble.text for trouble in (*robot.health.troubles, *robot.health.past))
+    later = robot.blocks[before:]
+    begun = next(k for k, block in enumerate(later) if block.period == step / 1000)
+    assert later[begun].sequence == 0
+    assert later[begun].stamp > later[begun - 1].stamp
+    assert {block.period for block in later[begun:]} == {step / 1000}
+    assert robot.stream.rates == 1
+
+
+def test_a_hiccup_of_a_second_leaves_the_rate_as_it_is():
+    robot = Robot().says(3)
+    for _ in range(3):
+        robot.says(0.9, 20 * MS).says(1.2)
+    assert robot.stream.rates == 0
+    assert {block.period for block in robot.blocks} == {0.005}
+
+
+def test_a_rate_that_was_given_is_kept():
+    robot = Robot()
+    robot.stream.given = 5 * MS
+    robot.says(3).says(5, 20 * MS)
+    assert robot.stream.rates == 0
+
+
+def test_messages_without_a_stamp_that_come_in_bursts_make_no_more_samples_than_messages():
+    robot = Robot()
+    for _ in range(300):
+        robot.says(0.01, MS // 5, stamp=lambda now: 0)  # 50 at once
+        robot.now += 90 * MS
+    assert robot.stream.period == 2 * MS
 
 
 @pytest.mark.parametrize(('now', 'said'), [
@@ -220,6 +257,34 @@ def test_it_hears_a_robot_that_comes_back_with_a_weaker_offer():
         adapter.send_signal(signal.SIGINT)
         assert adapter.wait(20.0) == 0
         ears.close()
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('executor', [EventsExecutor, SingleThreadedExecutor])
+def test_messages_come_with_their_numbers_in_every_executor_of_rclpy(executor):
+    context, heard = Context(), []
+    rclpy.init(context=context)
+    try:
+        node = rclpy.create_node('numbers', context=context)
+        spinning = executor(context=context)
+        spinning.add_node(node)
+        topics = RobotTopics(node, [STATES], STATES, 1.0, RigHealth(), lambda *told: heard.append(
+            told))
+        talker = node.create_publisher(JointState, STATES, 10)
+
+        def hears():
+            topics.look(0)
+            talker.publish(JointState(name=['hip']))
+            spinning.spin_until_future_complete(Future(), 0.02)
+            return len(heard) > 4
+        wait_for(hears, 'messages come')
+        assert {(topic, message.name[0]) for topic, message, _ in heard} == {(STATES, 'hip')}
+        numbers = [number for *_, number in heard]
+        assert all(after > before for before, after in pairwise(numbers)), numbers
+        spinning.remove_node(node)
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown(context=context)
 
 
 @pytest.mark.ros

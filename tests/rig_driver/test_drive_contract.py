@@ -1,7 +1,7 @@
 """One contract for all protocols: each drive is led, sampled, limited and stopped alike."""
 
 import logging
-from threading import Event
+from threading import Event, Thread
 from time import monotonic, sleep
 
 from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters
@@ -283,6 +283,21 @@ def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_
         link.enabled()
 
 
+def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
+    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
+        made.tap.wire.send([(0x22, b'')])
+        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
+        made.tap.wire.send([(0x38, bytes(1))])  # Clear_Errors
+        link.says('another driver is on this bus')
+        link.says('the drive is stopped, and stays in switch on disabled, not reset; deactivate')
+        made.tap.said.clear()
+        sleep(0.5)
+        assert not made.pushes
+        assert 'enable' not in made.tap.said
+        link.link.start()
+        link.enabled()
+
+
 @pytest.mark.parametrize('asked', ASKED)
 def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
     with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:
@@ -291,7 +306,7 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
         second = EmulatedRig(other.rig.rig_file, other.rig.bus, driver=other.of)
         second.bus = BusSettings('unix_bus', made.channel, fd=other.rig.bus.fd)
         second.listens = 0.0
-        serving = type(made._serving)(target=second.serve, daemon=True)
+        serving = Thread(target=second.serve, daemon=True)
         serving.start()
         link = Link(made.channel, made.of)
         try:
@@ -308,6 +323,47 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
             link.says('two nodes of one id')
             assert not made.pushes and not second.nodes.gives_torque
             wait_for(lambda: 'end it, or give one' in caplog.text, 'a rig hears the other one')
+        finally:
+            link.link.close()
+            second.stop()
+            serving.join(5.0)
+
+
+@pytest.mark.parametrize('asked', ASKED)
+def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tmp_path):
+    with bench(asked, tmp_path) as made:
+        link = Link(made.channel, made.of)
+        receive = link.link._port.receive
+
+        def hears_an_answer(timeout):
+            receive(min(timeout, 0.005))
+            link.device._answers += 1
+        link.link._port.receive = hears_an_answer
+        try:
+            link.link.open()
+            link.link.start()
+            wait_for(lambda: link.link.state == 'waiting for the rig', 'it starts')
+            sleep(0.5)
+            begun = monotonic()
+            assert link.link.stop()
+            assert monotonic() - begun < 2.0 + held_up_since(begun)
+        finally:
+            link.link.close()
+
+
+@pytest.mark.parametrize('asked', ASKED)
+def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_off(asked, tmp_path):
+    with driven(asked, tmp_path) as (made, link):
+        second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel,
+                                                            fd=made.rig.bus.fd), driver=made.of)
+        second.listens = 0.0  # hardware listens to nobody
+        serving = Thread(target=second.serve, daemon=True)
+        serving.start()
+        try:
+            link.says('requests are answered twice')
+            wait_for(lambda: link.link.state == 'refusing a bus with two nodes of one id',
+                     'the driver refuses the bus', 120.0)
+            wait_for(lambda: not made.pushes and not second.nodes.gives_torque, 'both are off')
         finally:
             link.link.close()
             second.stop()
@@ -340,5 +396,11 @@ def test_each_mode_moves_the_motor_its_way(asked, tmp_path):
         wait_for(lambda: abs(at(Mode.POSITION, 0.4) - 0.4) < 0.05, 'it is at 0.4 rad')
         wait_for(lambda: at(Mode.VELOCITY, -1.0) < 0.2, 'it turns back')
         wait_for(lambda: abs(at(Mode.POSITION, 0.0)) < 0.05, 'it is at 0')
-        wait_for(lambda: at(Mode.CURRENT, 2.0) > 0.3, 'two amperes push it on')
+        begun = len(link.blocks)  # it may pass between two looks, and leave what its angle tells
+
+        def passed():
+            link.play(Mode.CURRENT, 2.0)
+            return any(block.columns['motor_position'][-1] / ratio > 0.3
+                       for block in list(link.blocks[begun:]))
+        wait_for(passed, 'two amperes push it on')
         link.play(Mode.OFF, 0.0)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import pytest
 
 from servo_rig_driver.devices.cia402 import Controlword, controlword, drive_state
-from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
+from servo_rig_driver.devices.drive_master import DriveMaster, DriveState, Order
 
 STATUSWORDS = {
     0x0000: DriveState.NOT_READY,
@@ -125,6 +125,41 @@ def test_it_gives_up_a_broken_drive_after_the_allowed_resets():
     assert edges == 3
     assert master.given_up
     assert sent[-1] == Controlword.DISABLE_VOLTAGE
+
+
+def test_a_drive_that_was_given_up_stays_down_though_its_fault_goes_until_begun_again():
+    master, drive = DriveMaster(resets=1, pause=0.1, pulse=0.02), Drive()
+    master.enable = True
+    drive.word, drive.broken = 0x0218, True
+    lead(master, drive, 500)
+    drive.word, drive.broken = 0x0250, False
+    assert set(lead(master, drive, 50, start=1.0)) == {Controlword.DISABLE_VOLTAGE}
+    master.begin()
+    lead(master, drive, 5, start=2.0)
+    assert master.enabled
+
+
+def test_a_stop_while_the_drive_is_led_up_keeps_it_down_whoever_clears_it():
+    master = DriveMaster(pause=0.1)
+    master.enable = True
+    at = iter(range(1000))
+
+    def orders(state, stopped, times=300):
+        return {master.step(state, 1e-3 * next(at), stopped) for _ in range(times)}
+    assert orders(DriveState.READY_TO_SWITCH_ON, False, 3) == {Order.ENABLE}
+    assert orders(DriveState.FAULT, True) == {Order.NO_TORQUE}
+    assert orders(DriveState.SWITCH_ON_DISABLED, False) == {Order.NO_TORQUE}
+    master.begin()
+    assert orders(DriveState.SWITCH_ON_DISABLED, False, 3) == {Order.ENABLE}
+
+
+def test_a_stop_from_before_it_was_begun_is_reset_and_a_later_one_is_not():
+    master = DriveMaster(pause=0.1)
+    master.enable = True
+    assert Order.RESET in {master.step(DriveState.FAULT, 1e-3 * k, True) for k in range(300)}
+    assert master.step(DriveState.SWITCH_ON_DISABLED, 0.3, False) is Order.ENABLE
+    assert {master.step(DriveState.FAULT, 0.3 + 1e-3 * k, True) for k in range(500)} == {
+        Order.NO_TORQUE}
 
 
 def test_it_forgives_old_resets_after_a_while_enabled():

@@ -3,7 +3,8 @@
 from contextlib import contextmanager
 import itertools
 import os
-from time import sleep, time_ns
+import threading
+from time import monotonic, sleep, time_ns
 
 import can
 from driver_bench import wait_for
@@ -105,6 +106,52 @@ def test_it_leaves_samples_out_rather_than_asking_too_late():
         made.link.sampler.blocks.out = lambda block: sleep(0.1)
         wait_for(lambda: made.health.counted('samples.not_asked') > 20, 'samples are left out')
         assert any('samples were not taken' in trouble.text for trouble in made.health.troubles)
+
+
+def test_a_stop_that_follows_a_start_at_once_is_confirmed_at_once():
+    with linked() as (rig, made):
+        assert made.link.stop()
+        for _ in range(20):
+            made.link.start()
+            begun = monotonic()
+            assert made.link.stop()
+            assert monotonic() - begun < 1.0
+        sleep(0.2)
+        assert rig.status != ENABLED
+
+
+def test_a_drive_that_went_on_without_the_bus_is_told_of_a_stop_once_the_bus_is_back():
+    with linked() as (rig, made):
+        port, back = made.link._port, threading.Event()
+        opened, sent = port._open_wire, port.send
+
+        def later():
+            if not back.is_set():
+                raise can.CanOperationError('unplugged')
+            port.send = sent
+            return opened()
+
+        def gone(*_):
+            raise can.CanOperationError('unplugged')
+        port._open_wire, port.send = later, gone
+        wait_for(lambda: made.health.has('bus.gone'), 'the bus is gone')
+        assert not made.link.stop()
+        assert rig.status == ENABLED
+        back.set()
+        wait_for(lambda: rig.status != ENABLED, 'the drive is disabled')
+        wait_for(lambda: made.link.state == 'idle', 'the link rests')
+        assert made.link.stop()
+
+
+def test_a_link_that_breaks_takes_the_torque_away_before_it_ends(monkeypatch):
+    monkeypatch.setattr(threading, 'excepthook', lambda _: None)
+    with linked() as (rig, made):
+        made.player.add(made.link.now(), Mode.VOLTAGE, 0.01, [4.0] * 500, [], made.link.now())
+        wait_for(lambda: rig.taken[-1][1] == 4.0, 'the command is played')
+        made.link.sampler.check = None
+        wait_for(lambda: made.health.has('bus.thread'), 'the link breaks')
+        wait_for(lambda: rig.status != ENABLED, 'the drive is disabled')
+        assert made.link.state == 'broken'
 
 
 def test_it_takes_a_realtime_priority_or_says_that_it_may_not():

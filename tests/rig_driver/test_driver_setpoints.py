@@ -53,6 +53,35 @@ def test_it_takes_nothing_of_a_block_that_came_too_old():
     assert play.at(500 * MS, 500 * MS) is None
 
 
+@pytest.mark.parametrize(('stamp', 'reference', 'external'), [
+    (0, [], []), (-90 * SECOND, [], []), (5000 * SECOND, [], []), (500 * MS, [float('nan')], []),
+    (500 * MS, [0.0], [1.0, 2.0])])
+def test_it_is_off_at_once_whatever_else_the_block_that_says_so_holds(stamp, reference, external):
+    play = player(timeout=0.1)
+    play.add(500 * MS, Mode.VELOCITY, 1e-3, [1.0] * 5000, [], now=500 * MS)
+    assert play.at(500 * MS, 500 * MS).reference == 1.0
+    receipt = play.add(stamp, Mode.OFF, 0.0, reference, external, now=501 * MS)
+    assert receipt.too_old == 0
+    assert play.at(501 * MS, 501 * MS).mode is Mode.OFF
+    assert play.at(4000 * MS, 4000 * MS) is None
+
+
+def test_it_is_off_when_a_stamp_that_can_be_followed_says():
+    play = player(timeout=0.1)
+    play.add(0, Mode.VELOCITY, 1e-3, [1.0] * 50, [], now=0)
+    play.add(20 * MS, Mode.OFF, 0.0, [], [], now=0)
+    heard = [play.at(k * MS, k * MS).mode for k in (19, 20, 45)]
+    assert heard == [Mode.VELOCITY, Mode.OFF, Mode.OFF]
+
+
+def test_a_block_that_does_not_fit_leaves_what_waits_as_it_was():
+    play = SetpointPlayer(0.1, LIMITS, capacity=6)
+    play.add(0, Mode.VELOCITY, 1e-3, [0.1, 0.2, 0.3, 0.4], [], now=0)
+    with pytest.raises(Refused, match='5 set-points do not fit beside the 2 that wait'):
+        play.add(2 * MS, Mode.VELOCITY, 1e-3, [1.0] * 5, [], now=0)
+    assert [play.at(k * MS, k * MS).reference for k in range(4)] == [0.1, 0.2, 0.3, 0.4]
+
+
 def test_it_lets_a_later_block_rule_from_its_first_instant_on():
     play = player()
     play.add(0, Mode.VELOCITY, 1e-3, [0.1, 0.2, 0.3, 0.4], [], now=0)

@@ -12,7 +12,14 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 import numpy as np
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.experimental import EventsExecutor
+from rclpy.task import Future
+from std_msgs.msg import String
 
+from servo_rig_driver.record.last_messages import take_what_has_come
 from servo_rig_driver.record.sequence_loss import block_of, SequenceWatch
 from servo_twin.bag import read_recording
 
@@ -128,6 +135,29 @@ def test_it_says_what_was_lost_on_the_way(tmp_path):
 
 
 @pytest.mark.ros
+def test_what_has_come_is_taken_down_before_it_ends():
+    context, heard = Context(), []
+    rclpy.init(context=context)
+    try:
+        node, executor = rclpy.create_node('last', context=context), EventsExecutor(
+            context=context)
+        executor.add_node(node)
+        node.create_subscription(String, 'words', heard.append, 1000)
+        talker = node.create_publisher(String, 'words', 1000)
+        wait_for(talker.get_subscription_count, 'the reader is there')
+        for k in range(300):
+            talker.publish(String(data=str(k)))
+        assert talker.wait_for_all_acked(Duration(seconds=60.0))
+        assert not heard
+        take_what_has_come(executor, Future())
+        assert [one.data for one in heard] == [str(k) for k in range(300)]
+        executor.remove_node(node)
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown(context=context)
+
+
+@pytest.mark.ros
 def test_it_warns_that_no_sample_comes_and_finds_a_shipped_servo(tmp_path):
     from rosbags.highlevel import AnyReader
     with Recording(tmp_path, 'topics:=[encoder, /diagnostics]', 'chunk_seconds:=0.1',
@@ -146,7 +176,7 @@ def test_it_warns_that_no_sample_comes_and_finds_a_shipped_servo(tmp_path):
     ('topics:=[pressure]', "'pressure' has no type; write 'name:package/msg/Type'"),
     ('topics:=["x:no_msgs/msg/X"]', 'no_msgs'),
     ('servo_file:=/nowhere.yaml', '/nowhere.yaml'),
-    ('output:=/tmp', '/tmp exists already')])
+    ('output:=/tmp', '/tmp exists already'), ('output:=~', f'{Path.home()} exists already')])
 def test_it_refuses_what_it_cannot_record(tmp_path, parameter, text):
     with Recording(tmp_path, parameter) as recording:
         _, said = recording.process.communicate(timeout=60.0)

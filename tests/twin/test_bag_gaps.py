@@ -71,6 +71,17 @@ def test_it_splits_where_the_driver_was_restarted(tmp_path):
         read_recording(tmp_path / 'b', stretch=2)
 
 
+def test_it_reads_the_longest_stretch_of_a_bag_in_which_a_driver_began_at_another_rate(tmp_path):
+    orders, stamps = lives((0, range(200, 240), SAMPLE_TOPICS), (2000, range(100), SAMPLE_TOPICS))
+    write_by_rosbags(tmp_path / 'b', orders, stamp=stamps,
+                     period=lambda k: 2e-3 if k >= 200 else 1e-3)
+    again = read_recording(tmp_path / 'b')
+    assert (len(again), again.period, again.start) == (100, 1e-3, 2.0)
+    assert any('stretches of [40, 100] samples at 500, 1000 Hz; number 1 is read' in warning
+               for warning in again.warnings)
+    assert read_recording(tmp_path / 'b', stretch=0).period == 2e-3
+
+
 def lives(*runs):
     """Return numbers and stamps of drivers that were started at an ms each, by topic."""
     orders, stamps = {}, {}

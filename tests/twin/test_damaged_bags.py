@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from servo_twin.bag import BagError, read_recording, write_recording
+from servo_twin.bag import BagError, read_changes, read_recording, write_recording
 from servo_twin.bag.bag_topics import COUPLED_TOPIC, sample_topics
 from servo_twin.bag.bag_writing import BagWriter
 from servo_twin.bag.message_definitions import own_types
@@ -112,6 +112,40 @@ def test_it_reads_what_rosbags_left_when_it_was_killed(tmp_path):
     assert len(part) > 10_000
     assert np.isfinite(part['voltage']).all()
     assert any('was cut' in warning for warning in part.warnings)
+
+
+@pytest.fixture(scope='module')
+def eventful(tmp_path_factory):
+    """Give the folder of a bag that holds changes of a twin."""
+    types, kind = own_types(), 'servo_twin_msgs/msg/Event'
+    path = tmp_path_factory.mktemp('eventful') / 'b'
+    header = types.types['std_msgs/msg/Header']
+    time = types.types['builtin_interfaces/msg/Time']
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        channel = writer.add_connection('/rig/events', kind, typestore=types)
+        for k in range(40):
+            writer.write(channel, k, types.serialize_cdr(types.types[kind](
+                header=header(time(k, 0), 'rig'), source='/rig/twin', kind='parameters',
+                text='gain' * (k % 3), sequence=k + 1, content='{"drive.gain": 0.2}'), kind))
+    return path
+
+
+@pytest.mark.parametrize('metadata', [None, b'', b'- 1\n', b'\xff\xfe'])
+def test_changes_are_read_whatever_a_killed_recorder_left_of_the_metadata(
+        metadata, eventful, tmp_path):
+    bag = shutil.copytree(eventful, tmp_path / 'b')
+    (bag / 'metadata.yaml').unlink()
+    if metadata is not None:
+        (bag / 'metadata.yaml').write_bytes(metadata)
+    assert [one.sequence for one in read_changes(bag)] == list(range(1, 41))
+    assert read_changes(bag, 'other') == []
+
+
+def test_changes_are_read_of_a_bag_without_its_end_and_none_of_what_is_no_bag(eventful, tmp_path):
+    content = next(eventful.glob('*.mcap')).read_bytes()
+    assert len(read_changes(cut(tmp_path / 'c', content[:-200]))) == 40
+    assert read_changes(cut(tmp_path / 'c', content[:60])) == []
+    assert read_changes(cut(tmp_path / 'c', b'')) == []
 
 
 def test_it_leaves_a_damaged_chunk_out_and_says_so(tmp_path, whole):

@@ -38,6 +38,16 @@ def test_blocks_in_time_pass_as_they_came_and_late_ones_are_joined_where_they_co
     assert (waiting.joined, waiting.left_out) == (199, 0)
 
 
+def test_a_block_that_no_driver_sends_is_answered_in_parts_between_which_a_signal_is_heard():
+    waiting = WaitingBlocks()
+    waiting.put(block(70, size=10_000, value=np.arange(10_000.0)[:, None]))
+    parts = waiting.take(60.0)
+    assert [(one.sequence, len(one.samples)) for one in parts] == [
+        (70, 4096), (4166, 4096), (8262, 1808)]
+    assert [one.stamp // 10**6 for one in parts] == [70, 4166, 8262]
+    assert [one.samples[0, 0] for one in parts] == [0.0, 4096.0, 8192.0]
+
+
 def test_past_the_limit_only_the_newest_is_kept_and_the_rest_counted():
     waiting = WaitingBlocks()
     for k in range(0, 3000, 10):

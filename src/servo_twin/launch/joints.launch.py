@@ -7,11 +7,13 @@ Each joint gets a namespace with an adapter, a twin and, unless record:='', a re
 it commands the robot.
 """
 
+import re
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-import yaml
+from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = (
     ('joints', None, 'list of joints, such as [hip, knee]'),
@@ -26,24 +28,42 @@ ARGUMENTS = (
 )
 
 
+def spaces(listed):
+    """
+    Return the namespace of each joint of a list as people write it.
+
+    That is [hip, knee], hip,knee or hip knee, with quotes or without. A namespace has letters,
+    digits and _ alone, and no digit first.
+    """
+    joints = re.findall(r'[^\s,\[\]\'"]+', listed)
+    found = {joint: re.sub(r'^(?=\d)', 'joint_', re.sub(r'[^A-Za-z0-9_]', '_', joint))
+             for joint in joints}
+    if not joints or len(set(found.values())) < len(joints):
+        raise ValueError(f'joints = {listed!r} is no list of different names, such as [hip, knee]')
+    return found
+
+
 def start(context):
     """Return the nodes of all joints."""
     of = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
-    joints = yaml.safe_load(of['joints'])
-    joints = [joints] if isinstance(joints, str) else joints
-    if not isinstance(joints, list) or not joints or not all(isinstance(j, str) for j in joints):
-        raise ValueError(f"joints = {of['joints']!r} is no list of names, such as [hip, knee]")
+    try:
+        rate = float(of['rate'])
+    except ValueError:
+        raise ValueError(f"rate = {of['rate']!r} is no number; give Hz, such as 500") from None
     nodes = []
-    for joint in joints:
-        space = '/'.join(part for part in (of['namespace'].strip('/'), joint) if part)
+    for joint, own in spaces(of['joints']).items():
+        space = '/'.join(part for part in (of['namespace'].strip('/'), own) if part)
         servo = of['servo'].replace('{joint}', joint)
 
         def node(package, executable, space=space, **values):
+            # a name such as 1 or on stays a name
+            given = {key: ParameterValue(value, value_type=type(value))
+                     for key, value in values.items()}
             return Node(package=package, executable=executable, namespace=space, output='screen',
-                        parameters=[values])
+                        parameters=[given])
 
         nodes.append(node('servo_rig_driver', 'adapter', mapping=of['mapping'], joint=joint,
-                          rate=float(of['rate'])))
+                          rate=rate))
         nodes.append(node('servo_twin', 'twin_node', servo_file=servo, mode=of['mode'],
                           autostart=True))
         if of['record']:

@@ -195,7 +195,7 @@ def _live(arguments: argparse.Namespace, runs: Sequence[Run], limits: Limits, se
                 tell(arguments, written=written)
         except Stopped as problem:
             tell(arguments, ended_early=str(problem))
-            print(f'ended early: {problem}; the motor is at rest', file=sys.stderr)
+            print(f'ended early: {problem}; {performer.stands}', file=sys.stderr)
             return 1
         finally:
             most = performer.guard.most if performer.guard else {}

@@ -15,10 +15,12 @@ START = 60.0  # s; the first start compiles
 
 @contextmanager
 def emulated_bench(processes: Processes, namespace: str, rig: Path, driver: Path,
-                   rate: float = 1000.0, turned: Sequence[str] = ()) -> Iterator[None]:
+                   rate: float = 1000.0, turned: Sequence[str] = (),
+                   watchdog: float | None = None) -> Iterator[None]:
     """
     Start bus, emulated rig and driver in a namespace; ``processes`` ends them.
 
+    ``watchdog`` is after how many s of silence the emulated drive stops; None: after the usual.
     Raises ProcessError when one of them does not start.
     """
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as folder:
@@ -26,6 +28,7 @@ def emulated_bench(processes: Processes, namespace: str, rig: Path, driver: Path
         processes.start('can_hub', python('servo_rig_driver.can_bus.can_hub', str(bus)))
         wait_until(bus.exists, 'the bus is there', START, processes)
         words = [word for one in turned for word in ('--set', one)]
+        words += [] if watchdog is None else ['--watchdog', str(watchdog)]
         processes.start('emulated_rig', python(
             'servo_rig_driver.emulated.rig_process', '--rig', str(rig), '--interface', 'unix_bus',
             '--channel', str(bus), *words))

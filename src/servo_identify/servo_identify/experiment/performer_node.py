@@ -59,6 +59,7 @@ class Performer(Node):
         self.period = self._heard = 0.0
         self.guard: Guard | None = None
         self.trouble = self._interrupted = ''
+        self.stands = 'the motor is at rest'  # after a run, in words
         self._moving = self._watching = False
         reliable = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
         self._command = self.create_publisher(Command, 'command', reliable)
@@ -120,7 +121,7 @@ class Performer(Node):
         Play a run; ``told`` hears which share of it is done, 0 to 1.
 
         Raises LimitError where the rig samples at another period, Stopped for what ended the run
-        before its time; the motor is at rest then.
+        before its time; the motor is off then, and :attr:`stands` says more.
         """
         if abs(self.period - run.period) > 1e-9:
             raise LimitError(f'{run.name} has a set-point every {run.period:g} s, the rig samples '
@@ -129,17 +130,21 @@ class Performer(Node):
         self._play(run.mode, reference, run.external_torque, told)
 
     def rest(self) -> None:
-        """Brake where a loop can do it, then switch off until the load stands still."""
+        """Brake where a loop can do it; switch off until the load stands still, at most 3 s."""
         self._watching = False
-        if self._moving and not self.trouble.startswith(_UNLOOPED):
+        if not self._moving:
+            return
+        if not self.trouble.startswith(_UNLOOPED):
             self._say('velocity', np.zeros(round(0.4 / self.period)))
             self._wait(lambda: abs(self.guard.speed) < 0.01, 0.4)
         until = monotonic() + 3.0
-        while self._moving and monotonic() < until:
+        while monotonic() < until:
             self._say('off', np.zeros(1))
             if self._wait(self.guard.at_rest, 0.05):
                 self._wait(lambda: False, SETTLE)
                 break
+        else:
+            self.stands = 'the motor is off; the load was not seen at rest'
         self._moving = False
 
     def _play(self, mode: str, reference: np.ndarray, torque: np.ndarray,

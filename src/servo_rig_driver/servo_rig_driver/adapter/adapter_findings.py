@@ -9,8 +9,6 @@ from ..driver.rig_health import Level, RigHealth
 from .sample_stream import SampleStream, SECOND
 from .topic_watch import TopicWatch
 
-UNLIKE = 1.5  # from how many times slower or faster than the samples a topic is told as such
-
 
 class AdapterFindings:
     """Looks at a stream of samples and at the topics that it is made of; ``watches`` by topic."""
@@ -18,7 +16,7 @@ class AdapterFindings:
     def __init__(self, stream: SampleStream, health: RigHealth) -> None:
         self._stream, self._health = stream, health
         self.watches = {topic: TopicWatch(columns) for topic, columns in stream.topics.items()}
-        self._told = {'lost': 0, 'restarts': 0}
+        self._told = {'lost': 0, 'restarts': 0, 'rates': 0}
         self._disorder: dict[str, dict[str, int]] = {}
         self._time = 0, monotonic()  # the last ROS time that was new, and when that was
 
@@ -29,9 +27,11 @@ class AdapterFindings:
                        f'messages of {leading} are missing', now)
         self._tell_new('restarts', self._stream.restarts, 'clock.restart', 'times that the '
                        f'samples began again: the time of {leading} jumped', now)
+        rate = SECOND / self._stream.period if self._stream.period else 0.0
+        self._tell_new('rates', self._stream.rates, 'samples.rate', 'times that the samples began '
+                       f'again: {leading} comes at another rate, by now {rate:.4g} Hz', now)
         for topic, names in publishers.items():
-            found = (self.watches[topic].report(names) | self._rate(topic) | self._pace(topic)
-                     | self._order(topic))
+            found = (self.watches[topic].report(names) | self._pace(topic) | self._order(topic))
             self._health.keep(f'topics.{topic}.', {
                 key: (level, f'{topic}: {said}') for key, (level, said) in found.items()}, now)
 
@@ -39,18 +39,6 @@ class AdapterFindings:
         if count > self._told[what]:
             self._health.event(key, f'{count - self._told[what]} {text}', now)
             self._told[what] = count
-
-    def _rate(self, topic: str) -> dict[str, tuple[Level, str]]:
-        """Return what is to be said of a topic whose rate is not that of its samples any more."""
-        stream, usual = self._stream, round(self._stream.usual_period(topic) * SECOND)
-        if topic != stream.mapped.leading or not stream.running or stream.given or not usual:
-            return {}
-        if max(usual, stream.period) <= UNLIKE * min(usual, stream.period):
-            return {}
-        return {'rate': (Level.WARN, (
-            f'it comes {"slower" if usual > stream.period else "faster"} than at the start, and '
-            f'the samples stay at {SECOND / stream.period:.4g} Hz; start the adapter again, or '
-            'set rate'))}
 
     def _pace(self, topic: str) -> dict[str, tuple[Level, str]]:
         """Return what is to be said of a topic whose clock goes at another pace than ours."""

@@ -120,13 +120,16 @@ def usual_step(times: Sequence[int]) -> int:
     Return the ns between the messages of a topic, from at least two times.
 
     A lost message leaves a step of two periods, and a loop that was held up makes up for it in
-    steps of none: steps count as so many whole periods, by their median. A control loop runs at a
-    round rate, and a busy machine makes it look like another: one with a single digit within 2 %
-    is taken, or one with two digits within 0.5 %, else three digits.
+    steps of none: steps count as so many whole periods, by their median. Where that makes more
+    than two periods of a message, they came in bursts, and count by their number. A control loop
+    runs at a round rate, and a busy machine makes it look like another: one with a single digit
+    within 2 % is taken, or one with two digits within 0.5 %, else three digits.
     """
     steps = sorted(after - before for before, after in pairwise(times))
     middle = steps[len(steps) // 2]
     periods = sum(round(step / middle) for step in steps)
+    if periods > 2 * len(steps):
+        periods = len(steps)
     rate = 1e9 * periods / (times[-1] - times[0])
     for digits, off in ((1, 0.02), (2, 0.005)):
         round_one = float(f'{rate:.{digits}g}')

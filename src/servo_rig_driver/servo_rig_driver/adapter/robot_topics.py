@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from functools import partial
 from importlib import import_module
+from inspect import Parameter, Signature
 from time import monotonic
 from typing import Any
 
@@ -92,17 +92,26 @@ class RobotTopics:
         asked = qos_of([one.qos_profile for one in infos])
         first = topic not in self._since  # ROS keeps its parameters as of the first subscription
         subscription = self._node.create_subscription(
-            message, topic, partial(self._take, topic), asked, qos_overriding_options=(
+            message, topic, self._taker(topic), asked, qos_overriding_options=(
                 OVERRIDABLE if first or self._overridden(topic) else None))
-        # with the number of each message; rclpy's EventsExecutor gives both as one argument
-        subscription._callback_type = subscription.CallbackType.WithMessageInfo
         self._inputs[topic] = subscription, asked
         self.kinds[topic], self._since[topic] = kind, monotonic()
 
-    def _take(self, topic: str, *told: Any) -> None:
-        self._heard[topic] = monotonic()
-        message, info = told[0] if isinstance(told[0], tuple) else (*told, {})[:2]
-        self._give(topic, message, info.get('publication_sequence_number'))
+    def _taker(self, topic: str) -> Callable[..., None]:
+        """
+        Return a callback for messages with their numbers.
+
+        rclpy gives the number to a callback that asks for two arguments, and its EventsExecutor
+        hands them over as one.
+        """
+        def take(*told: Any) -> None:
+            self._heard[topic] = monotonic()
+            message, info = told[0] if len(told) == 1 else told
+            self._give(topic, message, info.get('publication_sequence_number'))
+
+        two = [Parameter(name, Parameter.POSITIONAL_ONLY) for name in ('message', 'info')]
+        take.__signature__ = Signature(two)
+        return take
 
     def _listen(self, topic: str, now: int) -> None:
         quiet = monotonic() - self._heard.get(topic, self._since[topic])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from math import isnan
 from typing import Any
@@ -14,6 +15,7 @@ from .mapped_columns import HELD, MappedColumns
 SECOND = 1_000_000_000
 BACK = SECOND  # ns that the leading topic may jump before the samples begin again
 LEAST = 8  # messages of the leading topic before the samples begin
+UNLIKE = 1.2  # from how many times slower or faster messages are of another rate
 
 
 class SampleStream:
@@ -22,7 +24,8 @@ class SampleStream:
 
     ``period`` ns, 0: that of the leading topic; ``given`` remembers it as it was. The samples
     begin again, from number 0, when the leading topic's time jumps back or its clock is set:
-    ``restarts`` counts.
+    ``restarts`` counts. So they do where it comes at another rate for twice ``listen`` ns and
+    ``given`` is 0: ``rates`` counts.
     """
 
     def __init__(self, mapped: MappedColumns, period: int, listen: int, delay: int, size: int,
@@ -30,7 +33,7 @@ class SampleStream:
         self.mapped = mapped
         self.topics = mapped.topics
         self.period = period
-        self.restarts = self.samples = self.late = 0
+        self.restarts = self.rates = self.samples = self.late = 0
         self.given = period
         self._listen, self._delay, self._size, self._out = listen, delay, size, out
         self.clocks = {topic: ClockOffset() for topic in self.topics}
@@ -55,6 +58,7 @@ class SampleStream:
         self._even: EvenSamples | None = None
         self._blocks: BlockBuilder | None = None
         self._since: int | None = None
+        self._looked = self._other = 0  # when its rate was measured last, a period unlike ours
 
     def put(self, topic: str, message: Any, stamp: int, received: int) -> list[float]:
         """
@@ -95,14 +99,30 @@ class SampleStream:
             self._since = self._since or now
             if now - self._since < self._listen or len(times) < LEAST:
                 return
-            self.period = self.given or usual_step(times)
-            origin = times[-1]
-            self._even = EvenSamples(self._tracks, self.mapped.leading, origin, self.period,
-                                     self._delay, self.mapped.constants)
-            self._blocks = BlockBuilder(self._size, origin, self.period, self._out)
+            self._sample_from(times[-1], self.given or usual_step(times))
+        elif not self.given:
+            self._follow_rate(times)
         for number, row in self._even.take(now):
             self._blocks.add(number, row)
             self.samples += 1
+
+    def _sample_from(self, origin: int, period: int) -> None:
+        self.period, self._looked, self._other = period, origin, 0
+        self._even = EvenSamples(self._tracks, self.mapped.leading, origin, period,
+                                 self._delay, self.mapped.constants)
+        self._blocks = BlockBuilder(self._size, origin, period, self._out)
+
+    def _follow_rate(self, times: list[int]) -> None:
+        """Begin again at another rate that two looks in turn find: a busy robot has hiccups."""
+        fresh = times[bisect_left(times, self._looked):]
+        if times[-1] - self._looked < self._listen or len(fresh) < LEAST:
+            return
+        self._looked, period, other = times[-1], usual_step(fresh), self._other
+        self._other = 0 if _alike(period, self.period) else period
+        if self._other and other and _alike(period, other):
+            self._lost = self.lost
+            self.rates += 1
+            self._sample_from(times[-1], period)
 
     def disorder(self, topic: str) -> dict[str, int]:
         """Return how many messages of a topic were left out for their time, by why."""
@@ -114,3 +134,7 @@ class SampleStream:
     def usual_period(self, topic: str) -> float:
         """Return the s from one message of a topic to the next, 0.0 while not known."""
         return self._tracks[topic].span * 1e-9
+
+
+def _alike(one: int, other: int) -> bool:
+    return max(one, other) <= UNLIKE * min(one, other)

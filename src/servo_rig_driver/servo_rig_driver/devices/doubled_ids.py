@@ -15,6 +15,9 @@ ECHO = 20_000_000
 QUIET = 1_000_000_000
 """Without an answer, before one request is made to count its answers, ns."""
 
+RESTLESS = 3 * QUIET
+"""After which a node that does not fall silent is taken to speak unasked, ns."""
+
 PROMPT = QUIET // 10
 """Within which a node has answered that request, or the count proves nothing, and the other one
 after it, ns."""

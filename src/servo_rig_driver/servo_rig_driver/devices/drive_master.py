@@ -53,11 +53,12 @@ class DriveMaster:
     Leads a drive to OPERATION ENABLED, or away from it.
 
     A fault is reset by an order that stands for ``pulse`` seconds; before each
-    try the master waits ``pause`` seconds, and after ``resets`` tries it gives up. Tries are
-    forgiven once the drive has been enabled for ``forgive`` seconds on end.
+    try the master waits ``pause`` seconds, and after ``resets`` tries it has ``given_up``. Tries
+    are forgiven once the drive has been enabled for ``forgive`` seconds on end.
 
-    A drive that somebody has stopped while it was enabled is ``held``: it is not reset, and stays
-    down until begin().
+    A drive that somebody has stopped since begin(), while it followed or before it did, is
+    ``held``. A stop that was there at begin() is reset like any fault. A drive that is held or
+    given up stays down until begin(), whoever clears its fault.
 
     A drive that follows its reference is taken down in order: quick stop, by which it brakes under
     its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
@@ -76,25 +77,19 @@ class DriveMaster:
         self.tries = 0
         self._enabled_since: float | None = None
         self._stopping_since: float | None = None
-        self._followed = False  # whether it has since begin()
-        self.held = False
+        self._free = False  # whether it has told since begin() that nobody has stopped it
+        self.held = self.given_up = False
         self._no_fault()
 
     def begin(self) -> None:
         """Note that a person wants the drive up: all tries are there again."""
         self.tries = 0
-        self._followed = self.held = False
+        self._free = self.held = self.given_up = False
 
     @property
     def enabled(self) -> bool:
         """Whether the drive follows its reference, as far as it has told."""
         return self.enable and self.state is DriveState.OPERATION_ENABLED
-
-    @property
-    def given_up(self) -> bool:
-        """Whether the drive is in fault, and held or all resets have been tried."""
-        return self.held or (self.state is DriveState.FAULT and self.tries >= self.resets
-                and self._retry_at is None)
 
     def forget(self) -> None:
         """Start over, as after a restart of the rig; the tries used up stay used up."""
@@ -110,19 +105,23 @@ class DriveMaster:
         a state without torque, and a fault is left as it is.
         """
         self.state = state
+        if emergency_stop:
+            self.held |= self._free
+        elif state is not DriveState.UNKNOWN:
+            self._free = True
         if self.state is not DriveState.OPERATION_ENABLED:
             self._enabled_since = None
         elif self._enabled_since is None:
             self._enabled_since = now
-            self._followed = True
         elif now - self._enabled_since >= self.forgive:
             self.tries = 0
         if not self.enable:
             return self._down(now)
         self._stopping_since = None
+        if self.held or self.given_up:
+            return Order.NO_TORQUE
         if self.state is DriveState.FAULT:
-            self.held |= emergency_stop and self._followed
-            return Order.NO_TORQUE if self.held else self._reset(now)
+            return self._reset(now)
         self._no_fault()
         return Order.ENABLE if state in _LEADS_UP else Order.NO_TORQUE
 
@@ -137,12 +136,12 @@ class DriveMaster:
     def _reset(self, now: float) -> Order:
         if now < self._pulse_until:
             return Order.RESET
-        if self._retry_at is None and self.tries < self.resets:
+        if self._retry_at is None:
             self._retry_at = now + self.pause
-        if self._retry_at is None or now < self._retry_at:
+        if now < self._retry_at:
             return Order.NO_TORQUE
         if self.tries >= self.resets:
-            self._retry_at = None
+            self.given_up = True
             return Order.NO_TORQUE
         self.tries += 1
         self._pulse_until = now + self.pulse

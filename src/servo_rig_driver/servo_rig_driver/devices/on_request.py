@@ -1,9 +1,8 @@
 """
 One drive that is asked for each sample and answers once: what ODrive, MIT mode and moteus share.
 
-An answer names no request; driver/order_joining.py finds it. None of these drives has a
-quick stop of its own: the driver brakes it to rest by its speed loop, and then takes the torque
-away.
+An answer names no request; driver/order_joining.py finds it. None of these drives has a quick stop
+of its own: the driver brakes it to rest by its speed loop, and then takes the torque away.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
 from ..driver.sample_blocks import COLUMNS
 from .device import Answer, Device, Outcome
-from .doubled_ids import doubled, ECHO, PROMPT, QUIET
+from .doubled_ids import doubled, ECHO, PROMPT, QUIET, RESTLESS
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 
@@ -107,13 +106,14 @@ class OnRequest(Device):
             if answers:
                 break
             self.watch.silent(now())
-        if answers > 1:
-            pair = doubled(self.nodes.keys(), lambda: self._counted(port, now), wanted)
+        if answers > 1 or self.watch.doubtful:
+            self.watch.doubtful = False
+            pair = doubled(self.nodes.keys(), lambda: self._counted(port, now, wanted), wanted)
             if pair:
                 self.doubled = sorted(pair)
                 return Outcome.DOUBLED
         if asked > 1:  # a late answer would be taken for that to the first sample
-            self._quiet(port, now)
+            self._quiet(port, now, wanted)
         self._greet(port, now)
         return Outcome.STARTED
 
@@ -128,17 +128,19 @@ class OnRequest(Device):
         while now() < until and not self._answers:
             port.receive(0.005)
 
-    def _counted(self, port: BusPort, now: Callable[[], int]) -> tuple[set[int], int]:
+    def _counted(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]
+                 ) -> tuple[set[int], int]:
         """Ask once, after a silence; return who answered twice, and within what time, ns."""
-        self._quiet(port, now, QUIET)
+        self._quiet(port, now, wanted, QUIET)
         asked = now()
         twice = self._asked(port, now, PROMPT) > 1
         return set(self.nodes) if twice else set(), self._answered - asked
 
-    def _quiet(self, port: BusPort, now: Callable[[], int], long: int = 5 * ECHO) -> None:
-        """Wait until no answer has come for so long, ns."""
-        quiet_since = now()
-        while now() - quiet_since < long:
+    def _quiet(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool],
+               long: int = 5 * ECHO) -> None:
+        """Wait until no answer has come for so long, ns; no longer than RESTLESS all the same."""
+        begun = quiet_since = now()
+        while wanted() and now() - quiet_since < long and now() - begun < RESTLESS:
             self._answers = 0
             port.receive(0.01)
             if self._answers:
@@ -185,8 +187,7 @@ class OnRequest(Device):
         """Take a frame of the drive, or note that another driver speaks."""
         kind = self.hear(identifier, data)
         if kind is None:
-            words = self.foreign(identifier, data)
-            if words:
+            if words := self.foreign(identifier, data):
                 self.watch.hear_foreign(words, now)
             return None
         self.watch.beats.beat(self.settings.node, 0, now)

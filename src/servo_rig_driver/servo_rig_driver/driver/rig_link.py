@@ -16,6 +16,7 @@ of sending, and the packet says until when it may be passed on.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 import os
 import random
@@ -83,6 +84,7 @@ class RigLink:
         self._active = False
         self._closing = False
         self._idle = Event()
+        self._unheard = False  # whether the bus is gone, and nothing can be told to the drive
         self._thread = Thread(target=self._run, name='rig link', daemon=True)
 
     # Called from the node's thread.
@@ -100,17 +102,17 @@ class RigLink:
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
         self.sampler.master.begin()
-        self._idle.clear()
         self._active = True
 
     def stop(self) -> bool:
         """
         Quick stop, then no torque, then no SYNC; return whether that was done in time.
 
-        That takes ``quick_stop`` of the drive's master and DISABLING_MAY_TAKE at the most.
+        That takes ``quick_stop`` of the drive's master and DISABLING_MAY_TAKE at the most. While
+        the bus is gone the drive cannot be told; it is once the bus is there again.
         """
         self._active = False
-        return self._idle.wait(self._down_within + WAKING_MAY_TAKE)
+        return self._idle.wait(self._down_within + WAKING_MAY_TAKE) and not self._unheard
 
     @property
     def _down_within(self) -> float:
@@ -146,8 +148,11 @@ class RigLink:
                 self.health.trouble('bus.gone', f'the bus is gone: {error}', self.now())
                 phase = self._reopening
             except Exception as error:
+                self.state, self._unheard = 'broken', True
                 self.health.trouble('bus.thread', f'the link has stopped: {error!r}; configure '
                                     'the driver again', self.now())
+                with suppress(Exception):
+                    self._rest()
                 self._idle.set()
                 raise
 
@@ -174,7 +179,7 @@ class RigLink:
         return self._idling
 
     def _reopening(self) -> Callable:
-        self.state = 'waiting for the bus'
+        self.state, self._unheard = 'waiting for the bus', True
         self._port.close()
         while not self._closing:
             if not self._active:
@@ -186,9 +191,13 @@ class RigLink:
                 continue
             self.health.over('bus.gone', self.now())
             self._listen()
-            if not self._active:
-                return self._idling
-            return self._yielding if self.watch.foreign else self._waking
+            if self._active:
+                self._unheard = False
+                return self._yielding if self.watch.foreign else self._waking
+            if not self.watch.foreign:
+                self._rest()  # the drive may have gone on without the bus
+            self._unheard = False
+            return self._idling
         return self._reopening
 
     def _yielding(self) -> Callable:
@@ -205,8 +214,10 @@ class RigLink:
 
     def _waking(self) -> Callable:
         self.state = 'waiting for the rig'
+        self._idle.clear()
         outcome = self.sampler.device.start(self._port, self.now, lambda: self._active)
         if outcome is Outcome.CALLED_OFF:
+            self._rest()
             return self._idling
         if outcome is Outcome.FOREIGN:
             return self._yielding
@@ -294,6 +305,12 @@ class RigLink:
             self._rest()
             return self._waking
         if self.watch.silent(now):
+            self._rest()
+            return self._waking
+        if self.sampler.answered_twice(now):
+            self.health.event('nodes.twice', 'requests are answered twice: a second node of one '
+                              'id has come, or the drive sends unasked; it is started again', now)
+            self.watch.doubtful = True
             self._rest()
             return self._waking
         if self.sampler.waiting * self.settings.period > UNANSWERED_AT_MOST:

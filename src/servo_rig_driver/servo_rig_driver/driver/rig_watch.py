@@ -19,8 +19,8 @@ class RigWatch:
     Keeps the health of the nodes, of the drive and of the bus.
 
     ``foreign`` says in words which frame of another driver came last, '' when none did since
-    it was set to ''; ``restarted`` names a node that booted since welcome(). ``sign`` is by what a
-    node is known to be alive.
+    it was set to ''; ``restarted`` names a node that booted since welcome(). ``doubtful`` says
+    that two nodes seem to have one id. ``sign`` is by what a node is known to be alive.
     """
 
     def __init__(self, nodes: Mapping[int, str], health: RigHealth, timeout: float,
@@ -32,6 +32,7 @@ class RigWatch:
         self.foreign = ''
         self.foreign_at = 0
         self.restarted = ''
+        self.doubtful = False
         self._drive_was: DriveState | None = None
         self._disabled_since: int | None = None
 
@@ -85,14 +86,16 @@ class RigWatch:
             return False
         if self._disabled_since is None:
             self._disabled_since = now
-        if state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE):
+        failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+        if failed or master.held or master.given_up:
+            how = 'in fault' if failed else f'stopped, and stays in {state.words}'
             words = f' ({fault})' if fault else ''
             tries = f'reset {master.tries} of {master.resets} times'
             if master.held:
                 tries = 'not reset; deactivate and activate the driver when it may move again'
             elif master.given_up:
                 tries += ', given up; deactivate and activate the driver to try again'
-            self.health.trouble('drive.fault', f'the drive is in fault{words}, {tries}', now)
+            self.health.trouble('drive.fault', f'the drive is {how}{words}, {tries}', now)
         elif master.enable and now - self._disabled_since > ENABLING_MAY_TAKE:
             self.health.trouble('drive.disabled', f'the drive stays in {state.words}', now,
                                 Level.WARN)

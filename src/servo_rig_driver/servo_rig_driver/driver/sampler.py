@@ -20,6 +20,10 @@ from .rig_watch import RigWatch
 from .sample_blocks import BlockBuilder
 from .setpoints import SetpointPlayer
 
+LOOK, LOOKS = 500_000_000, 3
+"""Within each of so many looks of so many ns half of the requests are answered twice: no chance,
+and not what a drive says at once that was held up."""
+
 
 class Sampler:
     """
@@ -47,11 +51,14 @@ class Sampler:
         self._order = Order.NO_TORQUE
         self._expired, self._ended, self._limited = player.expired, player.ended, player.limited
         self._lost = self._unasked = self._held_back = self._held_back_said = 0
+        self._asked = self._looks = 0
+        self._looked = 0, 0, 0  # when, and the requests and unasked answers until then
 
     def restart(self) -> None:
         """Forget requests that nobody will answer, and the state of a drive that was away."""
         self._joiner.restart()
         self._begun.clear()
+        self._looks = 0
         self.device.forget()
         self.master.forget()
         self.player.clear()
@@ -80,10 +87,20 @@ class Sampler:
             self._held_back += 1
             return None
         self._order = order
+        self._asked += 1
         point = self.player.at(instant, now) if self.master.enabled else None
         self._pass_on(self._joiner.ask(number))
         self._begun.append((number, point))
         return self.device.ask(number, order, point, now)
+
+    def answered_twice(self, now: int) -> bool:
+        """Whether requests have been answered twice for LOOKS: another node has come."""
+        at, asked, unasked = self._looked
+        if now - at >= LOOK:
+            self._looked = now, self._asked, self._joiner.unasked
+            twice = 0 < self._asked - asked <= 2 * (self._joiner.unasked - unasked)
+            self._looks = self._looks + 1 if twice else 0
+        return self._looks >= LOOKS
 
     def judged(self, frames: Frames, now: int) -> tuple[Frames, int | None]:
         """

@@ -68,13 +68,17 @@ class SetpointPlayer:
         References outside the limits are clamped and counted. Raises Refused when the mode is
         unknown, lengths differ, a value is not finite, the period of a block is not positive or
         longer than ``horizon`` s, the block lies too far ahead or does not fit the queue.
+
+        OFF is never refused and never too old: of its block the stamp alone counts, and where
+        that cannot be followed the motor is off at once.
         """
         mode = self._judge(start, mode, period, reference, external_torque, now)
-        if mode is Mode.OFF:
-            reference = [0.0] * max(1, len(reference))
-            external_torque = [0.0] * len(reference)
-        step = period * SECOND
         oldest = now - int(self.timeout * SECOND)
+        if mode is Mode.OFF:
+            reference, external_torque = [0.0], []
+            if not oldest <= start <= now + int(self.horizon * SECOND):
+                start = now
+        step = period * SECOND
         points, too_old, clamped = [], 0, []
         for k, value in enumerate(reference):
             instant = start + round(k * step) if k else start
@@ -92,12 +96,15 @@ class SetpointPlayer:
                                f'{self.limits.external_torque:g} N m in size')
             points.append(point)
         with self._lock:
+            replaced = []
             while points and self._queue and self._queue[-1].instant >= start:
-                self._queue.pop()
-            if len(self._queue) + len(points) > self.capacity:
-                raise Refused(f'{len(points)} set-points do not fit beside the {len(self._queue)} '
-                              f'that wait; at most {self.capacity} may wait')
-            self._queue.extend(points)
+                replaced.append(self._queue.pop())
+            waiting = len(self._queue)
+            fits = waiting + len(points) <= self.capacity
+            self._queue.extend(points if fits else reversed(replaced))
+        if not fits:
+            raise Refused(f'{len(points)} set-points do not fit beside the {waiting} that wait; '
+                          f'at most {self.capacity} may wait')
         note = f'clamped {clamped[0]}' if clamped else ''
         return Receipt(len(reference), too_old, len(clamped), note)
 
@@ -108,7 +115,9 @@ class SetpointPlayer:
         except ValueError:
             raise Refused(f'mode {mode} is unknown; it is one of '
                           f'{[f"{m.name} = {m.value}" for m in Mode]}') from None
-        if mode is not Mode.OFF and not len(reference):
+        if mode is Mode.OFF:
+            return mode
+        if not len(reference):
             raise Refused('the block holds no reference; it needs at least one')
         if len(external_torque) not in (0, len(reference)):
             raise Refused(f'external_torque has {len(external_torque)} values beside '

@@ -37,6 +37,7 @@ from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from .growing_bag import RecordingFile
+from .last_messages import take_what_has_come
 from .recorder_parameters import declare, EVENT, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
 from .servo_name import servo_file, servo_name
@@ -67,7 +68,8 @@ class Recorder(Node):
         info = self._info()
         info_topic = self.resolve_topic_name(INFO)
         self.file = RecordingFile(
-            Path(output), {info_topic: 'servo_twin_msgs/msg/RecordingInfo'} | topics, _shares(),
+            Path(output).expanduser(),
+            {info_topic: 'servo_twin_msgs/msg/RecordingInfo'} | topics, _shares(),
             frozenset([info_topic]), self._get('chunk_bytes'), self._get('chunk_seconds'))
         self.watches = {topic: SequenceWatch() for topic, kind in topics.items()
                         if kind in SEQUENCED}
@@ -230,6 +232,7 @@ def main() -> int:
     print(f'recording to {node.file.path}', flush=True)
     try:
         ending.spin(executor, node.done)
+        take_what_has_come(executor, node.done)
     finally:
         node.close()
         print(node.summary(), flush=True)

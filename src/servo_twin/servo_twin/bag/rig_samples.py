@@ -30,23 +30,26 @@ class _Gathered:
 
     def __init__(self, topics: list[str]) -> None:
         self._spans = {topic: [np.empty(0, SPAN)] for topic in topics}
-        self._periods: dict[str, float | None] = dict.fromkeys(topics)
+        self._periods: dict[str, float] = {}
         self.constants: dict[str, Any] = {}
 
     def add(self, noted: Noted) -> None:
-        """Take in a piece; raises TimeError where the period changes."""
+        """Take in a piece; raises TimeError for a period that is none."""
         for topic, (lie, heads) in noted.items():
             several = self._spans[topic]
             several.append(lie)
             if len(several) > _SEVERAL:  # an array costs more than what is in it
                 several[:] = [np.concatenate(several)]
-            self._periods[topic] = one_period(topic, heads, self._periods[topic])
+            for run in heads:
+                if not run.period > 0.0:
+                    raise TimeError(f'{topic}: period = {run.period} s, it must be positive')
+                self._periods.setdefault(topic, run.period)
             self.constants |= heads[-1].constants if heads else {}
 
     def add_alike(self, noted: Noted) -> bool:
         """Take in a piece if it has the periods that are known; say whether it was taken in."""
         alike = bool(noted) and all(
-            run.period > 0.0 and self._periods[topic] in (None, run.period)
+            run.period > 0.0 and self._periods.get(topic, run.period) == run.period
             for topic, (_, heads) in noted.items() for run in heads)
         if alike:
             self.add(noted)
@@ -71,8 +74,7 @@ class _Gathered:
     def tracks(self) -> list[Track]:
         """Return the topics, in the order of the bag."""
         joined = {topic: np.concatenate(several) for topic, several in self._spans.items()}
-        return [Track(topic, self._periods[topic] or 0.0,
-                      spans[np.argsort(spans['piece'], kind='stable')])
+        return [Track(topic, spans[np.argsort(spans['piece'], kind='stable')])
                 for topic, spans in joined.items()]
 
 
@@ -141,11 +143,10 @@ class RigSamples:
             for item in self._chosen:
                 own = np.flatnonzero(item.spans['piece'] == piece)
                 if len(own):
-                    found = runs.get(item.topic, [])
-                    one_period(item.topic, found, item.period)
-                    item.spans = np.concatenate((item.spans[:own[0]], spans_of(found, piece),
+                    found = spans_of(runs.get(item.topic, []), piece)
+                    item.spans = np.concatenate((item.spans[:own[0]], found,
                                                  item.spans[own[-1] + 1:]))
-                    stretches(item)  # raises where time runs backwards
+                    stretches(one_period(item))  # raises where time runs backwards
             join(self._chosen, [])
         except TimeError as error:
             raise BagError(f'{self._source.path}: {error}') from None
@@ -232,6 +233,8 @@ def _choose(known: list[list[Track]], stretch: int | None, warnings: list[str]) 
     sizes = [min(part.size for part in life) for life in known]
     if stretch is None:
         stretch = int(np.argmax(sizes))
-        warnings.append(f'the driver was restarted while recording: stretches of {sizes} samples; '
-                        f'number {stretch} is read')
+        rates = [f'{1.0 / life[0].period:.6g}' for life in known]
+        at = f' at {", ".join(rates)} Hz' if len(set(rates)) > 1 else ''
+        warnings.append(f'the driver was restarted while recording: stretches of {sizes} samples'
+                        f'{at}; number {stretch} is read')
     return known[stretch]

@@ -17,13 +17,14 @@ _TRIMMED = 0.1
 """Seconds that one topic may begin or end besides the others without a warning."""
 
 SPAN = np.dtype([(name, np.int64) for name in (
-    'piece', 'run', 'row', 'rows', 'size', 'first', 'last', 'end', 'stamp', 'late')])
+    'piece', 'run', 'row', 'rows', 'size', 'first', 'last', 'end', 'stamp', 'late')]
+    + [('period', np.float64)])
 """
 Messages that follow each other without a gap, in one run of one piece of a bag.
 
 They are ``rows`` from ``row`` on, of ``size`` samples. ``first`` and ``last`` are the sequence
 numbers of the first and last message, ``end`` that after its last sample; ``stamp`` and ``late``
-are the instants of both messages, ns.
+are the instants of both messages, ns; ``period`` is in s.
 """
 
 
@@ -36,8 +37,12 @@ class Track:
     """One topic: where its samples lie, SPAN by SPAN in the order of the file."""
 
     topic: str
-    period: float
     spans: np.ndarray
+
+    @property
+    def period(self) -> float:
+        """Return the s from one sample to the next."""
+        return float(self.spans['period'][0])
 
     @property
     def size(self) -> int:
@@ -54,6 +59,7 @@ def spans_of(runs: list[Run], piece: int) -> np.ndarray:
         last = np.append(begin[1:], len(run.sequence)) - 1
         spans = np.empty(len(begin), SPAN)
         spans['piece'], spans['run'], spans['size'] = piece, number, run.size
+        spans['period'] = run.period
         spans['row'], spans['rows'] = begin, last + 1 - begin
         spans['first'], spans['last'] = run.sequence[begin], run.sequence[last]
         spans['end'] = spans['last'] + run.size
@@ -62,23 +68,21 @@ def spans_of(runs: list[Run], piece: int) -> np.ndarray:
     return np.concatenate(found) if found else np.empty(0, SPAN)
 
 
-def one_period(topic: str, runs: list[Run], known: float | None) -> float | None:
-    """Return the period of a topic in s; raises TimeError where runs change what is ``known``."""
-    for run in runs:
-        if not run.period > 0.0:
-            raise TimeError(f'{topic}: period = {run.period} s, it must be positive')
-        if known is not None and run.period != known:
-            raise TimeError(f'{topic}: period changes from {known} s to {run.period} s at '
-                            f'sequence {run.sequence[0]}; record each rate in a bag of its own')
-        known = run.period
-    return known
+def one_period(item: Track) -> Track:
+    """Return a topic that has one period; raises TimeError where that changes."""
+    periods = item.spans['period']
+    for at in np.flatnonzero(np.diff(periods)) + 1:
+        raise TimeError(
+            f'{item.topic}: period changes from {periods[at - 1]} s to {periods[at]} s at '
+            f'sequence {item.spans["first"][at]}; record each rate in a bag of its own')
+    return item
 
 
 def stretches(item: Track) -> list[Track]:
     """
     Split a topic where its sequence starts again while time goes on (a restarted driver).
 
-    Raises TimeError when time runs backwards, naming the place.
+    Raises TimeError when time runs backwards, or the period changes in between, naming the place.
     """
     spans = item.spans
     ahead = spans['first'][1:] - spans['last'][:-1]
@@ -91,7 +95,7 @@ def stretches(item: Track) -> list[Track]:
             f'{one["last"]} to {other["stamp"] / 1e9:.9f} s at sequence {other["first"]}; '
             'a clock was set back, or two rigs publish on this topic')
     edges = [0, *(np.flatnonzero((ahead < 0) & (later > 0)) + 1), len(spans)]
-    return [Track(item.topic, item.period, spans[begin:end]) for begin, end in pairwise(edges)]
+    return [one_period(Track(item.topic, spans[begin:end])) for begin, end in pairwise(edges)]
 
 
 def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, int]:

@@ -9,6 +9,7 @@ import numpy as np
 
 JOINS_FROM = 0.5  # s of waiting samples from which blocks are joined
 LARGEST = 1000  # samples in a joined block
+MOST = 4096  # samples answered at once, the most that a driver sends; a signal waits no longer
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,11 @@ class WaitingBlocks:
         self._blocks: deque[Block] = deque()
 
     def put(self, block: Block) -> None:
-        """Let a block wait."""
-        self._blocks.append(block)
+        """Let a block wait, in parts of MOST samples."""
+        for first in range(0, max(1, len(block.samples)), MOST):
+            self._blocks.append(Block(
+                block.sequence + first, block.stamp + round(first * block.period * 1e9),
+                block.period, block.samples[first:first + MOST]))
 
     @property
     def samples(self) -> int:
