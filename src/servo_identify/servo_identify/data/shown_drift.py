@@ -3,12 +3,15 @@ What differs between recordings of one motion: the zero of a torque sensor, or f
 
 A torque balance is fitted to all recordings of a family at once. Inertia, gravity and how
 friction goes with speed are shared; a constant torque and a Coulomb torque are of each recording
-alone. What a rough equation lacks is the same in all of them, since they repeat one motion.
+alone. They are compared at the speeds that all of them have: between others the curve of friction
+over the speed would stand for the difference. What a rough equation lacks is the same in all of
+them, since they repeat one motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import exp
 
 import numpy as np
@@ -18,6 +21,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.straight_units import straightened
 
 from .finding import Finding
+from .likelihood import SAMPLES
 from .mistakes import MISTAKE
 from .pooled import Columns, Pooled, pooled
 from .rough_balances import balances, RoughBalance
@@ -29,6 +33,7 @@ FRICTION = {'sensor': 'friction of the motor', 'load': 'friction of the load',
 WARM = ('let the machine warm up before the first recording; a diagnosis names such friction, '
         'and no servo file holds it')
 TARE = 'tare the sensor before each recording, or subtract its zero in the mapping: offset'
+ENDS = (0.05, 0.95)  # quantiles of the speeds of a recording, between which it has them
 FORMS = (0.5, 2.0)  # powers of the speed beside the first, for a friction of any form
 Told = tuple[str, Signals]
 
@@ -53,7 +58,10 @@ def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) 
         if not all(name in table and COULOMB in table[name].terms for table in tables) or (
                 name == 'torque' and all('load' in table for table in tables)):
             continue
-        fit = _fit([table[name] for table in tables])
+        alike = _at_common_speeds([table[name] for table in tables])
+        if not alike:
+            continue
+        fit = _fit(alike)
         straight = servo.straight('load_position' if name == 'load' else 'motor_position')
         unit = straightened('N m') if straight else 'N m'
         noise = _noise(name, servo)
@@ -82,6 +90,21 @@ def _noise(name: str, servo: Servo) -> float:
     sensor = servo.noise('torque') / (servo.values['mechanism.ratio'] if name == 'sensor' else 1.0)
     used = {'torque': (motor,), 'sensor': (motor, sensor), 'load': (sensor,)}[name]
     return float(np.linalg.norm(np.nan_to_num(used)))
+
+
+def _at_common_speeds(several: Sequence[RoughBalance]) -> list[RoughBalance]:
+    """Return the samples at speeds that all recordings have; none where they have none."""
+    speeds = [np.abs(one.terms[VISCOUS].column) for one in several]
+    ends = np.array([np.quantile(speed, ENDS) for speed in speeds])
+    low, high = ends[:, 0].max(), ends[:, 1].min()
+    rows = [(speed >= low) & (speed <= high) for speed in speeds]
+    return [_of_rows(one, kept) for one, kept in zip(several, rows, strict=True)] if min(
+        int(kept.sum()) for kept in rows) > SAMPLES else []
+
+
+def _of_rows(one: RoughBalance, rows: np.ndarray) -> RoughBalance:
+    terms = {name: replace(term, column=term.column[rows]) for name, term in one.terms.items()}
+    return replace(one, seen=one.seen[rows], terms=terms, free=one.free[rows])
 
 
 def _fit(several: Sequence[RoughBalance]) -> Pooled:
