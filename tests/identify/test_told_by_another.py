@@ -95,3 +95,22 @@ def test_the_top_of_a_wave_that_was_rounded_is_not_clipped(digits):
 def test_steady_torques_between_steps_are_not_clipped():
     steps = np.repeat([0.0, 2.0, 1.0, -1.0, -2.0, 0.0, 2.0, 1.0, -1.0, -2.0], 300)
     assert clipped(steps) == {}
+
+
+@pytest.mark.parametrize('torque', [0.5, 161.0])
+def test_a_torque_that_was_computed_is_no_mistake_of_a_unit(good, torque):
+    made = torque * good['current']
+    assert said(good, 'was it computed from it?', torque=made)
+    changed = replace(good, columns={**good.columns, 'torque': made})
+    assert not [one for one in check([changed], BENCH) if one.level == 'red']
+
+
+@pytest.mark.parametrize('channel', ['current', 'nothing'])
+def test_the_voltage_of_the_supply_is_no_command_in_another_unit(good, channel):
+    nothing = np.full(len(good), np.nan)
+    columns = {**good.columns, 'voltage': np.full(len(good), 24.0), 'reference_velocity': nothing}
+    columns |= {} if channel == 'current' else {'current': nothing, 'torque': nothing}
+    found = check([replace(good, columns=columns)], BENCH)
+    asked, = [one for one in found if 'is it the voltage of the supply?' in one.sentence]
+    assert asked.level == 'amber' and 'stays near 24 while' in asked.sentence
+    assert not [one for one in found if one.level == 'red' or 'voltage is in mV' in one.sentence]

@@ -20,13 +20,17 @@ from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
 from .time_units import LONGEST, unit_of_times, WORDS
-from .told_by_another import copied_findings, held_findings
+from .told_by_another import (
+    copied_findings,
+    held_findings,
+    measured_alone,
+    ONE_SIGN,
+    supply_findings,
+)
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
-ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
-STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
 SATURATED = 0.6  # share of samples at the largest command
 EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
 WEIGHTS = ('gravity', 'constant_torque')
@@ -56,7 +60,9 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
                                  'excitation, all parts the rest: nothing moves in '
                                  f'{seen.still} of them.'))
     found += each_once([finding for one in looked for finding in (
-        *copied_findings(one, servo), *held_findings(one), *clipped_findings(one, servo))])
+        *supply_findings(one), *copied_findings(one, servo), *held_findings(one),
+        *clipped_findings(one, servo))])
+    looked = [measured_alone(one, servo) for one in looked]
     shown = {id(one): excitation(one, servo) for one in looked}
     over = looked_over(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
@@ -114,11 +120,6 @@ def _signs(one: Survey) -> list[Finding]:
         return [Finding('amber', f'{one.name}: the current never changes its sign while the '
                         'command does: is it a magnitude, or that of the supply?',
                         'record the current of the motor with its sign')]
-    if lowest * highest > 0.0 and highest - lowest < STEADY * abs(highest + lowest) / 2.0 and (
-            least < -small and most > small):
-        return [Finding('amber', f'{one.name}: the command stays near {lowest:.3g} while the '
-                        'current changes its sign: is it the voltage of the supply?',
-                        'record what the drive was told, or the voltage at the motor')]
     return []
 
 

@@ -9,7 +9,7 @@ between two channels was computed, copied, or read from one sensor, perhaps some
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from .signals import ANGLES, MOST
 
 COMPUTED = 1e-3  # share that a current leaves of another torque or current that it was made of
 ROUNDED = 1e-6  # the same of two angles: rounding of numbers, where no noise is given
+STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
+ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
+BACK = 0.5  # share of its range by which a shaft turns to and fro
 LATEST = 50  # rows by which a copy may be late
 SEVERAL = 20  # steps of several counts from which on it is judged whether a channel is held
 _ONCE = 0.02  # share of them that another one may follow at once: a late packet
@@ -31,7 +34,7 @@ _EXPECTED = {
     'current': (('voltage', 'current_reference'), 'is it a copy of what was told, and was no '
                 'current measured?', 'record the measured current, or leave the column out'),
     'motor_position': (('reference_position',), 'was no encoder read?', 'record the encoder'),
-    'load_position': (('motor_position', 'reference_position'), 'are both columns of one sensor?',
+    'load_position': (('motor_position',), 'are both columns of one sensor?',
                       'leave the one out that no sensor of its own measured: it hides backlash, '
                       'stiffness and transmission error'),
 }
@@ -44,6 +47,45 @@ class Copy:
 
     factor: float
     late: int
+
+
+def measured_alone(one: Recording, servo: Servo) -> Recording:
+    """
+    Return a recording without what no sensor told of torque, current and command.
+
+    Of a torque that was made of the current, or of the voltage of the supply, the equations of the
+    servo say nothing about units.
+    """
+    gone = [name for name in ('torque', 'current') if one.has(name) and any(
+        copied(one, name, source, servo) for source in _EXPECTED[name][0])]
+    gone += ['voltage'] if of_supply(one) else []
+    nothing = np.full(len(one), np.nan)
+    return replace(one, columns={**one.columns, **dict.fromkeys(gone, nothing)}) if gone else one
+
+
+def supply_findings(one: Recording) -> list[Finding]:
+    """Return whether the command may be the voltage of the supply."""
+    if not (while_ := of_supply(one)):
+        return []
+    return [Finding('amber', f'{one.name}: the command stays near {np.nanmin(one["voltage"]):.3g} '
+                    f'while the {while_}: is it the voltage of the supply?',
+                    'record what the drive was told, or the voltage at the motor', one.name)]
+
+
+def of_supply(one: Recording) -> str:
+    """Return what changes its sign while the command stays near one value, or ''."""
+    told = one['voltage'][np.isfinite(one['voltage'])]
+    if not told.any() or np.ptp(told) >= STEADY * abs(told.max() + told.min()) / 2.0:
+        return ''
+    if one.has('current'):
+        current = one['current'][np.isfinite(one['current'])]
+        small = ONE_SIGN * np.ptp(current)
+        return 'current changes its sign' if current.min() < -small < small < current.max() else ''
+    ways = [one[name][np.isfinite(one[name])] for name in ANGLES if one.has(name)]
+    back = np.ptp(told) == 0.0 and any(
+        min(np.max(np.maximum.accumulate(x) - x), np.max(x - np.minimum.accumulate(x)))
+        > BACK * np.ptp(x) > 0.0 for x in ways)
+    return 'shaft turns to and fro' if back else ''
 
 
 def copied_findings(one: Recording, servo: Servo) -> list[Finding]:
