@@ -63,8 +63,8 @@ def at_speed(number, speed, coulomb=22.0):
 
 def test_friction_at_other_speeds_is_no_friction_that_drifts():
     assert not said([at_speed(k, 0.05 * (k + 1)) for k in range(4)], 'differs between')
-    assert said([at_speed(k, 0.2, 22.0 + 3.0 * k) for k in range(4)],
-                'friction of the load differs between')
+    found, = said([at_speed(k, 0.2, 22.0 + 3.0 * k) for k in range(4)], 'differs between')
+    assert 'friction of the load' in found.sentence  # and not of the motor, which is the same
 
 
 def test_it_holds_only_recordings_of_one_motion_against_each_other():

@@ -24,7 +24,7 @@ from .finding import Finding
 from .likelihood import SAMPLES
 from .mistakes import MISTAKE
 from .pooled import Columns, Pooled, pooled
-from .rough_balances import balances, RoughBalance
+from .rough_balances import balances, GIVEN, RoughBalance
 from .signals import Signals
 
 COULOMB, VISCOUS = 'Coulomb friction', 'viscous friction'
@@ -65,12 +65,13 @@ def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) 
         straight = servo.straight('load_position' if name == 'load' else 'motor_position')
         unit = straightened('N m') if straight else 'N m'
         noise = _noise(name, servo)
-        told = _told(fit, 1, sure, unit, names, 1.0, noise)
+        doubt = _of_scale(alike) if name == 'sensor' else np.zeros(len(alike))
+        told = _told(fit, 1, sure, unit, names, 1.0, noise, doubt)
         if told:
             found.append(_finding(FRICTION[name], family, told, WARM))
         if name != 'torque':  # without a sensor a constant is a torque or an angle of gravity
             scale = servo.values['mechanism.ratio'] if name == 'sensor' else 1.0
-            zeros.append(_told(fit, 0, sure, unit, names, scale, noise))
+            zeros.append(_told(fit, 0, sure, unit, names, scale, noise, np.zeros(len(alike))))
     if any(zeros):
         which = ('zero of torque, or of current,' if not zeros[-1] else
                  'zero of torque' if all(zeros) and len(zeros) > 1 else
@@ -119,14 +120,29 @@ def _fit(several: Sequence[RoughBalance]) -> Pooled:
     return pooled(columns)
 
 
+def _of_scale(several: Sequence[RoughBalance]) -> np.ndarray:
+    """
+    Return what a torque constant that is off makes of the Coulomb torques, (recordings,).
+
+    The balance at the torque sensor is a small difference of two torques. One that grows, as by
+    friction of the load, leaves of itself what the scale between them is off.
+    """
+    return np.array([GIVEN * np.linalg.lstsq(
+        np.stack([np.ones_like(one.seen), one.terms[COULOMB].column], 1), one.seen,
+        rcond=None)[0][1] for one in several])
+
+
 def _told(fit: Pooled, column: int, sure: float, unit: str, names: Sequence[str],
-          scale: float, noise: float) -> str:
+          scale: float, noise: float, doubt: np.ndarray) -> str:
     """
     Return how far values of the recordings are apart, '' where chance may have done it.
 
     ``scale`` brings them to where they are read; below the ``noise`` of a reading all is well.
+    ``doubt`` is by what they may be off together, (recordings,).
     """
     apart, covariance = fit.apart(column)
+    together = doubt - doubt.mean()
+    covariance = covariance + np.outer(together, together)
     if not np.isfinite(covariance).all() or not covariance.any():
         return ''
     spread = float(apart @ np.linalg.pinv(covariance, 1e-9, True) @ apart)
