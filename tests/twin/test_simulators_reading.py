@@ -345,6 +345,16 @@ def test_a_missing_mesh_is_no_loss_where_masses_are_given(tmp_path):
         compiled(tmp_path / 'robot.xml')
 
 
+def test_a_body_without_a_name_is_told_by_its_parent(tmp_path):
+    (tmp_path / 'r.xml').write_text(
+        '<mujoco><asset><mesh name="a" file="a.stl"/></asset><worldbody><body name="base"><geom '
+        'size="1"/><body><joint name="j"/><geom type="mesh" mesh="a"/></body></body></worldbody>'
+        '</mujoco>')
+    with pytest.raises(ModelError, match="a body without a name in 'base'"):
+        compiled(tmp_path / 'r.xml')
+
+
+
 @pytest.mark.parametrize(('text', 'said'), [
     (None, 'there is no such file'), ('<mujoco>', 'cannot read it'),
     ('<mujoco><include file="gone.xml"/></mujoco>', 'gone.xml'),
