@@ -78,7 +78,8 @@ def _apart(twist: np.ndarray, place: np.ndarray, sign: np.ndarray,
     within = [np.ptp(values) for one in cells for values in one.values()]
     ways = [abs(float(values.mean() - one[at, True].mean())) for one in cells
             for (at, forward), values in one.items() if not forward and (at, True) in one]
-    usual = most + (float(np.median(within)) if within else 0.0) + (
+    across = abs(float(np.polyfit(place, twist, 1)[0]) * np.ptp(place)) / PLACES  # a bin
+    usual = most + across + (float(np.median(within)) if within else 0.0) + (
         float(np.median(ways)) if ways else 0.0)
     found = {}
     for before, later in combinations(range(QUARTERS), 2):

@@ -51,13 +51,12 @@ class Copy:
 
 def measured_alone(one: Recording, servo: Servo) -> Recording:
     """
-    Return a recording without what no sensor told of torque, current and command.
+    Return a recording without a torque or a command that no sensor told.
 
     Of a torque that was made of the current, or of the voltage of the supply, the equations of the
     servo say nothing about units.
     """
-    gone = [name for name in ('torque', 'current') if one.has(name) and any(
-        copied(one, name, source, servo) for source in _EXPECTED[name][0])]
+    gone = ['torque'] if one.has('torque') and copied(one, 'torque', 'current', servo) else []
     gone += ['voltage'] if of_supply(one) else []
     nothing = np.full(len(one), np.nan)
     return replace(one, columns={**one.columns, **dict.fromkeys(gone, nothing)}) if gone else one
