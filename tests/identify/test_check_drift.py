@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 from servo_identify.data.check import check
+from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.description.servo_file import load
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
+from servo_twin.recording.recording import COLUMNS, PREDICTED, Recording
 
-BENCH = load(SERVO)
+BENCH, CONFIG = load(SERVO), SERVO.parents[1]
 
 
 def run(number, coulomb=22.0, zero=0.0):
@@ -38,6 +43,28 @@ def test_it_names_what_differs_between_recordings_with_its_size(changed, words):
     assert ('zero of torque' if 'zero' in changed else 'friction of the load') in found.sentence
     assert words in found.sentence and 'more than run_0' in found.sentence
     assert found.level == 'amber' and ('tare' if 'zero' in changed else 'warm') in found.action
+
+
+def at_speed(number, speed, coulomb=22.0):
+    """Return moves to and fro of a bench with Stribeck friction, of one speed in rad/s."""
+    rig = BENCH.with_effects(Placed('static', find('stribeck_friction'), 'load'), values={
+        'effects.static.excess': 12.0, 'effects.static.fade': 0.1,
+        'effects.coulomb.level': coulomb})
+    one, time = run(number), np.arange(4000) * 1e-3
+    columns = {name: np.full(4000, np.nan) for name in one.columns}
+    columns['reference_velocity'] = speed * np.tanh(8.0 * np.sin(1.57 * time))
+    made = simulate(rig, inputs_of(columns), 1e-3, initial_state(rig), 'closed_loop')
+    columns.update(zip(PREDICTED, made.T.copy(), strict=True))
+    chance = np.random.default_rng(number)
+    for name in ('motor_position', 'load_position', 'torque', 'current'):
+        columns[name] += BENCH.noise(name) * chance.standard_normal(4000)
+    return replace(one, columns=columns)
+
+
+def test_friction_at_other_speeds_is_no_friction_that_drifts():
+    assert not said([at_speed(k, 0.05 * (k + 1)) for k in range(4)], 'differs between')
+    found, = said([at_speed(k, 0.2, 22.0 + 3.0 * k) for k in range(4)], 'differs between')
+    assert 'friction of the load' in found.sentence  # and not of the motor, which is the same
 
 
 def test_it_holds_only_recordings_of_one_motion_against_each_other():
@@ -84,6 +111,23 @@ def test_it_says_of_two_encoders_that_part_for_good_by_how_much(channel, per, wo
     assert size == pytest.approx(0.2 if slip else 0.15, rel=0.1)
     assert 'slips' in found.action
     assert not said([apart], 'cannot tell whether') and not said([apart], 'closes')
+
+
+@pytest.mark.parametrize('back', [0.6, 0.7])
+def test_it_says_of_a_clutch_that_slips_back_when_it_did(back):
+    one, share = run(0), np.linspace(0.0, 1.0, 4000)
+    slipped = one['load_position'] + 0.05 * ((share > 0.3) & (share < back))
+    found, = said([replace(one, columns={**one.columns, 'load_position': slipped})],
+                  'at the same place')
+    assert found.level == 'amber' and '0.05 rad' in found.sentence and 'quarter' in found.sentence
+
+
+@pytest.mark.parametrize('rig', ['ema_bench', 'pan_tilt_azimuth', 'pan_tilt_elevation'])
+def test_a_twist_over_a_small_motion_is_no_other_ratio(rig):
+    made = make_recording('slow_reversals', CONFIG / 'rigs' / f'{rig}.yaml', duration=5.0,
+                          rate=500.0, seed=1)
+    one = Recording(rig, 0.002, {name: made[name] for name in COLUMNS if name in made})
+    assert not said([one], 'encoders show a ratio', load(CONFIG / 'servos' / f'{rig}.yaml'))
 
 
 def test_two_encoders_that_hold_raise_no_word():

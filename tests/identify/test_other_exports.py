@@ -246,3 +246,41 @@ def test_on_a_terminal_counts_have_no_unit_that_enter_stands_for(tmp_path, monke
     assert first[1] == '' and second[0].startswith('a unit is needed')
     assert 'it lacks the angle' in third[0] and 'a unit is needed' not in third[0]
     np.testing.assert_allclose(read(data)['motor_position'], run['theta'], atol=1e-3)
+
+
+@pytest.mark.parametrize('label', ['_field', 'Series'])
+@pytest.mark.parametrize('turns', [False, True])
+def test_it_says_how_to_part_channels_that_stand_below_each_other(tmp_path, label, turns):
+    rows = [(k, name, number + 0.1 * np.sin(k)) for number, name in enumerate(
+        ('angle', 'current', 'voltage')) for k in range(40)]
+    rows = sorted(rows, key=lambda row: row[0]) if turns else rows
+    table = tmp_path / 'long.csv'
+    table.write_text(f'{label},Time,Value,table\n' + '\n'.join(
+        f'{name},{0.01 * k:.2f},{value:.6f},0' for k, name, value in rows))
+    with pytest.raises(ValueError, match='holds its channels below each other') as problem:
+        read_table(table)
+    assert '(angle, current, voltage)' in str(problem.value)
+    assert f"pivot_table(index='Time', columns='{label}', values='Value')" in str(problem.value)
+
+
+def test_a_word_beside_channels_does_not_make_them_one(tmp_path):
+    table = tmp_path / 'modes.csv'
+    table.write_text('t,state,position,current\n' + '\n'.join(
+        f'{0.01 * (k % 20):.2f},{"run" if k < 20 else "stop"},{k},{k % 7}' for k in range(40)))
+    assert 'position' in read_table(table).columns
+
+
+def test_it_offers_no_speed_for_an_angle(tmp_path, capsys):
+    table = tmp_path / 'speed.csv'
+    table.write_text('t [s],voltage,velocity [rad/s],r0482,r0080 [N m]\n' + '\n'.join(
+        f'{0.001 * k},{k},{np.sin(k)},{k * k},1' for k in range(40)))
+    words = ['init', str(table), '-o', str(tmp_path / 's.yaml'), '--no-questions']
+    assert main(words) == 2
+    assert "motor_position=SOURCE (of ['r0482'])" in capsys.readouterr().err
+    table.write_text(table.read_text().replace('r0482', 'r0482 [rpm]'))
+    assert main(words) == 2
+    assert 'motor_position or load_position, which no column of' in capsys.readouterr().err
+
+
+def test_the_short_words_of_a_scope_are_speeds():
+    assert looks_like('CmdVelo') == 'reference_velocity' and looks_like('ActVelo') == ''

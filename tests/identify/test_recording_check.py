@@ -13,6 +13,7 @@ from servo_identify.cli import main
 from servo_identify.data.check import check
 from servo_identify.data.reading import read_recordings
 from servo_identify.diagnose.splitting import split
+from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load, loads
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
@@ -139,6 +140,15 @@ def test_it_warns_of_an_inertia_that_is_far_from_that_of_the_file(good):
                                'mechanism.rotor_inertia': 1.14e-3})
     servo = replace(heavy, tolerance={})
     assert any('times the inertia' in one.sentence for one in of_level('amber', good, servo))
+
+
+@pytest.mark.parametrize('rig', ['dc_gearmotor', 'ema_bench', 'rv_bench', 'rv_plain'])
+def test_friction_of_a_creeping_motion_is_no_inertia(rig):
+    made = make_recording('slow_reversals', CONFIG / 'rigs' / f'{rig}.yaml', duration=5.0,
+                          rate=500.0, seed=1)
+    one = Recording(rig, 0.002, {name: made[name] for name in COLUMNS if name in made})
+    assert not [finding for finding in check([one], load(CONFIG / 'servos' / f'{rig}.yaml'))
+                if 'times the inertia' in finding.sentence]
 
 
 def test_command_and_current_in_milliamperes_are_red_where_the_inertia_alone_speaks():

@@ -25,14 +25,18 @@ effects: {dry: {effect: coulomb_friction, at: motor, level: 0.05}}
 """)
 
 
-def run(size=0.8, **factors):
+def without(columns, *names):
+    return {**columns, **{name: np.full(len(columns[name]), np.nan) for name in names}}
+
+
+def run(size=0.8, servo=AXIS, **factors):
     """Return moves of an axis in a position loop; ``factors`` multiply channels of the log."""
     time = np.arange(6000) * 1e-3
     columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
     speed = size * (np.sin(2.0 * time) + 0.7 * np.sin(5.3 * time))
     columns['reference_velocity'] = speed
     columns['reference_position'] = cumulative_trapezoid(speed, time, initial=0.0)
-    made = simulate(AXIS, inputs_of(columns), 1e-3, initial_state(AXIS), 'closed_loop')
+    made = simulate(servo, inputs_of(columns), 1e-3, initial_state(servo), 'closed_loop')
     columns.update(zip(PREDICTED, made.T.copy(), strict=True))
     columns['load_position'] = np.full(len(time), np.nan)
     chance = np.random.default_rng(3)
@@ -76,9 +80,32 @@ def test_it_asks_about_a_reference_that_is_off_by_less():
 
 def test_it_asks_about_a_reference_by_its_tracking_alone():
     one = replace(bench_recording(4.0), servo_file='')
-    found, = said(replace(one, columns={**one.columns, 'reference_velocity':
-                                        6.0 * one['reference_velocity']}), BENCH)
+    columns = {**one.columns, 'reference_velocity': 6.0 * one['reference_velocity']}
+    found, = said(replace(one, columns=without(columns, 'voltage')), BENCH)
     assert found.level == 'amber' and 'reference_velocity is 5.9 times' in found.sentence
+
+
+@pytest.mark.parametrize('factor', [0.5, 2.0, 5.0])
+def test_a_loop_with_an_integral_follows_the_whole_way(factor):
+    one = run(reference_position=factor)
+    found, = said(replace(one, columns=without(one.columns, 'reference_velocity', 'voltage')))
+    assert found.level == 'amber' and 'reference_position is ' in found.sentence
+    assert float(found.sentence.split(' times')[0].split()[-1]) == pytest.approx(factor, rel=0.05)
+
+
+@pytest.mark.parametrize('factor', [1.0, 0.5, 1.3, 2.0, 5.0])
+def test_the_command_tells_the_factor_of_a_reference_that_is_followed_badly(factor):
+    servo = AXIS.with_values({'controller.ki': 0.0, 'controller.kf': 0.0, 'controller.kv': 0.02})
+    one = run(servo=servo, reference_position=factor)
+    one = replace(one, columns=without(one.columns, 'reference_velocity'))
+    found = [each for each in check([one], servo) if 'makes the command of' in each.sentence]
+    assert [each.level for each in found] == (['red'] if factor != 1.0 else [])
+    assert all(f'reference_position is {factor:g} times' in each.sentence for each in found)
+
+
+def test_a_command_of_another_law_tells_no_factor():
+    servo = AXIS.with_values({'controller.kp': 60.0, 'controller.kd': 0.1})
+    assert not [one for one in check([run()], servo) if 'makes the command of' in one.sentence]
 
 
 def test_it_leaves_a_loop_alone_that_follows_badly():

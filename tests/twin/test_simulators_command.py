@@ -34,6 +34,8 @@ def test_a_mjcf_joint_becomes_a_servo_file_that_says_where_each_value_is_from(tm
     assert silent == ['controller.filter', 'controller.on_load', 'effects.gravity.order']
     said = capsys.readouterr().out
     assert 'not in it: end stops' in said and 'No sensors' not in said
+    assert f'next:    servo-identify check RECORDING --servo {out}\n' in said
+    assert 'has the columns t, motor_position, reference_position at least' in said
     assert '# - end stops' in out.read_text()
 
 

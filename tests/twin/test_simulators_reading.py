@@ -211,6 +211,60 @@ def test_it_says_what_a_servo_cannot_hold():
         assert any(word in one for one in said), word
 
 
+TENDON = """<tendon><fixed name="t" {more}><joint joint="j" coef="3"/><joint joint="k" coef="0.5"/>
+            </fixed></tendon>"""
+
+
+def with_parts(parts, actuators='', bodies=''):
+    """Return the joint j of a pendulum with further parts of a model."""
+    text = PENDULUM.format(step=1e-3, flags='', joint='', actuators=actuators)
+    text = text.replace('</worldbody>', f'{bodies}</worldbody>').replace(
+        '</mujoco>', f'{parts}</mujoco>')
+    return joint_of(compiled_text(text, 'x'), 'j', 'x')
+
+
+def test_what_a_tendon_passes_on_is_counted_at_the_joint():
+    joint = with_parts(TENDON.format(more='frictionloss="2"'),
+                       '<position tendon="t" kp="10" kv="1" gear="2" forcerange="-5 5"/>')
+    assert (joint.kp, joint.kd) == pytest.approx((10.0 * 36.0, 36.0))
+    assert joint.torque_limit == pytest.approx(5.0 * 2.0 * 3.0)
+    assert joint.friction == pytest.approx(2.0 * 3.0)
+    assert "tendon 't'" in joint.sources['friction']
+
+
+@pytest.mark.parametrize(('parts', 'words'), [
+    (TENDON.format(more='limited="true" range="-1 2"'), "range of tendon 't', -1 to 2 m"),
+    (TENDON.format(more='actuatorfrcrange="-1 2"'), "actuatorfrcrange [-1, 2] of tendon 't'"),
+    (TENDON.format(more='') + '<equality><tendon tendon1="t"/></equality>',
+     "equality of tendon 't'"),
+    ('<equality><connect body1="arm" body2="other" anchor="0 0 0"/></equality>',
+     'equality (connect) number 0, which closes a loop'),
+    ('<equality><weld body1="world" body2="arm"/></equality>', 'which closes a loop')])
+def test_it_says_what_tendons_and_loops_hold(parts, words):
+    assert any(words in one for one in with_parts(parts).left_out)
+    off = parts.replace('<connect', '<connect active="false"').replace(
+        '<weld', '<weld active="false"')
+    assert off == parts or not with_parts(off).left_out
+
+
+def test_it_says_that_the_state_of_a_filter_is_limited():
+    joint = read('<general joint="j" gainprm="4" dyntype="filterexact" dynprm="0.02" '
+                 'actlimited="true" actrange="-2 2"/>')
+    assert any('actrange [-2, 2]' in one for one in joint.left_out)
+
+
+@pytest.mark.parametrize('integral', ['', '<config key="ki" value="20"/>'])
+def test_a_plugin_is_read_as_it_answers(integral):
+    plugin = ('<extension><plugin plugin="mujoco.pid"><instance name="pid">'
+              f'<config key="kp" value="40"/>{integral}<config key="kd" value="2"/>'
+              '</instance></plugin></extension>')
+    dimension = 'actdim="1"' if integral else ''
+    joint = with_parts(plugin, '<plugin joint="j" plugin="mujoco.pid" instance="pid" '
+                       f'{dimension}/>')
+    assert (joint.kp, joint.kd, joint.gain) == pytest.approx((40.0, 2.0, 0.0), rel=2e-3)
+    assert any('an integral' in one for one in joint.left_out) == bool(integral)
+
+
 # --- against MuJoCo
 
 
@@ -289,6 +343,16 @@ def test_a_missing_mesh_is_no_loss_where_masses_are_given(tmp_path):
     (tmp_path / 'robot.xml').write_text(without)
     with pytest.raises(ModelError, match="nowhere.stl.*masses of 'arm' follow from their meshes"):
         compiled(tmp_path / 'robot.xml')
+
+
+def test_a_body_without_a_name_is_told_by_its_parent(tmp_path):
+    (tmp_path / 'r.xml').write_text(
+        '<mujoco><asset><mesh name="a" file="a.stl"/></asset><worldbody><body name="base"><geom '
+        'size="1"/><body><joint name="j"/><geom type="mesh" mesh="a"/></body></body></worldbody>'
+        '</mujoco>')
+    with pytest.raises(ModelError, match="a body without a name in 'base'"):
+        compiled(tmp_path / 'r.xml')
+
 
 
 @pytest.mark.parametrize(('text', 'said'), [

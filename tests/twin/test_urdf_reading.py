@@ -158,3 +158,35 @@ def test_a_link_without_mass_between_two_joints_is_no_matter(tmp_path):
     with_it, _ = joint_of_urdf(tmp_path / 'r.urdf', 'elbow')
     assert with_it.inertia == pytest.approx(plain.inertia, rel=1e-9)
     assert with_it.cosine == pytest.approx(plain.cosine, rel=1e-9)
+
+
+LINK = '<link name="{0}">{1}</link>'
+INERTIAL = ('<inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" '
+            'izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>')
+SHAPE = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
+JOINT = ('<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>'
+         '<axis xyz="0 1 0"/></joint>')
+
+
+def two_links(folder: Path, first: str, second: str, comment: str = '') -> Path:
+    """Return a chain of two joints, its links with what is given."""
+    path = folder / 'chain.urdf'
+    path.write_text(f'<robot name="r">{comment}<link name="base"/>{LINK.format("a", first)}'
+                    f'{LINK.format("b", second)}{JOINT.format("j", "base", "a")}'
+                    f'{JOINT.format("k", "a", "b")}</robot>')
+    return path
+
+
+@pytest.mark.parametrize(('second', 'said'), [('', False), (SHAPE, True)])
+def test_it_says_which_mass_is_missing(tmp_path, second, said):
+    joint, _ = joint_of_urdf(two_links(tmp_path, INERTIAL, second), 'j')
+    assert any("the mass of link 'b'" in one for one in joint.left_out) == said
+    with pytest.raises(ModelError, match=r"none of the links \['a', 'b'\] has an inertial"):
+        joint_of_urdf(two_links(tmp_path, '', second), 'j')
+
+
+def test_it_knows_what_xacro_left_from_what_a_comment_keeps(tmp_path):
+    kept = two_links(tmp_path, INERTIAL, '', '<!-- <xacro:arm prefix="${p}"/> -->')
+    assert joint_of_urdf(kept, 'j')[0].inertia == pytest.approx(0.02)
+    with pytest.raises(ModelError, match='this is a xacro file'):
+        joint_of_urdf(two_links(tmp_path, INERTIAL.replace('"1"', '"${mass}"'), ''), 'j')

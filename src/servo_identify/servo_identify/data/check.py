@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from servo_twin.physics.servo import Servo
-from servo_twin.recording.recording import Recording
 
+from .clipped import clipped_findings
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
@@ -21,13 +20,17 @@ from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
 from .time_units import LONGEST, unit_of_times, WORDS
+from .told_by_another import (
+    copied_findings,
+    held_findings,
+    measured_alone,
+    ONE_SIGN,
+    supply_findings,
+)
 
 SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
-ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
-STEADY = 0.25  # share of its mean within which a command stays that is that of a supply
-COMPUTED = 1e-3  # share of a torque that the current leaves of it, where it was computed from it
 SATURATED = 0.6  # share of samples at the largest command
 EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
 WEIGHTS = ('gravity', 'constant_torque')
@@ -56,7 +59,10 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green', f'{parts[0].warnings[-1]}. These tell scales and '
                                  'excitation, all parts the rest: nothing moves in '
                                  f'{seen.still} of them.'))
-    found += each_once([finding for one in looked for finding in _computed(one)])
+    found += each_once([finding for one in looked for finding in (
+        *supply_findings(one), *copied_findings(one, servo), *held_findings(one),
+        *clipped_findings(one, servo))])
+    looked = [measured_alone(one, servo) for one in looked]
     shown = {id(one): excitation(one, servo) for one in looked}
     over = looked_over(looked, servo, shown)
     if not any(one.level == 'red' for one in found):
@@ -114,26 +120,7 @@ def _signs(one: Survey) -> list[Finding]:
         return [Finding('amber', f'{one.name}: the current never changes its sign while the '
                         'command does: is it a magnitude, or that of the supply?',
                         'record the current of the motor with its sign')]
-    if lowest * highest > 0.0 and highest - lowest < STEADY * abs(highest + lowest) / 2.0 and (
-            least < -small and most > small):
-        return [Finding('amber', f'{one.name}: the command stays near {lowest:.3g} while the '
-                        'current changes its sign: is it the voltage of the supply?',
-                        'record what the drive was told, or the voltage at the motor')]
     return []
-
-
-def _computed(one: Recording) -> list[Finding]:
-    """Say where a torque is the current over again, which no sensor between two shafts tells."""
-    known = np.isfinite(one['torque']) & np.isfinite(one['current'])
-    torque, current = one['torque'][known], one['current'][known]
-    if not torque.any() or not current.any():
-        return []
-    each = float(torque @ current / (current @ current))
-    if np.sum((torque - each * current)**2) > COMPUTED**2 * np.sum(torque**2):
-        return []
-    return [Finding('amber', f'{one.name}: torque is {each:.4g} N m/A times the current in all '
-                    'samples: was it computed from it?',
-                    'leave the column out where no sensor measured it', one.name)]
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:

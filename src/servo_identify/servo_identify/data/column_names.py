@@ -22,8 +22,8 @@ TORQUE = 'a torque'  # of a sensor, or computed from the current: the name does 
 TOLD_TORQUE = 'a torque that was told'  # the command of a drive, in N m
 
 _TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc', 'ts'}
-SPEED = {'velocity', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd', 'dq',
-          'velocities', 'qvel', 'rate'}
+SPEED = {'velocity', 'velo', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd',
+         'dq', 'velocities', 'qvel', 'rate'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
 _TOLD = {'command', 'commands', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
 """What a drive was told; of an angle or a speed that is a reference."""

@@ -58,7 +58,7 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
         if len(repeated) > MOST_REPEATED * len(time):
             raise ValueError(
                 f'{path}: {len(repeated)} of {len(time)} rows repeat the time of the row before, '
-                f'and {MOST_REPEATED:.0%} may: '
+                f'and {MOST_REPEATED:.0%} may at most: '
                 + ('the stamps are of whole seconds alone' if (time == np.round(time)).all() else
                    'the stamps are coarser than the rows')
                 + '. Write the time with more digits; or count the rows, and map the count as the '

@@ -42,7 +42,8 @@ def excitation(one: Recording, servo: Servo) -> Excitation | None:
     return best
 
 
-def _by_least_squares(at: Signals, servo: Servo) -> Excitation | None:
+def plain_terms(at: Signals, servo: Servo) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
+    """Return the torque at the motor's shaft and the columns of its plain terms, (samples,)."""
     ratio = servo.values['mechanism.ratio']
     side, told = motor_side(at, ratio), torque_of_drive(at, servo)
     if side is None or told is None or not np.ptp(at.speed[side[0]]) > 0.0:
@@ -55,7 +56,15 @@ def _by_least_squares(at: Signals, servo: Servo) -> Excitation | None:
     if not servo.linear:
         place = factor * at.plain[angle] / ratio
         terms |= {'cosine': np.cos(place), 'sine': np.sin(place)}
-    names = [name for name, column in terms.items() if np.any(column)]
+    return torque, {name: column for name, column in terms.items() if np.any(column)}
+
+
+def _by_least_squares(at: Signals, servo: Servo) -> Excitation | None:
+    told = plain_terms(at, servo)
+    if told is None:
+        return None
+    torque, terms = told
+    names = list(terms)
     matrix = np.stack([terms[name] for name in names], 1)
     size = np.linalg.norm(matrix, axis=0)
     matrix = matrix / size

@@ -13,7 +13,7 @@ from servo_twin.recording.recording import Recording
 
 from .excitation import Excitation, excitation, WIDTHS
 from .shown_factor import Off, off_references
-from .shown_parting import parted
+from .shown_parting import parted, Parting
 from .signals import Signals, signals
 
 Known = Mapping[int, Excitation | None]
@@ -42,8 +42,8 @@ class LookedOver:
         return [(one, at) for one, at in self._all if one.name not in self.parted]
 
     @cached_property
-    def parted(self) -> dict[str, float]:
-        """How far the two encoders part for good, rad at the load, by the name of a recording."""
+    def parted(self) -> dict[str, Parting]:
+        """How far the two encoders part, at the load, by the name of a recording."""
         found = {one.name: parted(at, self.servo) for one, at in self._all}
         return {name: apart for name, apart in found.items() if apart}
 

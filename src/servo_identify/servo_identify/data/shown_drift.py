@@ -3,12 +3,15 @@ What differs between recordings of one motion: the zero of a torque sensor, or f
 
 A torque balance is fitted to all recordings of a family at once. Inertia, gravity and how
 friction goes with speed are shared; a constant torque and a Coulomb torque are of each recording
-alone. What a rough equation lacks is the same in all of them, since they repeat one motion.
+alone. They are compared at the speeds that all of them have: between others the curve of friction
+over the speed would stand for the difference. What a rough equation lacks is the same in all of
+them, since they repeat one motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import exp
 
 import numpy as np
@@ -18,9 +21,10 @@ from servo_twin.physics.servo import Servo
 from servo_twin.physics.straight_units import straightened
 
 from .finding import Finding
+from .likelihood import SAMPLES
 from .mistakes import MISTAKE
 from .pooled import Columns, Pooled, pooled
-from .rough_balances import balances, RoughBalance
+from .rough_balances import balances, GIVEN, RoughBalance
 from .signals import Signals
 
 COULOMB, VISCOUS = 'Coulomb friction', 'viscous friction'
@@ -29,6 +33,7 @@ FRICTION = {'sensor': 'friction of the motor', 'load': 'friction of the load',
 WARM = ('let the machine warm up before the first recording; a diagnosis names such friction, '
         'and no servo file holds it')
 TARE = 'tare the sensor before each recording, or subtract its zero in the mapping: offset'
+ENDS = (0.05, 0.95)  # quantiles of the speeds of a recording, between which it has them
 FORMS = (0.5, 2.0)  # powers of the speed beside the first, for a friction of any form
 Told = tuple[str, Signals]
 
@@ -53,16 +58,20 @@ def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) 
         if not all(name in table and COULOMB in table[name].terms for table in tables) or (
                 name == 'torque' and all('load' in table for table in tables)):
             continue
-        fit = _fit([table[name] for table in tables])
+        alike = _at_common_speeds([table[name] for table in tables])
+        if not alike:
+            continue
+        fit = _fit(alike)
         straight = servo.straight('load_position' if name == 'load' else 'motor_position')
         unit = straightened('N m') if straight else 'N m'
         noise = _noise(name, servo)
-        told = _told(fit, 1, sure, unit, names, 1.0, noise)
+        doubt = _of_scale(alike) if name == 'sensor' else np.zeros(len(alike))
+        told = _told(fit, 1, sure, unit, names, 1.0, noise, doubt)
         if told:
             found.append(_finding(FRICTION[name], family, told, WARM))
         if name != 'torque':  # without a sensor a constant is a torque or an angle of gravity
             scale = servo.values['mechanism.ratio'] if name == 'sensor' else 1.0
-            zeros.append(_told(fit, 0, sure, unit, names, scale, noise))
+            zeros.append(_told(fit, 0, sure, unit, names, scale, noise, np.zeros(len(alike))))
     if any(zeros):
         which = ('zero of torque, or of current,' if not zeros[-1] else
                  'zero of torque' if all(zeros) and len(zeros) > 1 else
@@ -84,6 +93,21 @@ def _noise(name: str, servo: Servo) -> float:
     return float(np.linalg.norm(np.nan_to_num(used)))
 
 
+def _at_common_speeds(several: Sequence[RoughBalance]) -> list[RoughBalance]:
+    """Return the samples at speeds that all recordings have; none where they have none."""
+    speeds = [np.abs(one.terms[VISCOUS].column) for one in several]
+    ends = np.array([np.quantile(speed, ENDS) for speed in speeds])
+    low, high = ends[:, 0].max(), ends[:, 1].min()
+    rows = [(speed >= low) & (speed <= high) for speed in speeds]
+    return [_of_rows(one, kept) for one, kept in zip(several, rows, strict=True)] if min(
+        int(kept.sum()) for kept in rows) > SAMPLES else []
+
+
+def _of_rows(one: RoughBalance, rows: np.ndarray) -> RoughBalance:
+    terms = {name: replace(term, column=term.column[rows]) for name, term in one.terms.items()}
+    return replace(one, seen=one.seen[rows], terms=terms, free=one.free[rows])
+
+
 def _fit(several: Sequence[RoughBalance]) -> Pooled:
     """Return the fit with a constant and a Coulomb torque of each recording."""
     columns = []
@@ -96,14 +120,29 @@ def _fit(several: Sequence[RoughBalance]) -> Pooled:
     return pooled(columns)
 
 
+def _of_scale(several: Sequence[RoughBalance]) -> np.ndarray:
+    """
+    Return what a torque constant that is off makes of the Coulomb torques, (recordings,).
+
+    The balance at the torque sensor is a small difference of two torques. One that grows, as by
+    friction of the load, leaves of itself what the scale between them is off.
+    """
+    return np.array([GIVEN * np.linalg.lstsq(
+        np.stack([np.ones_like(one.seen), one.terms[COULOMB].column], 1), one.seen,
+        rcond=None)[0][1] for one in several])
+
+
 def _told(fit: Pooled, column: int, sure: float, unit: str, names: Sequence[str],
-          scale: float, noise: float) -> str:
+          scale: float, noise: float, doubt: np.ndarray) -> str:
     """
     Return how far values of the recordings are apart, '' where chance may have done it.
 
     ``scale`` brings them to where they are read; below the ``noise`` of a reading all is well.
+    ``doubt`` is by what they may be off together, (recordings,).
     """
     apart, covariance = fit.apart(column)
+    together = doubt - doubt.mean()
+    covariance = covariance + np.outer(together, together)
     if not np.isfinite(covariance).all() or not covariance.any():
         return ''
     spread = float(apart @ np.linalg.pinv(covariance, 1e-9, True) @ apart)

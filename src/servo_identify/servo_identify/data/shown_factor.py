@@ -5,14 +5,16 @@ The factor by which a reference is off, whatever it is, by two equations without
 
 Two columns of one log tell f, which is 1. A loop makes g near 1, and may follow badly. Both
 are looked at only where the two sides differ by less than a tenth in their form: a loop that
-lags, an axis that sticks and a reference that hardly moves say nothing.
+lags, an axis that sticks and a reference that hardly moves say nothing. Where the command was
+recorded, the law of the controller tells the factor however well the loop follows
+(:mod:`.control_law`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import log
+from math import exp, log, sqrt
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -20,6 +22,7 @@ from scipy.integrate import cumulative_trapezoid
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from .control_law import factors_by_law
 from .finding import Finding, said_once
 from .likelihood import SAMPLES, WEAK
 from .mistakes import MISTAKE, mistakes, REFERENCES, unread
@@ -37,7 +40,8 @@ class Off:
     A reference of one recording that is ``factor`` times what the angle does.
 
     ``beside`` is its factor to the other reference, 1 where there is none or both agree. ``sure``
-    says that nothing but a wrong unit or scale explains it.
+    says that nothing but a wrong unit or scale explains it. ``by_law``: the law of the controller
+    tells the factor.
     """
 
     recording: str
@@ -45,6 +49,7 @@ class Off:
     factor: float
     beside: float
     sure: bool
+    by_law: bool = False
 
 
 def off_references(usable: Seen, servo: Servo, sure: float) -> list[Off]:
@@ -65,7 +70,9 @@ def reference_findings(off: Sequence[Off]) -> list[Finding]:
     for channel in dict.fromkeys(one.channel for one in off):
         several = [one for one in off if one.channel == channel]
         least = min(several, key=lambda one: abs(log(one.factor)))
-        said = f'{channel} is {least.factor:.3g} times what the angle follows'
+        said = f'{channel} is {least.factor:.3g} times what ' + (
+            'the controller of the servo file makes the command of' if least.by_law else
+            'the angle follows')
         if least.beside != 1.0:
             other, = set(REFERENCES) - {channel}
             said += (f', and {least.beside:.3g} times what {other} says'
@@ -96,8 +103,14 @@ def _of_one(one: Recording, at: Signals, servo: Servo, sure: float) -> list[Off]
     apart, open_ = _beside(one)
     nats = 0.5 * log(apart)**2 / ((SAME / 3.0)**2 + open_ / SAMPLES)
     if open_ > FORM**2 or nats < sure + MISTAKE or not moved:
-        return [Off(one.name, name, 1.0 / value, 1.0, _doubt(value) > sure + MISTAKE)
-                for name, value in follows.items() if not 1.0 / FURTHEST < value < FURTHEST]
+        by_law = [Off(one.name, name, told.factor, 1.0, True, True)
+                  for name, told in factors_by_law(one, servo).items()
+                  if 0.5 * log(told.factor)**2 / ((SAME / 3.0)**2 + told.variance)
+                  > sure + MISTAKE]
+        furthest = exp(SAME * sqrt(2.0 * (sure + MISTAKE))) if _integrates(servo) else FURTHEST
+        return by_law or [
+            Off(one.name, name, 1.0 / value, 1.0, _doubt(value) > sure + MISTAKE)
+            for name, value in follows.items() if not 1.0 / furthest < value < furthest]
     # of a reference that is not followed in form, its share is that of the other and their factor
     known, value = next(iter((follows or {name: factor for name, (factor, _) in moved.items()}
                               ).items()))
@@ -109,6 +122,11 @@ def _of_one(one: Recording, at: Signals, servo: Servo, sure: float) -> list[Off]
     return [Off(one.name, worst, 1.0 / shares[worst],
                 apart if worst == 'reference_position' else 1.0 / apart,
                 bool(follows) and _doubt(shares[worst]) - _doubt(shares[best]) > sure)]
+
+
+def _integrates(servo: Servo) -> bool:
+    """Tell whether the loop leaves no error that stays: one that lags is not alike in form."""
+    return bool(servo.values.get('controller.ki', 0.0))
 
 
 def _doubt(followed: float) -> float:

@@ -6,7 +6,8 @@ The ratio that two encoders show, held against that of the servo file.
 
 Twist, backlash and, of a load that turns once around, eccentric encoders have their own terms, so
 that s is what a ratio of N (1 + s) leaves. Where the motion does not tell the angle from the
-twist, as one sine, nothing is said.
+twist, as one sine, nothing is said. Nor is it where s makes up for less over the whole motion than
+what comes and goes, which is never all in the terms: torsion, backlash and hysteresis.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from servo_twin.physics.servo import Servo
 from .finding import Finding
 from .mistakes import MISTAKE, TURN
 from .pooled import Columns, pooled
+from .shown_parting import torsion_of
 from .signals import ANGLES, Signals
 
 RATIO = 'mechanism.ratio'
@@ -43,6 +45,8 @@ def ratio_findings(seen: Sequence[Signals], servo: Servo, sure: float) -> list[F
     if _alike(columns):
         return []
     found = pooled(columns)
+    if not any(_beyond_twist(at, float(found.shared[0]), servo) for at in both):
+        return []
     shown = ratio * (1.0 + found.shared[0])
     error = ratio * float(np.sqrt(found.covariance[0, 0]))
     low, high = servo.tolerance.get(RATIO, (ratio * (1.0 - BELT), ratio * (1.0 + BELT)))
@@ -64,6 +68,13 @@ def _columns(at: Signals, ratio: float, around: bool) -> Columns:
         shared += [np.cos(load), np.sin(load)]
     return Columns(at.plain['motor_position'] / ratio - load, np.stack(shared, 1),
                    np.ones((len(at), 1)))
+
+
+def _beyond_twist(at: Signals, share: float, servo: Servo) -> bool:
+    """Tell whether a ratio that is off by a share parts the angles further than twist may."""
+    load = at.plain['load_position']
+    rest = at.plain['motor_position'] / servo.values[RATIO] - (1.0 + share) * load
+    return bool(abs(share) * np.ptp(load) > np.ptp(rest) + 2.0 * torsion_of(at, servo))
 
 
 def _alike(several: Sequence[Columns]) -> bool:

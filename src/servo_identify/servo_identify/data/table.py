@@ -14,6 +14,7 @@ from servo_twin.description.nearest_name import or_what
 from .arrow_columns import first_stamp, is_clock, numbers_of, zero_of
 from .cell_parts import parts_of
 from .clock_times import seconds_of
+from .long_form import check_wide
 from .number_texts import plain, without_groups
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
@@ -107,6 +108,8 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
                 table.begins[name] = str(next(one for one in values if one)).strip()
         except ValueError as problem:
             table.refused[name] = str(problem)
+    check_wide(table.path, table.columns, {name: values for name, values in texts.items()
+                                           if name in table.refused})
     return table
 
 

@@ -15,7 +15,7 @@ from ..data.column_names import ANGLE, looks_like, NAMES
 from ..data.column_units import factor_of, UNIT
 from ..data.finding import SHOWN
 from .machine import ABOUT, example, flag, Machine, SECTIONS
-from .proposals import Proposal, rises
+from .proposals import may_be_angle, Proposal, rises
 from .sources import Offered
 from .torques import choose_torques, shaft_of, stands_for_current
 
@@ -108,6 +108,11 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             free = [one for one in of.sources if one not in taken]
             if names == ('t',):
                 free = [one for one in free if rises(of.numbers.get(one))] or free
+            else:
+                free = [one for one in free if may_be_angle(one, of.units.get(one, ''))]
+            if not free and not meant:
+                missing.append(f'{" or ".join(names)}, which no column of {of.path} holds')
+                continue
             missing.append(f'--column {names[0]}=SOURCE (of {free[:12]}'
                            + ''.join(f'; {one}' for one in meant)
                            + ('; a number of the row counts in its period: t=SOURCE:2 ms'

@@ -24,6 +24,7 @@ from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .sources import Offered
 
+_NO_ANGLES = ('reference_velocity', 'torque', 'current', 'voltage', 'temperature')
 _LIKE = {ANGLE: 'load_position', TORQUE: 'torque', TOLD_TORQUE: 'torque'}
 """A column in the unit of what a name says without saying which column it is."""
 
@@ -105,7 +106,15 @@ def rises(times: np.ndarray | None) -> bool:
     if times is None or len(times) < 2:
         return False
     steps = np.diff(times)
+    if not np.isfinite(steps).any():
+        return False
     return bool(np.nanmin(steps) >= 0.0 and np.mean(steps > 0.0) > 0.5)
+
+
+def may_be_angle(source: str, unit: str) -> bool:
+    """Tell whether nothing says that a source is another quantity than an angle."""
+    named = looks_like(source) in ('', ANGLE, 'motor_position', 'load_position')
+    return named and not any(unit and _is_unit(column, unit) for column in _NO_ANGLES)
 
 
 def _is_unit(column: str, unit: str) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+import shlex
 from typing import TYPE_CHECKING
 
 from ..simulators.joint import Joint, ModelError
@@ -72,6 +73,7 @@ def check_output(path: Path, force: bool) -> None:
 def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origin: Path) -> int:
     """Write the servo file of a joint and say what it holds; returns 0."""
     from ..physics.controllers import Open
+    from ..recording.joined_samples import reference_of
     from ..simulators.from_model.as_servo import NO_SENSORS, servo_of, text_of
 
     name = arguments.name or f'{origin.stem}_{joint.name}'
@@ -82,8 +84,14 @@ def write_servo(joint: Joint, arguments: argparse.Namespace, given: Given, origi
     controller = ('no controller' if servo.controller is Open
                   else f'{servo.controller.name} control')
     effects = ', '.join(placed.name for placed in servo.effects) or 'no effects'
+    following = f'servo-identify check RECORDING --servo {shlex.quote(str(arguments.output))}'
+    columns = ', '.join(('t', 'motor_position', reference_of(servo) or 'voltage'))
     tell(arguments, written=[arguments.output], servo=servo.name, not_in_it=lacking,
-         effects=[placed.name for placed in servo.effects], controller=servo.controller.name)
+         effects=[placed.name for placed in servo.effects], controller=servo.controller.name,
+         next=following)
     say(arguments, f'{arguments.output}: {servo.name}, {controller}, {effects}',
-        *(f'not in it: {one}' for one in lacking), *([] if servo.sensors else [NO_SENSORS]))
+        *(f'not in it: {one}' for one in lacking), *([] if servo.sensors else [NO_SENSORS]),
+        f'next:    {following}',
+        f'         RECORDING of the real joint has the columns {columns} at least; of others '
+        '--mapping says which is which')
     return 0

@@ -70,7 +70,7 @@ def _without_shapes(mujoco: ModuleType, spec: Any) -> list[str]:
     for body in spec.bodies:
         for geom in [one for one in body.geoms if one.type in shaped]:
             if not body.explicitinertial and body.name != 'world':
-                lacking.append(body.name or f'body {body.id}')
+                lacking.append(body.name or f'a body without a name in {body.parent.name!r}')
             _delete(spec, geom)
         for geom in body.geoms:
             geom.material = ''

@@ -65,8 +65,11 @@ def limits_of(probe: Probe, one: Actuator) -> tuple[float, float, list[str]]:
     unclamped = probe.disabled('mjDSBL_CLAMPCTRL')
     torque = control = inf
     if model.actuator_forcelimited[i]:
-        gear = abs(float(model.actuator_gear[i][0]))
-        torque = gear * _side(model.actuator_forcerange[i], f'forcerange of {one.name!r}', said)
+        torque = abs(probe.arm(i)) * _side(model.actuator_forcerange[i],
+                                           f'forcerange of {one.name!r}', said)
+    if model.actuator_actlimited[i]:
+        row = model.actuator_actrange[i]
+        said.append(f'actrange [{row[0]:g}, {row[1]:g}] of {one.name!r}: the limit of its state')
     for k, role in enumerate(one.gains):
         if unclamped or not model.actuator_ctrllimited[first + k]:
             continue
@@ -92,6 +95,8 @@ def dynamics_of(probe: Probe, one: Actuator) -> tuple[float, float, list[str]]:
                     f'reference_position')
     elif is_of(kind, getattr(kinds, 'mjDYN_PID', -1)):
         said.append(f'integral action or slew rate of {one.name!r} (pid)')
+    if model.actuator_plugin[i] >= 0 and model.actuator_actnum[i]:
+        said.append(f'the states of the plugin of {one.name!r}: an integral or a slew rate')
     delay = float(getattr(model, 'actuator_delay', np.zeros(probe.actuators))[i])
     if one.kind not in ('torque', 'motor', 'winding'):
         if lag:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..joint import Joint, ModelError
 from .mujoco_actuators import Actuator, actuators_at, dynamics_of, limits_of, name_of, others_moved
+from .mujoco_couplings import ends_of, named
 from .mujoco_probe import is_of, Probe
 from .mujoco_winding import is_warm
 
@@ -43,7 +44,7 @@ def joint_of(model: Any, name: str, origin: str, keyframe: str | None = None,
     _friction(probe, said, take, left_out)
     _spring(probe, said, take, left_out)
     _gravity(probe, carried, take, left_out)
-    _ends(probe, left_out)
+    ends_of(probe, left_out)
     drive = _drive(probe, actuators_at(probe, actuators), said, take, left_out)
     return replace(Joint(name, bool(probe.slides), winding=drive, sources=sources), **fields,
                    left_out=tuple(left_out))
@@ -89,9 +90,13 @@ def _friction(probe: Probe, said: str, take: Any, left_out: list[str]) -> None:
         damping = lost[0]
     if damping > 0.0:
         take('damping', damping, f'{said}, damping')
-    friction = float(probe.model.dof_frictionloss[probe.dof])
+    friction, parts = float(probe.model.dof_frictionloss[probe.dof]), ['frictionloss']
+    for tendon, way in probe.tendons().items():
+        if probe.model.tendon_frictionloss[tendon] > 0.0:
+            friction += abs(way) * float(probe.model.tendon_frictionloss[tendon])
+            parts.append(f'that of tendon {named(probe, "TENDON", tendon)!r}')
     if friction > 0.0 and not probe.disabled('mjDSBL_FRICTIONLOSS'):
-        take('friction', friction, f'{said}, frictionloss')
+        take('friction', friction, f'{said}, {" and ".join(parts)}')
         soft = probe.model.dof_solref[probe.dof]
         if soft[0] > 5.0 * probe.model.opt.timestep:
             left_out.append(f'softness of the dry friction (solreffriction {soft[0]:g} s): in '
@@ -139,21 +144,6 @@ def _gravity(probe: Probe, carried: str, take: Any, left_out: list[str]) -> None
     if abs(shifted) > max(1e-6 * size, scale):
         left_out.append(f'a part of the gravity torque that does not go with the sine of the '
                         f'angle, {shifted:g} {_unit(probe, "N m")}')
-
-
-def _ends(probe: Probe, left_out: list[str]) -> None:
-    """Say what holds or couples the joint beside its forces."""
-    model, mujoco = probe.model, probe.mujoco
-    if model.jnt_limited[probe.id]:
-        low, high = model.jnt_range[probe.id]
-        left_out.append(f'end stops at {low:.6g} and {high:.6g} {_unit(probe, "rad")}')
-    for i in range(model.neq):
-        if is_of(model.eq_type[i], mujoco.mjtEq.mjEQ_JOINT) and probe.id in (
-                model.eq_obj1id[i], model.eq_obj2id[i]):
-            other = int(model.eq_obj1id[i] + model.eq_obj2id[i] - probe.id)
-            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, other) if other >= 0 else ''
-            left_out.append(f'the equality that couples it to joint {name!r}, and what that '
-                            f'carries')
 
 
 def _drive(probe: Probe, found: list[Actuator], said: str, take: Any, left_out: list[str]):

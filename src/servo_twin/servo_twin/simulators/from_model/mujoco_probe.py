@@ -12,6 +12,7 @@ from ...description.nearest_name import or_what
 from ..joint import ModelError
 from ..mujoco_model import mujoco_library
 
+_SMALL = 1e-4  # rad or m, over which a tendon is taken for straight
 _OFF = 30  # group of the actuators that shall not act while another is asked
 
 
@@ -44,6 +45,7 @@ class Probe:
         self._free = self._unlimited()
         self._data = self.mujoco.MjData(self._free)
         self._groups = np.array(self._free.actuator_group)
+        self._gears = np.array(self._free.actuator_gear)
 
     def inertia(self) -> float:
         """Return the inertia of what the joint carries about its axis, without armatures."""
@@ -73,17 +75,34 @@ class Probe:
         alone = np.array(self._forward(position, speed, actuator, controls or {}).qfrc_actuator)
         return alone - self._forward(position, speed, None, {}).qfrc_actuator
 
+    def arm(self, actuator: int) -> float:
+        """Return what the joint gets of one unit of an actuator's force: gear, tendon and site."""
+        controls = dict.fromkeys(range(self.control_of(actuator)[1]), 1.0)
+        for position in (0.0, 1.0):
+            force = self._forward(position, 0.0, actuator, controls).actuator_force[actuator]
+            if force:
+                return self.at(self.torque(actuator, position, 0.0, controls)) / float(force)
+        return float(self._gears[actuator][0])
+
+    def tendons(self) -> dict[int, float]:
+        """Return the tendons that move with the joint, and their way for one of the joint's."""
+        lengths = [np.array(self._forward(q, 0.0, None, {}).ten_length) for q in (-_SMALL, _SMALL)]
+        way = (lengths[1] - lengths[0]) / (2.0 * _SMALL)
+        return {i: float(way[i]) for i in range(self.model.ntendon) if abs(way[i]) > 1e-9}
+
     def _forward(self, position: float, speed: float, only: int | None,
                  controls: Mapping[int, float]) -> Any:
         free, data = self._free, self._data
         free.actuator_group[:] = _OFF
         free.opt.disableactuator |= 1 << _OFF
+        free.actuator_gear[:] = 0.0  # its group does not switch a plugin off
         self.mujoco.mj_resetData(free, data)
         data.qpos[:] = self.pose
         data.qpos[self.address] = position
         data.qvel[self.dof] = speed
         if only is not None:
             free.actuator_group[only] = self._groups[only]
+            free.actuator_gear[only] = self._gears[only]
             first = self.control_of(only)[0]
             for place, value in controls.items():
                 data.ctrl[first + place] = value

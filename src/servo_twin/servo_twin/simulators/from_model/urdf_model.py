@@ -52,7 +52,7 @@ def _read(path: Path | str, name: str, at: Mapping[str, float],
             raise ModelError(f'--at {other}={value:g}: there is no joint {other!r} in {path}; '
                              f'{or_what(other, joints)}')
     _hold(joints, name, at, left_out)
-    _cut(robot, joints, one)
+    _cut(robot, joints, one, path, left_out)
     for beside in robot.findall('mujoco'):
         robot.remove(beside)
     settings = ElementTree.SubElement(robot, 'mujoco')
@@ -72,7 +72,8 @@ def _robot(path: Path | str) -> ElementTree.Element:
         text = Path(path).read_text()
     except (OSError, UnicodeDecodeError) as problem:
         raise ModelError(f'{path}: cannot be read: {problem}') from None
-    if 'xacro:' in text or str(path).endswith('.xacro'):
+    bare = re.sub('<!--.*?-->', '', text, flags=re.DOTALL)  # xacro keeps comments
+    if 'xacro:' in bare or '${' in bare or str(path).endswith('.xacro'):
         raise ModelError(f'{path}: this is a xacro file; make the URDF of it first: '
                          f'xacro {Path(path).name} > robot.urdf')
     if re.search('<!(DOCTYPE|ENTITY)', text):
@@ -99,8 +100,12 @@ def _chosen(joints: Mapping[str, ElementTree.Element], name: str,
 
 
 def _cut(robot: ElementTree.Element, joints: Mapping[str, ElementTree.Element],
-         one: ElementTree.Element) -> None:
-    """Keep of a robot what a joint carries, with its masses, and the chain that it hangs on."""
+         one: ElementTree.Element, path: Path | str, left_out: list[str]) -> None:
+    """
+    Keep of a robot what a joint carries, with its masses, and the chain that it hangs on.
+
+    Links that have a shape and no `inertial` are ``left_out``. Raises ModelError where all are.
+    """
     ends = {name: (each.find('parent').get('link', ''), each.find('child').get('link', ''))
             for name, each in joints.items()}
     above, carried = (_linked(pairs, {start}) for pairs, start in (
@@ -109,16 +114,24 @@ def _cut(robot: ElementTree.Element, joints: Mapping[str, ElementTree.Element],
     for name, each in joints.items():
         if each is not one and not (set(ends[name]) <= above or set(ends[name]) <= carried):
             robot.remove(each)
+    bare: list[str] = []
     for link in robot.findall('link'):
         name = link.get('name', '')
         if name not in above | carried:
             robot.remove(link)
+        if name in carried and link.find('inertial') is None:
+            bare.append(name)
+            if link.find('visual') is not None or link.find('collision') is not None:
+                left_out.append(f'the mass of link {name!r}, which has a shape and no inertial')
         unneeded = ('visual', 'collision', *(() if name in carried else ('inertial',)))
         for part in [each for each in link if each.tag in unneeded]:
             link.remove(part)
         mass = link.find('inertial/mass')
         if mass is not None and not float(mass.get('value', 'nan')) >= 0.0:
             raise ModelError(f'link {name!r} has a mass of {mass.get("value")} kg')
+    if carried <= set(bare):
+        raise ModelError(f'{path}: joint {one.get("name")!r} carries no mass: none of the links '
+                         f'{sorted(carried)} has an inertial; add it, as a CAD program gives it')
 
 
 def _linked(pairs: list[tuple[str, str]], found: set[str]) -> set[str]:
