@@ -21,14 +21,12 @@ Reading = Callable[[EquationErrors], tuple[np.ndarray, np.ndarray]]
 """``of(errors)``: a smoothed channel and the time of each of its samples, s."""
 
 
-def clocks_of(builder: Builder, has: Collection[str],
-              residual: np.ndarray) -> Iterator[Hypothesis]:
+def clocks_of(builder: Builder, has: Collection[str]) -> Iterator[Hypothesis]:
     """
     Yield the hypotheses of a clock that runs apart from that of the other channels.
 
     ``has`` are the channels that every recording has. Of two encoders either may be meant: that
     of the load is taken, which is more often logged by something else than the drive.
-    ``residual`` (samples,) tells how late.
     """
     several: dict[str, Reading] = {}
     if {'motor_position', 'load_position'} <= set(has):
@@ -38,22 +36,33 @@ def clocks_of(builder: Builder, has: Collection[str],
     if 'current' in has:
         several['current'] = lambda one: (one.known_current, one.motion.time)
     for channel, reading in several.items():
-        late = _late(builder, channel, reading, residual)
+        late = _late(builder, channel, reading)
         mechanism = Mechanism(CLOCK, 'sensor', channel, ('time',), 'none', memory=True)
         one = builder.hypothesis(mechanism, builder.place(channel, partial(
-            _change, reading, late), -1.0), [1], tuple(late), tried=SHAPES**2,
-            detail={'told': _told})
+            _change, reading, late), -1.0), [1], tried=SHAPES**2,
+            detail={'told': partial(_told, tuple(late))})
         if one:
             yield one
 
 
-def _late(builder: Builder, channel: str, reading: Reading, residual: np.ndarray) -> np.ndarray:
-    """Return how late a channel comes at the start, s, and by how much more each second."""
-    late = np.zeros(2)
+def _late(builder: Builder, channel: str, reading: Reading) -> np.ndarray:
+    """
+    Return how late a channel comes at the start, s, and by how much more each second.
+
+    Beside all that may move without a fault but the instant of this channel: it is a part of it.
+    """
+    beside, late = np.zeros((len(builder.samples.base), 0)), np.zeros(2)
+    if builder.nuisance is not None:
+        others = [label != f'late:{channel}' for label in builder.nuisance.labels]
+        beside = builder.nuisance.columns[:, others]
+    size = np.maximum(np.sqrt((beside**2).sum(axis=0)), 1e-300)
     for _ in range(ROUNDS):
         now, slopes = (builder.place(channel, partial(of, reading, late), -1.0).table
                        for of in (_change, _slopes))
-        late = late - np.linalg.lstsq(slopes, residual + now[:, 0], rcond=1e-9)[0]
+        scale = np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300)
+        table = np.column_stack((slopes / scale, beside / size))
+        change = np.linalg.lstsq(table, builder.samples.base + now[:, 0], rcond=1e-9)[0]
+        late = late - change[:2] / scale
     return late
 
 
@@ -76,9 +85,10 @@ def _load_angle(one: EquationErrors) -> tuple[np.ndarray, np.ndarray]:
     return smooth, one.measured.period * np.arange(len(smooth))
 
 
-def _told(knots: Sequence[float], amplitudes: np.ndarray, servo: Servo) -> str:
+def _told(found: Sequence[float], knots: Sequence[float], amplitudes: np.ndarray,
+          servo: Servo) -> str:
     """Return how far the clock runs apart, in words."""
-    late, apart = 1e3 * amplitudes[0] * np.asarray(knots)
+    late, apart = 1e3 * amplitudes[0] * np.asarray(found)
     words = f'{abs(late):.3g} ms {"late" if late > 0.0 else "early"} at the start, and '
     return words + f'{abs(apart):.3g} ms a second more' + (
         '' if late * apart > 0.0 else ' the other way')

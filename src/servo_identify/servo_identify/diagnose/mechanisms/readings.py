@@ -77,7 +77,7 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         yield from _torque_over_angle(builder, residual)
         yield from filter(None, (_torque_loops(builder), _inertia_before(builder)))
     yield from encoders_of(builder, has, residual)
-    yield from clocks_of(builder, has, residual)
+    yield from clocks_of(builder, has)
 
 
 def _behind(behind: Behind, time: float, one: EquationErrors) -> np.ndarray:

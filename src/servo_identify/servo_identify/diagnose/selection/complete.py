@@ -23,6 +23,7 @@ class Complete(Search):
     """Searches among plain laws for a set that leaves nothing but noise."""
 
     forms = 3
+    turns = 6  # weights fall from those of the whole gap to those of the noise
 
     def __init__(self, search: Search) -> None:
         regression = search.regression

@@ -22,7 +22,6 @@ from .bounded_least_squares import every_least
 from .choice import Choice, Fitted, Settled
 from .regression import FOLDS, Products, Regression, solve, Sums
 
-REWEIGHTED = 2  # rounds in which each group is weighed by what is left of it
 MISLEADS = 10.0  # times the weight of one family over another that may mislead a fit
 AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
@@ -36,6 +35,8 @@ class Fits:
     ``floor`` (equations, families) is the mean square of each group below which nothing is
     chased; without it, it is that of :meth:`floor` for what is left without any mechanism.
     """
+
+    turns = 2  # in which each group is weighed by what is left of it
 
     def __init__(self, regression: Regression, floor: np.ndarray | None = None) -> None:
         self.regression = regression
@@ -140,7 +141,7 @@ class Fits:
                  bounds: tuple[np.ndarray, np.ndarray], room: np.ndarray) -> Settled:
         """Return the values of a set, weighed by what they leave."""
         unknowns = np.arange(len(room) + 1)
-        for turn in range(REWEIGHTED):
+        for turn in range(self.turns):
             sums = products.sums(weight)
             total, doubts = sums.whole, self.doubts(doubt, sums, unknowns)
             prior = SURE**2 * doubts / room**2
@@ -148,7 +149,7 @@ class Fits:
             left = self.groups(products.errors(values))
             floor = self.floor(left if not choice.members else None)
             last = weight
-            if turn + 1 < REWEIGHTED:
+            if turn + 1 < self.turns:
                 weight = self._quantised(1.0 / np.maximum(floor, left))
                 doubt = self._doubt(left, floor)
         return Settled(values, last, total, prior, floor, weight, doubt)

@@ -183,10 +183,10 @@ class Search(Significance):
         """
         Return what a set leaves and what it costs where each block is one observation, nats.
 
-        Down to the noise: it tells sets apart that are alike within the form of a mechanism. What
+        Without any floor: it tells sets apart that are alike within the form of a mechanism. What
         hardly acts costs as well here: it is no reason to prefer what has it.
         """
-        left = np.log(np.maximum(self.groups(fit.held_out), 1.0))
+        left = np.log(np.maximum(self.groups(fit.held_out), 1e-12))
         return float(0.5 * (self._blocks_of * left).sum()
                      + self.price * (fit.numbers + self.idle(fit)) + fit.far)
 
