@@ -16,16 +16,14 @@ import numpy as np
 
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
-from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.values import far_off
 from .bounded_least_squares import every_least
 from .choice import Choice, Fitted, Settled
 from .regression import FOLDS, Products, Regression, solve, Sums
+from .worth import idle, worth
 
 MISLEADS = 10.0  # times the weight of one family over another that may mislead a fit
-AT_WORK = 0.02  # share of the largest contribution from which an amplitude is at work
 KEPT = 4  # weights whose sums of products are kept
-SHAPE = 2  # numbers that a curve of one sign is worth, however many parts it is mixed of
 
 
 class Fits:
@@ -129,7 +127,7 @@ class Fits:
             one = regression.hypotheses[number]
             mine = slice(at, at + one.columns.size)
             at = mine.stop
-            more = self._amplitudes(one, values[1:][mine], np.diag(total)[1:][mine])
+            more = worth(one, values[1:][mine], np.diag(total)[1:][mine])
             count += more
             cost += self.price * more
             far += far_off(regression.samples, one, values[1:][mine])
@@ -177,26 +175,9 @@ class Fits:
         squares, count = np.diag(self.sums(fit.weight).whole), 0
         for number in fit.choice.numbers:
             mine = np.isin(fit.columns, self.regression.members[number])
-            count += self._idle(self.regression.hypotheses[number], fit.values[mine],
-                                squares[fit.columns[mine]])
+            count += idle(self.regression.hypotheses[number], fit.values[mine],
+                          squares[fit.columns[mine]])
         return count
-
-    @staticmethod
-    def _idle(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
-        return int((~Fits._working(values, squares) & (one.signs == 0)).sum())
-
-    @staticmethod
-    def _working(values: np.ndarray, squares: np.ndarray) -> np.ndarray:
-        share = np.abs(values) * np.sqrt(np.maximum(squares, 0.0))
-        return share > AT_WORK * share.max(initial=0.0)
-
-    @staticmethod
-    def _amplitudes(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
-        """Return how many numbers a hypothesis is worth; ``squares`` (n,) of their columns."""
-        working = Fits._working(values, squares)
-        shared = one.signs == 1  # which of these work is a choice too, also where one does alone
-        searched = 1 + len(one.detail) if one.tried > 1 else 0
-        return int((working & ~shared).sum()) + min(int(shared.sum()), SHAPE) + searched
 
     @staticmethod
     def doubts(doubt: np.ndarray, sums: Sums, columns: np.ndarray) -> np.ndarray:

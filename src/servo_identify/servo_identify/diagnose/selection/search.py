@@ -18,6 +18,7 @@ from ..mechanisms.hypothesis import BY_RECORDING, UNKNOWN
 from .candidate_gains import Leavings
 from .choice import Choice, Fitted
 from .significance import Significance
+from .worth import idle, worth
 
 BEAM, SHORT_LIST = 4, 10  # sets that are followed, and candidates of each that are cross-validated
 MOST = 5  # mechanisms in a set
@@ -62,9 +63,9 @@ class Search(Significance):
                 left, values = leavings.fitted(columns, low, high, known[columns[1:]])
                 mine = slice(len(columns) - 1 - one.columns.size, None)
                 at_work = one, values[mine], squares[columns[1:]][mine]
-                worth = self._amplitudes(*at_work) + self._idle(*at_work)
+                cost = worth(*at_work) + idle(*at_work)
                 gain = before - left
-                found.append((gain > self.price, gain - worth * self.price, number, side))
+                found.append((gain > self.price, gain - cost * self.price, number, side))
         return sorted(found, reverse=True)
 
     def explain(self) -> Explanation:
