@@ -8,6 +8,7 @@ import pytest
 from test_selection import recorded, SERVO
 
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.mechanisms.by_recording import between
 
 LEVEL = 'effects.coulomb.level'
 
@@ -62,3 +63,11 @@ def test_where_each_motion_was_recorded_once_the_motion_may_be_what_differs():
     several = [replace(off(recorded(SERVO, seed), more), family=f'motion {seed}')
                for seed, more in enumerate((0.0, 3.0, 6.0, 9.0))]
     assert all('by recording' not in one.change for one in report_of(several).which)
+
+
+def test_recordings_that_have_one_of_two_values_are_told_by_those_that_are_fewer():
+    names, knots = ['a', 'b', 'c', 'd', 'e'], [0, 1, 2, 3, 4]
+    two = between(names, knots, np.array([0.01, 3.1, 0.0, 3.0, 0.02]), 'N m')
+    assert two == '3.05 N m in d, b, and 0.01 in the others, by recording'
+    even = between(names, knots, np.array([1.0, 2.0, 3.0, 4.0, 5.0]), 'ohm')
+    assert even == '1 (a) to 5 (e) ohm, by recording'

@@ -8,7 +8,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ..data.check import SATURATED
-from ..data.finding import said_once
+from ..data.finding import each_once, Finding
 from ..data.survey import share_at_limit
 
 SHORTEST = 3.0  # s
@@ -28,7 +28,9 @@ def check(recordings: list[Recording], servo: Servo) -> list[str]:
     if machines and servo.name not in machines:
         warnings.append(f'the recordings are of {machines.pop()!r}, the servo file is of '
                         f'{servo.name!r}')
-    warnings += said_once((one.name, said) for one in recordings for said in one.warnings)
+    warnings += [one.sentence for one in each_once([
+        Finding('amber', f'{one.name}: {said}', recording=one.name)
+        for one in recordings for said in one.warnings])]
     _same_channels(recordings, warnings)
     return warnings
 

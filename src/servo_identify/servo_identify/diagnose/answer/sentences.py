@@ -155,7 +155,8 @@ def _remedy(one: MissingEffect) -> str:
     if one.mechanism['port'] in ('torque', 'inertia'):
         return ('One servo file has one load: diagnose the recordings with another on their own, '
                 'each with its file.')
-    return 'Let the machine warm up before it is recorded, or record its temperature.'
+    return ('Look for what differs between them, as a machine that warms up, a supply that sags '
+            'or a brake that drags; where it is warmth, record the temperature.')
 
 
 def _is_value(effect: str) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from servo_twin.physics.servo import Servo
 
+from ..decisions import SOLVED
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import BY_RECORDING, Hypothesis, Mechanism, Series
@@ -162,14 +163,21 @@ def _pulls(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,
 
 def between(names: Sequence[str], knots: Sequence[int], values: np.ndarray, unit: str) -> str:
     """
-    Return the least and the largest value and the recordings that have them, in words.
+    Return what is how large in which recordings, in words.
 
-    ``names`` are those of the recordings, ``knots`` (n,) the recording of each of the ``values``
-    (n,), of which the first of each recording counts.
+    The two values, where the recordings have one of two; else the least and the largest. ``names``
+    are those of the recordings, ``knots`` (n,) the recording of each of the ``values`` (n,), of
+    which the first of each recording counts.
     """
     of, first = np.unique(knots, return_index=True)
-    values = values[first]
-    low, high = ((values[place], names[of[place]])
-                 for place in (int(np.argmin(values)), int(np.argmax(values))))
-    span = ' to '.join(f'{value:.3g} ({name})' for value, name in (low, high))
+    order = np.argsort(values[first], kind='stable')
+    sizes, several = values[first][order], [names[of[place]] for place in order]
+    steps = np.diff(sizes)
+    if len(sizes) > 2 and steps.max() >= SOLVED * (sizes[-1] - sizes[0]):
+        cut = int(np.argmax(steps)) + 1
+        groups = [(sizes[:cut], several[:cut]), (sizes[cut:], several[cut:])]
+        (few, where), (many, _) = sorted(groups, key=lambda group: len(group[1]))
+        return (f'{few.mean():.3g} {unit}'.rstrip() + f' in {", ".join(where)}, and '
+                f'{many.mean():.3g} in the others, by recording')
+    span = ' to '.join(f'{sizes[k]:.3g} ({several[k]})' for k in (0, -1))
     return f'{span} {unit}'.rstrip() + ', by recording'
