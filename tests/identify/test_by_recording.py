@@ -68,6 +68,6 @@ def test_where_each_motion_was_recorded_once_the_motion_may_be_what_differs():
 def test_recordings_that_have_one_of_two_values_are_told_by_those_that_are_fewer():
     names, knots = ['a', 'b', 'c', 'd', 'e'], [0, 1, 2, 3, 4]
     two = between(names, knots, np.array([0.01, 3.1, 0.0, 3.0, 0.02]), 'N m')
-    assert two == '3.05 N m in d, b, and 0.01 in the others, by recording'
+    assert two == 'in d, b 3.05 N m, in the others 0.01, by recording'
     even = between(names, knots, np.array([1.0, 2.0, 3.0, 4.0, 5.0]), 'ohm')
     assert even == '1 (a) to 5 (e) ohm, by recording'

@@ -75,8 +75,9 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
         return str(one.wave)
     whole = evidence.found.hypotheses[one.part.number]
     detail = whole.detail
-    if 'told' in detail:
-        return str(detail['told'](whole.knots, one.part.amplitudes, evidence.servo))
+    told = detail.get('told') or detail.get('size')
+    if told:
+        return str(told(whole.knots, one.part.amplitudes, evidence.servo))
     if 'value' in detail and drawn:  # it varies, and the file gets its mean
         x = drawn['x']
         first, last = (detail['is'](float(drawn['y'][k])) for k in (0, -1))

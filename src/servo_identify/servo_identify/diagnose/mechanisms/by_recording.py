@@ -177,7 +177,7 @@ def between(names: Sequence[str], knots: Sequence[int], values: np.ndarray, unit
         cut = int(np.argmax(steps)) + 1
         groups = [(sizes[:cut], several[:cut]), (sizes[cut:], several[cut:])]
         (few, where), (many, _) = sorted(groups, key=lambda group: len(group[1]))
-        return (f'{few.mean():.3g} {unit}'.rstrip() + f' in {", ".join(where)}, and '
-                f'{many.mean():.3g} in the others, by recording')
+        return (f'in {", ".join(where)} {few.mean():.3g} {unit}'.rstrip()
+                + f', in the others {many.mean():.3g}, by recording')
     span = ' to '.join(f'{sizes[k]:.3g} ({several[k]})' for k in (0, -1))
     return f'{span} {unit}'.rstrip() + ', by recording'

@@ -1,4 +1,4 @@
-"""A channel that another clock stamps: how late it comes grows over a recording."""
+"""Channels that come late, or ever later: those that another clock stamps."""
 
 from __future__ import annotations
 
@@ -30,57 +30,65 @@ def clocks_of(builder: Builder, has: Collection[str]) -> Iterator[Hypothesis]:
     """
     several: dict[str, Reading] = {}
     if {'motor_position', 'load_position'} <= set(has):
-        several['load_position'] = _load_angle
+        several['load_position'] = partial(smooth_angle, 1)
     if 'torque' in has:
-        several['torque'] = lambda one: (one.motion.calm_torque, one.motion.time)
+        several['torque'] = calm_torque
     if 'current' in has:
         several['current'] = lambda one: (one.known_current, one.motion.time)
     for channel, reading in several.items():
-        late = _late(builder, channel, reading)
+        late = late_by(builder, channel, reading, np.zeros(2))
         mechanism = Mechanism(CLOCK, 'sensor', channel, ('time',), 'none', memory=True)
         one = builder.hypothesis(mechanism, builder.place(channel, partial(
-            _change, reading, late), -1.0), [1], tried=SHAPES**2,
+            late_reading, reading, late), -1.0), [1], tried=SHAPES**2,
             detail={'told': partial(_told, tuple(late))})
         if one:
             yield one
 
 
-def _late(builder: Builder, channel: str, reading: Reading) -> np.ndarray:
+def late_by(builder: Builder, channel: str, reading: Reading, start: np.ndarray) -> np.ndarray:
     """
-    Return how late a channel comes at the start, s, and by how much more each second.
+    Return how late a channel comes at the start, s, and by how much more each second, if asked.
+
+    The search begins at ``start``, as many numbers as are asked for.
 
     Beside all that may move without a fault but the instant of this channel: it is a part of it.
     """
-    beside, late = np.zeros((len(builder.samples.base), 0)), np.zeros(2)
+    beside, late = np.zeros((len(builder.samples.base), 0)), start
     if builder.nuisance is not None:
         others = [label != f'late:{channel}' for label in builder.nuisance.labels]
         beside = builder.nuisance.columns[:, others]
     size = np.maximum(np.sqrt((beside**2).sum(axis=0)), 1e-300)
     for _ in range(ROUNDS):
         now, slopes = (builder.place(channel, partial(of, reading, late), -1.0).table
-                       for of in (_change, _slopes))
+                       for of in (late_reading, _slopes))
         scale = np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300)
         table = np.column_stack((slopes / scale, beside / size))
         change = np.linalg.lstsq(table, builder.samples.base + now[:, 0], rcond=1e-9)[0]
-        late = late - change[:2] / scale
+        late = late - change[:len(late)] / scale
     return late
 
 
-def _change(reading: Reading, late: np.ndarray, one: EquationErrors) -> np.ndarray:
+def late_reading(reading: Reading, late: np.ndarray, one: EquationErrors) -> np.ndarray:
     """Return how much too much a channel reads that comes late, (samples, 1)."""
     series, time = reading(one)
-    return (series - shifted(series, -(late[0] + late[1] * time), one.measured.period))[:, None]
+    return (series - shifted(series, -np.polyval(late[::-1], time), one.measured.period))[:, None]
 
 
 def _slopes(reading: Reading, late: np.ndarray, one: EquationErrors) -> np.ndarray:
     series, time = reading(one)
-    rate = -shifted(np.gradient(series, one.measured.period), -(late[0] + late[1] * time),
+    rate = -shifted(np.gradient(series, one.measured.period), -np.polyval(late[::-1], time),
                     one.measured.period)
-    return np.column_stack((rate, rate * time))
+    return rate[:, None] * time[:, None] ** np.arange(len(late))
 
 
-def _load_angle(one: EquationErrors) -> tuple[np.ndarray, np.ndarray]:
-    test, angle = one.measured.fast, np.nan_to_num(one.angles()[1])
+def calm_torque(one: EquationErrors) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smoothed torque, N m, and the time of each inner sample, s."""
+    return one.motion.calm_torque, one.motion.time
+
+
+def smooth_angle(shaft: int, one: EquationErrors) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smoothed angle of a shaft (0 motor, 1 load), rad, and the time of each sample."""
+    test, angle = one.measured.fast, np.nan_to_num(one.angles()[shaft])
     smooth = np.pad(test.smooth(angle, 0), test.reach, mode='edge')
     return smooth, one.measured.period * np.arange(len(smooth))
 

@@ -23,7 +23,7 @@ CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 
 KNEES = (0.003, 0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
-DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 64.0)
+DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 BEGINS, ENDS = (0.02, 1.0), (0.05, 10.0)
 """Shares of the top speed at which the top command begins to be cut, and over which it is."""
 SLOWEST = 0.01  # limit of the rate of a command, share of the fastest change that was asked for

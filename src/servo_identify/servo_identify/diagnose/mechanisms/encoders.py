@@ -11,6 +11,7 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
+from .clocks import late_by, late_reading, smooth_angle
 from .drive import delay_of_command, DELAYS
 from .friction import shaft_equation
 from .hypothesis import Columns, Hypothesis, Mechanism
@@ -62,20 +63,15 @@ def _once_a_turn(orders: tuple[float, ...], one: EquationErrors) -> np.ndarray:
 def _late(builder: Builder, channel: str, residual: np.ndarray) -> Hypothesis | None:
     """One of two encoders that is late: its error grows with the speed."""
     mechanism = Mechanism('sensor_delay', 'sensor', channel, ('speed',), 'odd')
+    reading = partial(smooth_angle, ENCODERS.index(channel))
 
     def columns(time: float) -> Columns:
-        return builder.place(channel, partial(_behind, ENCODERS.index(channel), time), -1.0)
+        return builder.place(channel, partial(late_reading, reading, np.array([time])), -1.0)
 
     low, high = (share * builder.scales.period for share in LATE)
-    time = best_shape(low, high, lambda time: columns(time).table[:, 0], residual, whole=True)
+    near = best_shape(low, high, lambda time: columns(time).table[:, 0], residual, whole=True)
+    time = float(np.clip(late_by(builder, channel, reading, np.array([near]))[0], low, high))
     return builder.hypothesis(mechanism, columns(time), (1,), (time,), tried=SHAPES)
-
-
-def _behind(shaft: int, time: float, one: EquationErrors) -> np.ndarray:
-    """Return how much too much the encoder of a shaft reads that is late by a time, s."""
-    test, angle = one.measured.fast, np.nan_to_num(one.angles()[shaft])
-    smooth = np.pad(test.smooth(angle, 0), test.reach, mode='edge')
-    return (smooth - shifted(smooth, -time, one.measured.period))[:, None]
 
 
 def _motors_eccentric(builder: Builder, residual: np.ndarray,

@@ -89,7 +89,7 @@ def _inertia(builder: Builder, orders: Sequence[float]) -> Hypothesis | None:
     return builder.hypothesis(mechanism, builder.place('load_torque', torque),
                               [0] * 2 * len(orders), tuple(np.repeat(orders, 2)), form=form,
                               detail={'law': 'coupled_inertia', 'of': 'mechanism.load_inertia',
-                                      'told': _turns})
+                                      'size': _turns})
 
 
 def _turns(knots: Sequence[float], amplitudes: np.ndarray, servo: Servo) -> str:

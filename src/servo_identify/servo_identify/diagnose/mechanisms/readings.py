@@ -13,7 +13,7 @@ from servo_twin.balances.equation_terms import EQUATIONS
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
-from .clocks import clocks_of
+from .clocks import calm_torque, clocks_of, late_by
 from .encoders import encoders_of
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 from .memory import hurried, lagged, LOOPS, stop_operator
@@ -52,6 +52,9 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         low, high = (share * builder.scales.period for share in LATE)
         time = best_shape(low, high, lambda time: builder.place(
             channel, partial(excess, time), -1.0).table[:, 0], residual, whole=True)
+        if channel == 'torque' and behind is shifted:
+            time = float(np.clip(late_by(builder, channel, calm_torque, np.array([time]))[0],
+                                 low, high))
         return off(name, channel, ('time',), 'none', partial(excess, time), (1,), (time,), SHAPES,
                    memory=True, driving=channel == 'current' and not driven)
 

@@ -131,7 +131,7 @@ def middle(lost: np.ndarray, torque: np.ndarray) -> float:
     return float(np.average(middles, weights=weights) if middles else np.nanmedian(lost))
 
 
-def shifted(series: np.ndarray, time: float, period: float) -> np.ndarray:
+def shifted(series: np.ndarray, time: float | np.ndarray, period: float) -> np.ndarray:
     """Return a series as it comes ``time`` s later (earlier, if negative), straight between."""
     at = np.arange(len(series))
     return np.interp(at - time / period, at, series)

@@ -63,14 +63,17 @@ def completed(search: Search, explanation: Explanation) -> tuple[Search, Explana
         return search, explanation
     other = Complete(search)
     found = other.found()
-    if found is None or found.total >= other.fitted(chosen.choice).total:
+    known = other.fitted(chosen.choice)
+    if found is None or found.total >= known.total:
         return search, explanation
+    if len(found.choice.members) > len(chosen.choice.members) and not other.off_in(known):
+        return search, explanation  # nothing is certainly open that one more could be for
     for choice in search.choices:  # how the sets known so far fare without a form
         other.fitted(choice)
     return other, Explanation(found, found)
 
 
 def _plain(one: Hypothesis) -> bool:
-    mechanism = one.mechanism
-    return (one.columns.size <= PLAIN and mechanism.name != UNKNOWN
+    mechanism, curve = one.mechanism, one.columns.size > 1 and bool((one.signs == 1).any())
+    return (one.columns.size <= PLAIN and not curve and mechanism.name != UNKNOWN
             and BY_RECORDING not in mechanism.variables)
