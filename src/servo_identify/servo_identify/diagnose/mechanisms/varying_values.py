@@ -16,7 +16,7 @@ from ..residuals.nuisance import value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .by_recording import apart, between, names_of, repeated
-from .hypothesis import BY_RECORDING, Columns, Form, Hypothesis, Mechanism
+from .hypothesis import ANY, BY_RECORDING, Columns, Form, Hypothesis, Mechanism, Room
 from .orders import hats
 
 VARYING = {
@@ -64,8 +64,14 @@ def _over(builder: Builder, path: str, step: float, mechanism: Mechanism, variab
     return builder.hypothesis(
         replace(mechanism, variables=(*mechanism.variables, variable)), Columns(table),
         [int(variable != 'temperature')] * moments, tuple(knots), either=True, form=form,
+        room=_room(samples, path),
         detail={'value': path, 'of': path, 'is': partial(value_of, samples, path)} | (
             {'law': CHANGES} if path == 'drive.torque_constant' and variable != 'time' else {}))
+
+
+def _room(samples: ResidualSamples, path: str) -> Room:
+    """Return between what amplitudes a value may lie: no inertia is negative."""
+    return (-samples.servo.numbers[path], np.inf) if path.endswith('_inertia') else ANY
 
 
 def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism
