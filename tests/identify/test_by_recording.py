@@ -34,7 +34,7 @@ def test_friction_that_falls_from_recording_to_recording_is_named_with_its_range
     report = report_of([*several, recorded(SERVO, 7), recorded(SERVO, 8)])
     assert [(one.effect, one.site) for one in report.which] == [('friction_drift', 'load')]
     assert 'by recording' in report.which[0].change
-    assert 'warm up' in report.verdict['sentence']
+    assert 'warms up' in report.verdict['sentence']
     assert report.which[0].shrink_realised > 0.8  # of its equation
     assert report.gap['after'] == report.gap['before']  # no file can hold it
 
