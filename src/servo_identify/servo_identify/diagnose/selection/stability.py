@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..mechanisms.hypothesis import Mechanism
+from .complete import completed
 from .confidence import by_values
 from .explain import Explained
 from .search import Search
@@ -43,7 +44,7 @@ def halves(found: Explained) -> list[set[tuple[str, ...]]]:
                 continue
             half = regression.narrowed(kept, tried)
             search = Search(half)
-            search, explanation = with_small_effects(search, search.explain())
+            search, explanation = completed(*with_small_effects(search, search.explain()))
             best = by_values(replace(found, hypotheses=half.hypotheses, search=search,
                                      explanation=explanation))
             answers.append({one.mechanism.key for one in best.chosen})
