@@ -21,16 +21,16 @@ RIG = ['--headless', '--servo', 'rv_plain', '--rig', 'rv_plain', '--set', 'withh
 @pytest.mark.slow
 def test_it_resolves_what_the_first_recordings_left_open(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    # a swing of some degrees does not tell a weight from a friction that differs by direction
+    # a swing of some degrees does not tell a weight from a torque that is always there
     assert main(['experiment', 'velocity_loop', *RIG, '--replicates', '3', '--duration', '6', '-o',
                  'first', '--quiet']) == 0
     servo, given = load(SERVO), read_recordings(['first/*'], SERVO)
     first = diagnose(given, servo)
     one, = first.report.which
-    assert {one.effect, *one.ambiguous_with} >= {'gravity', 'asymmetric_friction'}
+    assert {one.effect, *one.ambiguous_with} >= {'gravity', 'constant_torque'}
     asked = first.report.next_experiment
     # a spring does as a weight within reach: no recording is asked for to tell these two
-    assert set(asked['separates']) == {'gravity', 'asymmetric_friction'}
+    assert set(asked['separates']) == {'gravity', 'constant_torque'}
 
     program, *words = shlex.split(next_command(asked, servo, Path(SERVO), given))
     assert program == 'servo-identify' and main([*words, '--quiet']) == 0

@@ -83,12 +83,13 @@ class Problem:
         """
         Deviations of the starts, wider while the data weigh less, (horizons, offsets).
 
-        Not those of a torsion that two encoders measure: it would throw the load to where a twin
-        that drifts should be.
+        Not those of a torsion that two encoders measure, where nothing but starts is free: it
+        would throw the load to where a twin that drifts should be.
         """
         least = np.maximum(self.factor[:, :2].min(axis=1), 0.01)
         wide = np.repeat(1.0 / least[self.owner, None], self.shooting.offsets, axis=1)
-        wide[self.shooting.both[self.owner], 2:] = 1.0
+        if not len(self.freedom):
+            wide[self.shooting.both[self.owner], 2:] = 1.0
         return self.start_deviation * wide
 
     @property

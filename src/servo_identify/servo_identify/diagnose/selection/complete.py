@@ -62,8 +62,10 @@ def completed(search: Search, explanation: Explanation) -> tuple[Search, Explana
     if not chosen.choice.members:
         return search, explanation
     other = Complete(search)
-    found = other.found()
     known = other.fitted(chosen.choice)
+    if len(chosen.choice.members) == 1 and other.leaves_nothing(known):
+        return search, explanation
+    found = other.found()
     if found is None or found.total >= known.total:
         return search, explanation
     if len(found.choice.members) > len(chosen.choice.members) and not other.off_in(known):
