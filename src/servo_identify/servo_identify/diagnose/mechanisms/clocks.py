@@ -13,7 +13,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .hypothesis import CLOCK, Hypothesis, Mechanism
-from .shape_search import SHAPES
+from .shape_search import best_shape, LATE, SHAPES
 
 ROUNDS = 4  # of the search for a delay that grows, each from the slope at the one before
 
@@ -43,6 +43,14 @@ def clocks_of(builder: Builder, has: Collection[str]) -> Iterator[Hypothesis]:
             detail={'told': partial(_told, tuple(late))})
         if one:
             yield one
+
+
+def delay_by(builder: Builder, channel: str, reading: Reading, residual: np.ndarray) -> float:
+    """Return the delay of a channel, s, that takes most of a residual (samples,)."""
+    low, high = (share * builder.scales.period for share in LATE)
+    near = best_shape(low, high, lambda time: builder.place(channel, partial(
+        late_reading, reading, np.array([time])), -1.0).table[:, 0], residual, whole=True)
+    return float(np.clip(late_by(builder, channel, reading, np.array([near]))[0], low, high))
 
 
 def late_by(builder: Builder, channel: str, reading: Reading, start: np.ndarray) -> np.ndarray:

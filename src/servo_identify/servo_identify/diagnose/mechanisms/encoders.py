@@ -11,12 +11,12 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
-from .clocks import late_by, late_reading, smooth_angle
+from .clocks import delay_by, late_reading, smooth_angle
 from .drive import delay_of_command, DELAYS
 from .friction import shaft_equation
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .orders import periodic, waves
-from .shape_search import best_shape, LATE, SHAPES
+from .shape_search import SHAPES
 
 ENCODERS = ('motor_position', 'load_position')
 ORDERS = ((1.0,), (2.0,), (1.0, 2.0))
@@ -64,14 +64,9 @@ def _late(builder: Builder, channel: str, residual: np.ndarray) -> Hypothesis | 
     """One of two encoders that is late: its error grows with the speed."""
     mechanism = Mechanism('sensor_delay', 'sensor', channel, ('speed',), 'odd')
     reading = partial(smooth_angle, ENCODERS.index(channel))
-
-    def columns(time: float) -> Columns:
-        return builder.place(channel, partial(late_reading, reading, np.array([time])), -1.0)
-
-    low, high = (share * builder.scales.period for share in LATE)
-    near = best_shape(low, high, lambda time: columns(time).table[:, 0], residual, whole=True)
-    time = float(np.clip(late_by(builder, channel, reading, np.array([near]))[0], low, high))
-    return builder.hypothesis(mechanism, columns(time), (1,), (time,), tried=SHAPES)
+    time = delay_by(builder, channel, reading, residual)
+    columns = builder.place(channel, partial(late_reading, reading, np.array([time])), -1.0)
+    return builder.hypothesis(mechanism, columns, (1,), (time,), tried=SHAPES)
 
 
 def _motors_eccentric(builder: Builder, residual: np.ndarray,

@@ -13,7 +13,7 @@ from servo_twin.balances.equation_terms import EQUATIONS
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
-from .clocks import calm_torque, clocks_of, late_by
+from .clocks import calm_torque, clocks_of, delay_by, late_reading
 from .encoders import encoders_of
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 from .memory import hurried, lagged, LOOPS, stop_operator
@@ -29,7 +29,7 @@ RANGES = (0.1, 0.3, 0.6)
 
 
 Behind = Callable[[np.ndarray, float, float], np.ndarray]
-"""What comes behind a series (samples,) by a time, s, at a period, s; or what it came behind."""
+"""What comes behind a series (samples,) by a time, s, at a period, s."""
 
 
 def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -47,16 +47,20 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         columns = builder.place(channel, of, -1.0)  # what a reading has too much is not true
         return builder.hypothesis(mechanism, columns, signs, knots, tried=tried)
 
-    def late(name: str, channel: str, behind: Behind, before: Behind) -> Hypothesis | None:
-        excess = partial(_behind, behind) if channel == 'current' else partial(_after, before)
+    def late(name: str, channel: str, excess: Series) -> Hypothesis | None:
         low, high = (share * builder.scales.period for share in LATE)
         time = best_shape(low, high, lambda time: builder.place(
             channel, partial(excess, time), -1.0).table[:, 0], residual, whole=True)
-        if channel == 'torque' and behind is shifted:
-            time = float(np.clip(late_by(builder, channel, calm_torque, np.array([time]))[0],
-                                 low, high))
-        return off(name, channel, ('time',), 'none', partial(excess, time), (1,), (time,), SHAPES,
+        return by_time(name, channel, partial(excess, time), time)
+
+    def by_time(name: str, channel: str, excess: Series, time: float) -> Hypothesis | None:
+        return off(name, channel, ('time',), 'none', excess, (1,), (time,), SHAPES,
                    memory=True, driving=channel == 'current' and not driven)
+
+    def delayed() -> Hypothesis | None:
+        time = delay_by(builder, 'torque', calm_torque, residual)
+        return by_time('sensor_delay', 'torque', partial(
+            late_reading, calm_torque, np.array([time])), time)
 
     def full(one: EquationErrors) -> int:
         return len(one.measured.recording)
@@ -69,11 +73,12 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
             off(f'{sensor}_offset', channel, ('constant',), 'even',
                 lambda one: np.ones((full(one), 1))),
             _drifting(builder, f'{sensor}_offset', channel),
-            late('sensor_lag', channel, lagged, hurried)))
+            late('sensor_lag', channel, partial(_behind, lagged) if channel == 'current'
+                 else _after_lag)))
         if channel == 'torque' or driven:
             yield from filter(None, (
-                late('sensor_delay', channel, shifted, lambda x, time, period: shifted(
-                    x, -time, period)),
+                delayed() if channel == 'torque' else late(
+                    'sensor_delay', channel, partial(_behind, shifted)),
                 *(_gain(builder, f'{sensor}_gain', channel, by)
                   for by in ('constant', channel, 'time'))))
     if 'torque' in has:
@@ -89,10 +94,10 @@ def _behind(behind: Behind, time: float, one: EquationErrors) -> np.ndarray:
     return (behind(asked, time, one.measured.period) - asked)[:, None]
 
 
-def _after(before: Behind, time: float, one: EquationErrors) -> np.ndarray:
-    """Return how much too much a torque reads; ``before`` is the torque that it comes behind."""
+def _after_lag(time: float, one: EquationErrors) -> np.ndarray:
+    """Return how much too much a torque reads that comes behind a lag of a time, s."""
     read = one.motion.calm_torque
-    return (read - before(read, time, one.measured.period))[:, None]
+    return (read - hurried(read, time, one.measured.period))[:, None]
 
 
 def _torque_over_angle(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
