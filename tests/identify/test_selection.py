@@ -222,6 +222,8 @@ def test_a_command_stands_where_it_acts():
     one = Recording('steps', 1e-3, {'voltage': np.array([0.0, 0.0, 4.0, 4.0, 1.0, 1.0])})
     assert as_acted(one, 0.0) is one
     assert as_acted(one, 1.25).columns['voltage'] == pytest.approx([0.0, 0.0, 0.0, 3.0, 4.0, 1.75])
+    early = as_acted(one, -0.5)  # a log that is slower than the loop: from row to row
+    assert early.columns['voltage'] == pytest.approx([0.0, 2.0, 4.0, 2.5, 1.0, 1.0])
     still = replace(one, columns={'current': np.ones(6)})
     assert as_acted(still, 1.25) is still
 

@@ -4,8 +4,8 @@ Uneven times brought onto an even grid.
 A recording has one period. Times that follow one within a hundredth of it are taken as even and
 the values stay as they are, to the last bit. So do those of each row that lies on the grid where
 others do not. What lies between rows is made up: measurements linearly between their neighbours,
-held commands (voltage and references) by the last value before. Across a hole of more than three
-periods nothing is made up: those rows are NaN.
+held commands (voltage and references) by their mean until the next sample. Across a hole of more
+than three periods nothing is made up: those rows are NaN.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from servo_twin.recording.recording import RESAMPLED
 
 from .between_rows import BetweenRows
 from .joining import HELD
-from .rows_in_time import HOLE
+from .rows_in_time import held_over, HOLE
 
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
@@ -102,7 +102,7 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
                          'clock')
     samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12) + EVEN) + 1
     lost = samples - int(on_grid(time, step).sum())
-    how = f'measurements linearly, commands by their last value{cost}'
+    how = f'measurements linearly, commands by the mean of what they hold{cost}'
     warnings.append(
         f'{lost} of {samples} rows are missing or off the grid of {step:.6g} s: they are made up '
         f'between their neighbours, {how}' if lost <= FEW * samples else
@@ -204,11 +204,12 @@ class Between:
     def values(self, columns: dict[str, np.ndarray], row: int, first: int, end: int
                ) -> dict[str, np.ndarray]:
         """Return samples ``first`` to ``end`` of columns that begin with a row."""
-        grid, last, hole = self._places(first, end)
+        grid, _, hole = self._places(first, end)
         result = {}
         for name, column in columns.items():
-            value = column[last - row] if name in HELD else np.interp(
-                grid, self.time[row:row + len(column)], column)
+            time = self.time[row:row + len(column)]
+            value = (held_over(grid, self.step, time, column) if name in HELD else
+                     np.interp(grid, time, column))
             result[name] = np.where(hole, np.nan, value)
         return result
 

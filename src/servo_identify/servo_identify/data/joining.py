@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .rows_in_time import at_rows
+from .rows_in_time import at_rows, period_between
 from .table import Table
 
 HELD = ('voltage', 'current_reference', 'reference_position', 'reference_velocity',
@@ -23,9 +23,10 @@ def joined(table: Table, time: str, leading: str, used: Collection[str],
     the others empty. ``leading`` is a column of the topic that gives the rows.
     """
     times, rows = table[time], table[time][np.isfinite(table[leading])]
-    columns = {time: rows}
+    columns, ahead = {time: rows}, period_between(rows)
     for name in used:
         if name != time:
             known = np.isfinite(table[name])
-            columns[name] = at_rows(rows, times[known], table[name][known], name in held)
+            columns[name] = at_rows(rows, times[known], table[name][known],
+                                    ahead if name in held else 0.0)
     return replace(table, columns=columns)

@@ -27,7 +27,7 @@ from .begins import date_of
 from .message_files import opened
 from .message_parts import fields_in, LACKING, part_of
 from .message_times import on_one_clock, stamp_of
-from .rows_in_time import at_rows
+from .rows_in_time import at_rows, period_between
 from .table import Table
 
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
@@ -137,19 +137,20 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
     """
     Return the table of ``sources``, with the rows of the topic of ``time``.
 
-    Other topics are interpolated linearly; ``held`` sources keep their last value. Before the
+    Other topics are interpolated linearly; ``held`` sources hold theirs till the next. Before the
     first message of its topic a source is NaN. Raises ValueError as :func:`taken` does.
     """
     found = taken(path, sources, time, array)
     times, told = found.times(lambda column: np.array(column, dtype=np.int64))
     order = np.argsort(times[found.leading], kind='stable')
     rows = times[found.leading][order]
+    ahead = period_between(rows)
 
     def value_of(source: str, topic: str) -> np.ndarray:
         values = np.array(found.values[source])
         if topic == found.leading:
             return np.asarray(values[order])
-        return at_rows(rows, times[topic], values, source in held)
+        return at_rows(rows, times[topic], values, ahead if source in held else 0.0)
 
     return found.table(rows, value_of, told)
 

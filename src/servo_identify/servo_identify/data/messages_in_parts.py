@@ -43,9 +43,10 @@ class LongMessages:
             return column.part(first, len(at))
         times = self._times[topic]
         begin = max(int(np.searchsorted(times, at[0], 'right')) - 1, 0)
-        end = int(np.searchsorted(times, at[-1], 'right')) + 1
+        ahead = self._usual[self._found.leading] if source in self._held else 0.0
+        end = int(np.searchsorted(times, at[-1] + ahead, 'right')) + 1
         return at_rows(at, times[begin:end], column.part(begin, end - begin),
-                       source in self._held, self._usual[topic])
+                       ahead, self._usual[topic])
 
 
 @contextmanager

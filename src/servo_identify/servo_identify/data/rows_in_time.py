@@ -15,22 +15,23 @@ _NUMBERED = re.compile(r'(t|time|x_value|zeit) \((\d+)\)( \[[^\]]*\])?', re.IGNO
 _ALIKE = 1e-3  # periods within which two times are one
 
 
-def at_rows(rows: np.ndarray, times: np.ndarray, values: np.ndarray, held: bool,
+def at_rows(rows: np.ndarray, times: np.ndarray, values: np.ndarray, ahead: float = 0.0,
             usual: float = 0.0) -> np.ndarray:
     """
     Return values that were taken at other times at the times of the rows, s.
 
-    NaN before the first of them. ``held`` values stay till the next; others are interpolated, and
-    NaN after the last one and in holes of more than three of their periods. ``usual`` is that
-    period, s, of the whole where these are a part; 0 takes it from the times.
+    NaN before the first of them. Values that are held till the next have ``ahead``: the period of
+    the rows, s, over which :func:`held_over` takes their mean. Others are interpolated, and NaN
+    after the last one and in holes of more than three of their periods. ``usual`` is that period,
+    s, of the whole where these are a part; 0 takes it from the times.
     """
     if not len(times):
         return np.full(len(rows), np.nan)
     order = np.argsort(times, kind='stable')
     times, values = times[order], values[order]
+    if ahead:
+        return np.where(rows < times[0], np.nan, held_over(rows, ahead, times, values))
     last = np.searchsorted(times, rows, 'right') - 1
-    if held:
-        return np.where(last < 0, np.nan, values[np.maximum(last, 0)])
     found = np.interp(rows, times, values, left=np.nan, right=np.nan)
     usual = usual or period_between(times)
     if len(times) > 1:
@@ -39,6 +40,24 @@ def at_rows(rows: np.ndarray, times: np.ndarray, values: np.ndarray, held: bool,
         found[(gap > HOLE * usual) & (rows > times[last])
               & (rows < times[last + 1])] = np.nan
     return found
+
+
+def held_over(rows: np.ndarray, ahead: float, times: np.ndarray, values: np.ndarray
+              ) -> np.ndarray:
+    """
+    Return the mean of held values over ``ahead`` s from each row on.
+
+    A twin holds the value of a row till the next. The last value before a row would act late by
+    as much as the times are apart from the rows. Where a mean would be of NaN it is the last value.
+    """
+    first = np.clip(np.searchsorted(times, rows + 1e-9 * ahead, 'right') - 1, 0, None)
+    last = np.maximum(np.searchsorted(times, rows + ahead * (1.0 - 1e-9), 'right') - 1, first)
+    mean, ends = np.zeros(len(rows)), np.append(times[1:], np.inf)
+    for one in range(int((last - first).max(initial=0)) + 1):
+        at = np.minimum(first + one, last)
+        lasts = np.minimum(ends[at], rows + ahead) - (rows if not one else times[at])
+        mean += np.where(first + one <= last, values[at] * (lasts / ahead), 0.0)
+    return np.where((last == first) | np.isnan(mean), values[first], mean)
 
 
 def period_between(times: np.ndarray) -> float:
@@ -88,7 +107,7 @@ def on_one_timeline(columns: dict[str, np.ndarray], warnings: list[str]) -> dict
         same = len(own) == len(rows) and bool(np.abs(own - rows).max(initial=0.0) <= near)
         for name in names:
             values = columns[name][known]
-            found[name] = values if same else at_rows(rows, own, values, False)
+            found[name] = values if same else at_rows(rows, own, values)
         if not same and names:
             warnings.append(f'{names} have times of their own ({time!r}): they are interpolated '
                             f'at those of {leading!r}')

@@ -126,11 +126,11 @@ class _Track:
         kernel = kernel_of(servo)
         x = fresh_state(kernel)
         x[state.CURRENT] = np.nan_to_num(self.current[0])
-        made = np.empty(len(self.current))
+        made = np.empty((len(self.current), 2))
         substeps, step = substeps_of(servo, self.period)
         kernel.drive_current(theta, servo.switches, x, self.voltage, self.speed, made, substeps,
                              step)
-        left = np.nan_to_num(made - self.current)
+        left = np.nan_to_num(made[:, 0] - self.current)
         left[:50] = 0.0  # memories that begin at rest
         return left
 

@@ -92,23 +92,26 @@ def kinematic_error(theta, on, x, motion, lost, h):
 
 def drive_current(theta, on, x, voltage, motor_speed, current, substeps, h):
     """
-    Fill `current` (A) with what the drive makes of `voltage` (V) at `motor_speed` (rad/s).
+    Fill `current` (samples, 2) with what the drive makes of `voltage` (V) at `motor_speed`, A.
 
-    The voltage is held from sample to sample, the speed goes straight from one to the next.
+    At each sample, before its voltage acts, and in the mean from there to the next. The voltage is
+    held from sample to sample, the speed (rad/s) goes straight from one to the next.
     """
     theta, on, x = borrowed(theta), borrowed(on), borrowed(x)
     drive = drive_of(theta)
     last = len(voltage) - 1
     for k in range(len(voltage)):
-        current[k] = x[CURRENT]
+        current[k, 0], total = x[CURRENT], 0.0
         change = (motor_speed[min(k + 1, last)] - motor_speed[k]) / substeps
         for i in range(substeps):
             speed = motor_speed[k] + (i + 0.5) * change
             arrived = command_path(theta, on, x, Signal(voltage[k], speed, x[TIME]), h)
             x[CURRENT] = drive_law(drive, x, arrived, speed, h)
             x[CURRENT] = current_path(theta, on, x, Signal(x[CURRENT], speed, x[TIME]), h)
+            total += x[CURRENT]
             x[MOTOR_ANGLE] += h * speed
             x[TIME] += h
+        current[k, 1] = total / substeps
 
 
 def sensor_readings(theta, on, x, truth, readings, period):

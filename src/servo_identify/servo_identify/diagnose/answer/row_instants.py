@@ -12,8 +12,12 @@ from ..decisions import EVEN
 from ..selection.explain import Explained
 from ..splitting import Split
 
-HELD = 0.5
-"""Rows by which a command that acts with its row and is held is read late, on average."""
+READ = 0.5
+"""
+Rows by which the current of a held command is read late, on average: before its row acts.
+
+Of a winding it is known what flows between the rows.
+"""
 
 DELAYS = {'command_delay', 'sensor_delay'}  # a late encoder is as a command that acts late
 DRIVEN = {'drive', 'motor', 'torque'}  # equations in which the instant of a command shows
@@ -23,6 +27,9 @@ def command_late(found: Explained) -> float:
     """
     Return by how many sample periods the command acts after its row; 0.0 up to half a period.
 
+    Below zero it goes from row to row rather than to be held: a log that is slower than the loop
+    sees it in passing.
+
     A delay that is named, of the command or of a reading that it may stand for, counts from the
     row, so that there it is 0.0. So it is where an equation that tells it is certainly off still:
     what acts there instead may look like it.
@@ -31,9 +38,11 @@ def command_late(found: Explained) -> float:
         return 0.0
     if found.search.off_in(found.explanation.smallest) & DRIVEN:
         return 0.0
-    values = found.nuisances()
-    late = HELD - values.get('late:drive', HELD)
-    return late if late > EVEN else 0.0
+    measured = any('current' in one.measured.channels for one in found.samples.errors)
+    winding = 'drive.resistance' in found.samples.servo.numbers
+    on_time = READ if measured and not winding else 0.0
+    late = on_time - found.nuisances().get('late:drive', on_time)
+    return late if late > EVEN or (late < -0.5 * EVEN and not measured) else 0.0
 
 
 def told_late(found: Explained) -> str:
@@ -44,7 +53,7 @@ def told_late(found: Explained) -> str:
     command that truly comes late looks the same, and the twin has to be told of it.
     """
     late = command_late(found)
-    if not late:
+    if late <= 0.0:
         return ''
     period = min(one.measured.period for one in found.samples.errors)
     return (f'the recordings fit where the command acts {late:.1f} sample periods '
@@ -57,15 +66,15 @@ def as_acted(recording: Recording, late: float) -> Recording:
     """
     Return a recording whose command stands in the rows in which it acts.
 
-    It acts ``late`` sample periods, at least zero, after its row and holds until the next. In a
-    row in which it changes stands its mean.
+    It acts ``late`` sample periods after its row and holds until the next, or so much before. In
+    a row in which it changes stands its mean.
     """
     if not late or not recording.has('voltage'):
         return recording
     given = recording.columns['voltage']
-    rows = np.arange(len(given)) - int(late)
-    share = late - int(late)
-    held, before = (given[np.maximum(rows - one, 0)] for one in (0, 1))
+    rows, whole = np.arange(len(given)), int(np.floor(late))
+    share = late - whole
+    held, before = (given[np.clip(rows - whole - one, 0, len(given) - 1)] for one in (0, 1))
     return replace(recording, columns={**recording.columns,
                                        'voltage': (1.0 - share) * held + share * before})
 

@@ -118,6 +118,21 @@ class AlongMotion:
                                        command, measured.period)
         return command
 
+    def current_between(self) -> np.ndarray | None:
+        """
+        Return the mean of a winding's current around each sample, less what it is there, A.
+
+        A command that is held makes it jump with its row and fade till the next. None where no
+        command, or no current, was recorded, or the drive has no winding.
+        """
+        if not {'voltage', 'current'} <= self.measured.channels or (
+                'drive.resistance' not in self.slots):
+            return None
+        command, theta = self.measured.column('voltage', 0.0), self.servo.theta
+        there, mean = (drive_current(self.servo, theta, command, self.fast_speed, self.measured,
+                                     around) for around in (False, True))
+        return np.nan_to_num(mean - there)
+
     def current_stepped(self) -> np.ndarray | None:
         """
         Return by how much the current jumps as the drive takes a new row's references over, A.
@@ -237,13 +252,22 @@ class AlongMotion:
 
 
 def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,
-                  measured: Measured | Recording) -> np.ndarray:
-    """Return what a servo's drive makes of a command (V) at a motor speed (rad/s), A."""
+                  measured: Measured | Recording, around: bool = False) -> np.ndarray:
+    """
+    Return what a servo's drive makes of a command (V) at a motor speed (rad/s), A.
+
+    At each sample where the current is measured as well. Else, or ``around`` each, it is what acts
+    on the shaft: the mean from half a sample before to half a sample after, since a command is
+    held to the next.
+    """
     kernel, x = kernel_of(servo), fresh_state(kernel_of(servo))
     recording = measured.recording if isinstance(measured, Measured) else measured
     if recording.has('current'):
         x[state.CURRENT] = np.nan_to_num(recording['current'][0])
-    current = np.empty(len(command))
+    current = np.empty((len(command), 2))
     substeps, h = substeps_of(servo, recording.period)
     kernel.drive_current(theta, servo.switches, x, command, speed, current, substeps, h)
-    return current
+    if recording.has('current') and not around:
+        return current[:, 0]
+    lasting = current[:, 1]
+    return 0.5 * (lasting + np.append(lasting[:1], lasting[:-1]))

@@ -10,8 +10,10 @@ from ..decisions import SAMPLING
 from .samples import ResidualSamples
 from .sampling_instants import late_channels, sampling_columns
 
-CONVENTION = (-0.6, 0.2)  # sample periods: a reading may be taken before or after the command acts
+ACTS = (-1.1, 0.6)  # sample periods: a command acts with the next row, or is seen in passing
+READ = (-0.6, 1.1)  # of a current against its command: it is read before that acts, or after
 STEPPED = (-0.5, 0.5)  # of the jump by which a current is read after or before it, from its mean
+BETWEEN = (-1.0, 1.0)  # of the same: a current is read before, after or in the mean of its row
 STEP = 0.25  # share of a tolerance over which a slope is taken
 FINE = 1e-3  # share of a ratio over which its slope is taken: its error adds up over the travel
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
@@ -56,14 +58,21 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     bounds)
         else:
             put(path, column, bounds)
+    measured = any('current' in one.measured.channels for one in samples.errors)
     late = samples.place(sampling_columns(samples.errors))
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
         put(f'late:{channel}', column,
-            CONVENTION if channel in ('drive', 'controller') else (-SAMPLING, SAMPLING))
+            (-SAMPLING, SAMPLING) if channel != 'drive' else READ if measured else ACTS)
     stepped = {number: one.of_signal('current', series) for number, one in enumerate(
         samples.errors) for series in [one.current_stepped()] if series is not None}
     if stepped:
         put('late:reference', samples.place(stepped, 1)[:, 0], STEPPED)
+    between = {number: one.of_signal('current', series) for number, one in enumerate(
+        samples.errors) for series in [one.current_between()] if series is not None}
+    if between:
+        put('late:current between rows', samples.place({
+            number: {name: column for name, column in several.items() if name != 'drive'}
+            for number, several in between.items()}, 1)[:, 0], BETWEEN)
     for number, one in enumerate(samples.errors):
         for label, equation in (('zero', 'transmission'), ('integral', 'controller')):
             if equation in one.equations and (

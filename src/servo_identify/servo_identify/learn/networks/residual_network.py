@@ -94,10 +94,10 @@ def _missing(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:
     motor_speed, load_speed = np.gradient(motor, period), np.gradient(load, period)
     motor_rate, load_rate = np.gradient(motor_speed, period), np.gradient(load_speed, period)
     kernel, theta, on = kernel_of(servo), servo.theta, servo.switches
-    current = np.empty(len(recording))
+    made = np.empty((len(recording), 2))
     kernel.drive_current(theta, on, fresh_state(kernel), np.nan_to_num(recording['voltage']),
-                   np.nan_to_num(motor_speed), current, *substeps_of(servo, period))
-    current = smoothed(current, period, CUTOFF)
+                   np.nan_to_num(motor_speed), made, *substeps_of(servo, period))
+    current = smoothed(made[:, 0], period, CUTOFF)
     torque = smoothed(recording['torque'], period, CUTOFF)
     external = smoothed(np.nan_to_num(recording['external_torque']), period, CUTOFF)
     warm = np.where(np.isfinite(recording['temperature']), recording['temperature'], 20.0)
