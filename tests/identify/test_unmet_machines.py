@@ -210,6 +210,14 @@ def test_a_count_is_found_under_the_decimals_of_a_table():
         np.radians(1e-5), rel=1e-3)
 
 
+@pytest.mark.parametrize('written', ['%.6g', '%.5f', '%.17g'])
+def test_a_count_is_found_where_a_table_has_few_digits(written):
+    count = np.radians(300.0) / 1024
+    angle = count * np.round(1.2 * np.sin(np.arange(4000) / 200.0) / count)
+    assert count_of(np.array([float(written % one) for one in angle])) == pytest.approx(
+        count, rel=1e-3)
+
+
 def test_an_encoder_that_rests_on_a_count_is_no_quieter():
     several = of_encoders([{'motor_position': s, 'load_position': np.nan, 'current': s}
                            for s in (4e-4, 5e-4, 1e-4)])

@@ -18,7 +18,7 @@ from servo_twin.recording.recording import Recording
 from ...data.signals import ANGLES
 from ...data.white_noise import FOURTH, QUARTILE
 
-DECIMALS = 4  # of the last digit by which second differences of a rounded reading may be off
+ROUNDED = 4.0  # digits by which second differences of a rounded reading may be off
 
 
 def noise_of(x: np.ndarray) -> float:
@@ -43,26 +43,23 @@ def count_of(x: np.ndarray) -> float:
     """
     Return the count of a reading, in its unit; 0 where it is not in counts.
 
-    The smallest step may be the last decimal of a table instead. Then the count is the next
-    larger step of which nearly all are multiples, but for the decimals.
+    It is the smallest step of which nearly all are multiples. A table rounds counts to decimals,
+    or to digits that are fewer for large numbers: steps that this leaves lie far below the count.
     """
     x = x[np.isfinite(x)]
     steps = np.abs(np.diff(x, 2))
-    steps = steps[steps > 1e-9 * np.abs(x).max(initial=0.0)]
-    if len(steps) < 16:
-        return 0.0
-    decimal = float(np.percentile(steps, 1))
-    if not np.mean(np.abs(steps / decimal - np.round(steps / decimal)) < 0.01) > 0.9:
-        return 0.0
-    rest = steps[steps > DECIMALS * decimal]
-    if len(rest) >= 16:
+    steps = np.sort(steps[steps > 1e-9 * np.abs(x).max(initial=0.0)])
+    ends = np.flatnonzero(steps[1:] > 4.0 * ROUNDED * steps[:-1]) + 1
+    for first in (*ends[::-1], 0):
+        rest = steps[first:]
+        if len(rest) < 16:
+            continue
         count = float(np.percentile(rest, 1))
-        first = np.abs(rest - count) <= DECIMALS * decimal
-        count = float(rest[first].mean()) if first.any() else count
+        count = float(rest[rest < 1.5 * count].mean())
         off = np.abs(steps - count * np.round(steps / count))
-        if count > 4 * DECIMALS * decimal and np.mean(off <= DECIMALS * decimal) > 0.9:
+        if np.mean(off <= (ROUNDED * steps[first - 1] if first else 0.01 * count)) > 0.9:
             return count
-    return decimal
+    return 0.0
 
 
 def of_encoders(noises: Sequence[dict[str, float]]) -> list[dict[str, float]]:
