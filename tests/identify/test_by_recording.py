@@ -9,6 +9,10 @@ from test_selection import recorded, SERVO
 
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.by_recording import between
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.explain import explained
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 
 LEVEL = 'effects.coulomb.level'
 
@@ -63,6 +67,17 @@ def test_where_each_motion_was_recorded_once_the_motion_may_be_what_differs():
     several = [replace(off(recorded(SERVO, seed), more), family=f'motion {seed}')
                for seed, more in enumerate((0.0, 3.0, 6.0, 9.0))]
     assert all('by recording' not in one.change for one in report_of(several).which)
+
+
+@pytest.mark.slow
+def test_teeth_that_wear_are_a_clearance_that_is_another_in_each_recording():
+    widths = (2e-4, 6e-4, 1.1e-3, 1.7e-3)
+    several = [recorded(SERVO.with_effects(Placed('gap', find('backlash'), 'mesh'), values={
+        'effects.gap.width': width}), seed) for seed, width in enumerate(widths)]
+    found = explained(residual_samples(several, SERVO))
+    assert [one.mechanism.label for one in found.chosen] == ['backlash (mesh)']
+    sizes = found.amplitudes(found.explanation.smallest.choice.numbers[0])
+    assert sizes == pytest.approx(widths, abs=1e-4)
 
 
 def test_recordings_that_have_one_of_two_values_are_told_by_those_that_are_fewer():

@@ -8,6 +8,8 @@ from synthetic_recordings import sampled
 from test_selection import named_by_equations
 
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -41,6 +43,19 @@ def moved(rig, seed, lost=0.0, row=ROW, size=1.2):
 @pytest.mark.slow
 def test_a_motor_that_answers_within_a_row_is_not_blamed_for_it():
     assert named_by_equations([moved(HOBBY, seed) for seed in (1, 2)], HOBBY) == set()
+
+
+@pytest.mark.slow
+def test_a_supply_that_sags_is_no_saturation():
+    lost = {'drop': 0.03, 'resistance': HOBBY.numbers['drive.resistance'],
+            'back_emf': HOBBY.numbers['drive.back_emf']}
+    rig = HOBBY.with_effects(Placed('sag', find('supply_sag'), 'command'), values={
+        f'effects.sag.{name}': value for name, value in lost.items()})
+    several = [moved(rig, seed, row=1e-3, size=4.0) for seed in (1, 2)]
+    found = explained(residual_samples(several, HOBBY))
+    assert [one.mechanism.name for one in found.chosen] == ['supply_sag']
+    drop, = found.amplitudes(found.explanation.smallest.choice.numbers[0])
+    assert drop == pytest.approx(0.03, rel=0.1)
 
 
 @pytest.mark.long

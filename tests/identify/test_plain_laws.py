@@ -135,6 +135,19 @@ def test_an_eccentric_disc_beside_another_ratio_is_both_and_no_wave_of_many_orde
 
 
 @pytest.mark.slow
+def test_a_weight_beside_a_spring_is_both_and_no_curve_over_the_angle():
+    rig = ARM.with_effects(Placed('s', find('spring_load'), 'load'), values={
+        'effects.s.stiffness': 0.9, 'effects.s.rest': -0.3, 'effects.weight.cosine': 0.2,
+        'effects.weight.sine': 0.7})
+    bare = replace(ARM.with_values({'effects.weight.cosine': 0.0, 'effects.weight.sine': 0.0}),
+                   tolerance={'mechanism.load_inertia': (0.034, 0.038)})
+    several = [driven(rig, seed, sines(seed, 5.0)) for seed in (1, 2, 3)]
+    assert named_by_equations(several, bare) == {
+        (name, 'load') for name in ('parameter:weight.cosine', 'spring_load')} or (
+        named_by_equations(several, bare) == {('gravity', 'load'), ('spring_load', 'load')})
+
+
+@pytest.mark.slow
 def test_a_swing_of_two_seconds_is_a_payload_that_swings():
     rig = STAGE.with_effects(Placed('e', find('payload_resonance'), 'load'), values={
         'effects.e.inertia': 0.6, 'effects.e.frequency': 0.45, 'effects.e.damping': 0.02})

@@ -25,6 +25,7 @@ each_place = pytest.mark.parametrize(
     ('effect', 'site'), PLACES, ids=[placed.name for placed in every_effect.PLACED])
 
 SIGNED = """
+supply_sag
 coulomb_friction viscous_friction stribeck_friction presliding_friction asymmetric_friction
 load_dependent_friction position_dependent_friction quadratic_drag friction_drift cogging
 torque_ripple torque_saturation current_sensor_offset current_sensor_gain gravity spring_load
@@ -40,7 +41,7 @@ BASE = ('torque', 'angle', 'time', 'current', 'voltage', 'temperature', 'length'
 DIMENSIONS = {
     '': {}, 'N m': {'torque': 1}, 'rad': {'angle': 1}, 's': {'time': 1}, 'm': {'length': 1},
     'A': {'current': 1}, 'V': {'voltage': 1},
-    'Hz': {'time': -1}, 'degC': {'temperature': 1}, '1': {},
+    'ohm': {'voltage': 1, 'current': -1}, 'Hz': {'time': -1}, 'degC': {'temperature': 1}, '1': {},
     'kg m2': {'torque': 1, 'time': 2, 'angle': -1},
 }
 MOTION_UNITS = {

@@ -107,6 +107,8 @@ def _of_one(one: Recording, at: Signals, servo: Servo, sure: float) -> list[Off]
                   for name, told in factors_by_law(one, servo).items()
                   if 0.5 * log(told.factor)**2 / ((SAME / 3.0)**2 + told.variance)
                   > sure + MISTAKE]
+        if open_ < FORM**2 and len(by_law) == 1:
+            by_law = []  # the other reference says the same: a gain of the controller is off
         furthest = exp(SAME * sqrt(2.0 * (sure + MISTAKE))) if _integrates(servo) else FURTHEST
         return by_law or [
             Off(one.name, name, 1.0 / value, 1.0, _doubt(value) > sure + MISTAKE)

@@ -155,6 +155,9 @@ def _remedy(one: MissingEffect) -> str:
     if one.mechanism['port'] in ('torque', 'inertia'):
         return ('One servo file has one load: diagnose the recordings with another on their own, '
                 'each with its file.')
+    if one.mechanism['port'] == 'clearance':
+        return ('Teeth that wear or a fastening that works loose do that: diagnose the recordings '
+                'on their own, each with its file.')
     return ('Look for what differs between them, as a machine that warms up, a supply that sags '
             'or a brake that drags; where it is warmth, record the temperature.')
 

@@ -114,6 +114,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
             part.curve is not None) else float(a[0])}
     elif one.detail.get('law') == 'drive_dead_time':
         values = {'loss': float(a.sum()) / one.detail['resistance']}
+    elif name == 'supply_sag':
+        values, fixed = {'drop': float(a[0])}, dict(one.detail)
     elif one.detail.get('law') == 'one_sided_stiffness':  # what is lost of an angle, as torque
         values = {'difference': -one.detail['stiffness'] ** 2 * float(a[0])}
     elif one.detail.get('law') == 'current_limit' and part.curve is not None:

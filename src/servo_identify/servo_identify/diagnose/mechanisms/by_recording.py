@@ -33,6 +33,8 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
                                      _viscous(builder, site, changes)))
     if 'load' in sides:
         yield from filter(None, (_weight(builder),))
+    if 'transmission' in builder.samples.present:
+        yield from filter(None, (_clearance(builder),))
     has = frozenset.intersection(*(one.measured.channels for one in errors))
     for channel in ('torque', 'current'):
         if channel in has:
@@ -114,6 +116,20 @@ def _weight(builder: Builder) -> Hypothesis | None:
         'load_torque', partial(apart, errors, pull)), [0] * len(knots), knots,
         detail={'told': partial(_pulls, names_of(builder)) if turns else
                 partial(_lies, names_of(builder), 'N m', 'load')})
+
+
+def _clearance(builder: Builder) -> Hypothesis | None:
+    """A clearance that is another in each recording, as that of teeth that wear."""
+    errors = builder.samples.errors
+
+    def half(one: EquationErrors) -> np.ndarray:
+        return 0.5 * one.flank(one.motion)[:, None]
+
+    mechanism = Mechanism('backlash', 'clearance', 'mesh', (BY_RECORDING, 'load'), 'odd')
+    knots = list(range(len(errors)))
+    return builder.hypothesis(
+        mechanism, builder.place('torsion', partial(apart, errors, half)), [1] * len(knots),
+        knots, detail={'told': partial(_beside, names_of(builder), 'rad', 'load')})
 
 
 def names_of(builder: Builder) -> list[str]:

@@ -72,7 +72,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         shaped('drive_dead_band', gate, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         # one whose answer to small commands fades in, as that of a push-pull stage
         shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
-        _dead_time(builder),
+        _dead_time(builder), _sag(builder),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
         _limited(builder), _rate_limited(builder, residual), _out_of_voltage(builder, residual),
@@ -113,6 +113,21 @@ def _dead_time(builder: Builder) -> Hypothesis | None:
     form = Form('current', 'A', 'V', lambda one: one.inner(one.driven_current), lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
                               detail={'law': 'drive_dead_time', 'resistance': resistance})
+
+
+def _sag(builder: Builder) -> Hypothesis | None:
+    """Volts that a supply loses by its resistance, by the current that flows."""
+    values = builder.samples.servo.numbers
+    parts = {name: values.get(f'drive.{name}', 0.0) for name in ('resistance', 'back_emf')}
+    if not all(parts.values()) or values.get('drive.proportional'):
+        return None
+
+    def lost(one: EquationErrors) -> np.ndarray:
+        flows = np.nan_to_num(one.full(one.known_current))
+        return -(one.regressor_command**2 * flows)[:, None]
+
+    mechanism = Mechanism('supply_sag', 'drive', 'command', ('command', 'current'), 'odd')
+    return builder.hypothesis(mechanism, _through(builder, lost), [1], detail=parts)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:

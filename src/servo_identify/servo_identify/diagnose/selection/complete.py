@@ -63,19 +63,20 @@ def completed(search: Search, explanation: Explanation) -> tuple[Search, Explana
         return search, explanation
     other = Complete(search)
     known = other.fitted(chosen.choice)
-    if len(chosen.choice.members) == 1 and other.leaves_nothing(known):
-        return search, explanation
     found = other.found()
     if found is None or found.total >= known.total:
         return search, explanation
-    if len(found.choice.members) > len(chosen.choice.members) and not other.off_in(known):
-        return search, explanation  # nothing is certainly open that one more could be for
+    alone, more = (len(one.choice.members) for one in (chosen, found))
+    whole = (alone == 1 and other.leaves_nothing(known)) or (
+        more > alone and not other.off_in(known))
+    if whole and len(found.columns) >= len(known.columns):
+        return search, explanation  # nothing is open that other numbers, as many, could be for
     for choice in search.choices:  # how the sets known so far fare without a form
         other.fitted(choice)
     return other, Explanation(found, found)
 
 
 def _plain(one: Hypothesis) -> bool:
-    mechanism, curve = one.mechanism, one.columns.size > 1 and bool((one.signs == 1).any())
+    mechanism, curve = one.mechanism, int((one.signs == 1).sum()) > 1
     return (one.columns.size <= PLAIN and not curve and mechanism.name != UNKNOWN
             and BY_RECORDING not in mechanism.variables)
