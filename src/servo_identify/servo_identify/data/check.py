@@ -115,8 +115,8 @@ def _signs(one: Survey) -> list[Finding]:
         return [Finding('red', f'{one.name}: the current is {least:g} A in all samples while the '
                         'command changes: nothing was measured.',
                         'look at the sensor, or leave the column out')]
-    small = ONE_SIGN * (most - least)
-    if lowest < 0.0 < highest and (least > -small or most < small):
+    small, little = ONE_SIGN * (most - least), ONE_SIGN * (highest - lowest)
+    if lowest < -little < little < highest and (least > -small or most < small):
         return [Finding('amber', f'{one.name}: the current never changes its sign while the '
                         'command does: is it a magnitude, or that of the supply?',
                         'record the current of the motor with its sign')]
