@@ -1,11 +1,16 @@
-"""Lines above the numbers as known programs write them: the Scope of TwinCAT, LabVIEW."""
+"""Lines above the numbers as known programs write them: the Scope of TwinCAT, LabVIEW, Rigol."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
+import re
 
 _SIGNS = ('Starttime of export', 'SampleTime[ms]')
 """How a line begins that this program alone writes."""
+_FRAME = re.compile(r'\s*(?:\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]{3,8}#|'
+                    r'\d+\.\d+\s+\w+\s+[0-9A-Fa-f]+x?\s+[RT]x\s+[dr]\s)')
+"""How candump and the tools of Vector (ASC) write a frame of a CAN bus."""
 _NOTHING = ('', '(None)', 'None')
 LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 """Counts of 100 ns since 1601 (FILETIME) from 1917 to 2234, and nothing else that a rig has."""
@@ -51,11 +56,27 @@ def unit_labels(lines: Sequence[Sequence[str]], count: int) -> list[str]:
 
 
 def period_without_times(lines: Sequence[Sequence[str]]) -> float:
-    """Return the period, s, of a file of LabVIEW without a column of times; 0 of any other."""
-    if not any(cells[:2] == ['X_Columns', 'No'] for cells in lines):
-        return 0.0
-    told = next((cells[1:] for cells in lines if cells[:1] == ['Delta_X']), [])
+    """
+    Return the period, s, of a file without a column of times; 0 of any other.
+
+    LabVIEW has it behind ``Delta_X``, an oscilloscope of Rigol below ``Increment``.
+    """
+    if any(cells[:2] == ['X_Columns', 'No'] for cells in lines):
+        told = next((cells[1:] for cells in lines if cells[:1] == ['Delta_X']), [])
+        return _positive(next(filter(None, told), '0'))
+    for names, values in pairwise(lines):
+        if 'Increment' in names[:len(values)] and values[:1] == ['Sequence']:
+            return _positive(values[names.index('Increment')])
+    return 0.0
+
+
+def _positive(text: str) -> float:
     try:
-        return max(0.0, float(next(filter(None, told), '0').replace(',', '.')))
+        return max(0.0, float(text.replace(',', '.')))
     except ValueError:
         return 0.0
+
+
+def are_frames(lines: Sequence[str]) -> bool:
+    """Tell whether the last of some lines are frames of a CAN bus, whose bytes are no columns."""
+    return bool(lines) and all(map(_FRAME.match, lines[-3:]))
