@@ -183,11 +183,22 @@ def test_a_tolerance_is_a_share_or_two_bounds():
     assert servo.tolerance['drive.gain'] == (0.4, 0.5)
 
 
+@pytest.mark.parametrize(('written', 'value'), [('022', 22.0), ('22', 22.0), ('+2.2e1', 22.0),
+                                                ('22.', 22.0), ('.5', 0.5), ('1e-5', 1e-5)])
+def test_a_number_is_the_decimal_one_that_it_looks_like(written, value):
+    assert loads(changed('22.0', written)).values['effects.bearing.level'] == value
+
+
 # --- refusals: what is wrong, and the words that the sentence about it must hold
 
 
 REFUSED = {
     'bad YAML': ('servo: [a', ['not YAML']),
+    'a tab': (BENCH + '\tstep: 1e-4', ['holds a tab']),
+    'a wide colon': (changed('bearing:', 'bearing\N{FULLWIDTH COLON}'), ['holds a wide colon']),
+    'a ratio with a colon': (changed('22.0', '30:1'), ["level = '30:1' is not a number"]),
+    'off': (changed('type: current', 'type: off'), ["drive.type: there is no 'off'"]),
+    'a decimal comma': (changed('22.0', '22,5'), ['write a decimal point']),
     'a list': ('[1, 2]', ['the file must be a mapping']),
     'a key that is a list': ('? [a]\n: 1', ['not YAML']),
     'nothing': ('', ["section 'servo' is missing"]),
