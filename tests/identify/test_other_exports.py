@@ -309,3 +309,19 @@ def test_frames_of_a_bus_are_refused_with_what_decodes_them(tmp_path, line):
     path.write_text('\n'.join(line.format(1000 * k) for k in range(50)) + '\n')
     with pytest.raises(ValueError, match=r'log of CAN frames.*DBC'):
         read_table(path)
+
+
+def test_a_log_with_a_name_before_each_number_is_refused_with_what_takes_them_off(tmp_path):
+    path = tmp_path / 'a.txt'
+    path.write_text('Booting\n' + '\n'.join(f't:{k},u:{0.1 * k:.1f}, i:-1e-3' for k in range(9)))
+    with pytest.raises(ValueError, match=r"name before each number, as 't:7,u:0.7, i:-1e-3'.*sed"):
+        read_table(path)
+
+
+def test_numbers_behind_a_key_are_no_first_row(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('Channel,Time,U\nUnit,s,V\nLength,3,3\nStart Time,01.01.2025\n'
+                    ',0.000,1.5\n,0.002,2.5\n,0.004,3.5\n')
+    table = read_table(path)
+    assert table.columns['Time [s]'].tolist() == [0.0, 0.002, 0.004]
+    assert table.columns['U [V]'].tolist() == [1.5, 2.5, 3.5]

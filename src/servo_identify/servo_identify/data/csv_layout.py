@@ -11,7 +11,7 @@ import re
 
 from .column_names import looks_like, split
 from .east_asian import letters_of
-from .export_headers import are_frames, period_without_times, scope_names, unit_labels
+from .export_headers import period_without_times, refuse_logs, scope_names, unit_labels
 from .number_texts import is_number
 from .unit_symbols import CountsError, parsed, UnitError
 
@@ -106,12 +106,12 @@ def layout_of(path: Path) -> Layout:
     shown = [k for k, line in enumerate(lines) if line.strip() and not _MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
-    if are_frames([lines[k] for k in shown[:-1]]):
-        raise ValueError(f'{path} is a log of CAN frames, whose bytes are no columns: decode it '
-                         'by the DBC of the drive into a table with a column for each signal, as '
-                         'by can.LogReader and cantools (Database.decode_message)')
+    refuse_logs(path, [lines[k] for k in shown])
     columns = _columns_of([lines[k] for k in shown[-_LAST:]])
-    at = next((n for n, k in enumerate(shown) if columns.has_row(lines[k])), 1)
+    rows = [columns.has_row(lines[k]) for k in shown]
+    # below a key, as Length, numbers stand above the rows
+    at = next((n for n, is_row in enumerate(rows) if is_row and (
+        is_number(columns.cells(lines[shown[n]])[0] or '0') or all(rows[n:n + 2]))), 1)
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
     above = [k for k, line in enumerate(lines[:row]) if line.strip()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 import re
 
 _SIGNS = ('Starttime of export', 'SampleTime[ms]')
@@ -11,6 +12,8 @@ _SIGNS = ('Starttime of export', 'SampleTime[ms]')
 _FRAME = re.compile(r'\s*(?:\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]{3,8}#|'
                     r'\d+\.\d+\s+\w+\s+[0-9A-Fa-f]+x?\s+[RT]x\s+[dr]\s)')
 """How candump and the tools of Vector (ASC) write a frame of a CAN bus."""
+_LABELLED = re.compile(r'\s*[A-Za-z]\w*: *[-+.\de]+(?:[,;\t ]+[A-Za-z]\w*: *[-+.\de]+)+\s*')
+"""A line as the plotter of Arduino reads it: u:1.00,i:0.1."""
 _NOTHING = ('', '(None)', 'None')
 LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 """Counts of 100 ns since 1601 (FILETIME) from 1917 to 2234, and nothing else that a rig has."""
@@ -18,7 +21,7 @@ LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 
 def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[list[str], list[str]]:
     """
-    Return the names of the columns and their units; [] for a file of another program.
+    Return the names of the columns and their units; [] where no key is above the numbers.
 
     ``lines`` are the cells of each line above the numbers, ``row`` those of the first line of
     numbers. A line begins with its key, which stands above each column of times again: ``Name``,
@@ -26,7 +29,7 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
     symbol where two have one name. Times are in ms, or stamps in 100 ns.
     """
     if not any(cells and cells[0] in _SIGNS for cells in lines):
-        return [], []
+        return _behind_keys(lines, row)
     said = {cells[0]: cells for cells in lines if cells}
     names = list(said.get('Name', ()))[:len(row)]
     if len(names) < len(row):
@@ -42,6 +45,17 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
         names[k] = 'time'
         units[k] = '100 ns' if is_stamp(row[k]) else 'ms'
     return names, units
+
+
+def _behind_keys(lines: Sequence[Sequence[str]], row: Sequence[str]
+                 ) -> tuple[list[str], list[str]]:
+    """Return names and units that stand behind keys, above rows that begin with an empty cell."""
+    said = {cells[0]: list(cells) for cells in lines if len(cells) == len(row)}
+    names = said.get('Channel') or said.get('Channel Name') or said.get('Name')
+    if not names or row[0]:
+        return [], []
+    units = said.get('Unit') or said.get('Units') or [''] * len(row)
+    return ['', *names[1:]], ['', *units[1:]]
 
 
 def is_stamp(cell: str) -> bool:
@@ -77,6 +91,14 @@ def _positive(text: str) -> float:
         return 0.0
 
 
-def are_frames(lines: Sequence[str]) -> bool:
-    """Tell whether the last of some lines are frames of a CAN bus, whose bytes are no columns."""
-    return bool(lines) and all(map(_FRAME.match, lines[-3:]))
+def refuse_logs(path: Path, lines: Sequence[str]) -> None:
+    """Raise ValueError for lines that are a log of something else than columns."""
+    last = lines[:-1][-3:]  # of a whole file the very last may break off
+    if last and all(map(_FRAME.match, last)):
+        raise ValueError(f'{path} is a log of CAN frames, whose bytes are no columns: decode it '
+                         'by the DBC of the drive into a table with a column for each signal, as '
+                         'by can.LogReader and cantools (Database.decode_message)')
+    if last and all(map(_LABELLED.fullmatch, last)):
+        raise ValueError(f'{path} has a name before each number, as {last[-1].strip()!r}: write '
+                         'the names once, in a line above the numbers, and numbers alone below '
+                         "them; sed -E 's/[^,;\\t ]+: *//g' takes the names off")
