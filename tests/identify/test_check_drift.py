@@ -172,3 +172,20 @@ def test_a_twist_over_a_small_motion_is_no_other_ratio(rig):
 
 def test_two_encoders_that_hold_raise_no_word():
     assert not said([run(0)], 'at the same place')
+
+
+@pytest.mark.parametrize(('known', 'wrong'), [(True, 1.0), (False, 1.0), (True, 1.05)])
+def test_a_spring_that_a_known_weight_winds_up_is_no_other_ratio(known, wrong):
+    values = {'mechanism.stiffness': 26.0, 'mechanism.load_inertia': 1e-3, 'mechanism.ratio': 12.0}
+    smooth = {path: 0.0 for path in BENCH.values if path.rpartition('.')[2] in ('level', 'slope')}
+    limb = Placed('limb', find('gravity'), 'load')
+    servo = BENCH.with_values(values | smooth).with_effects(limb, values={
+        'effects.limb.sine': 0.3 if known else 0.0, 'effects.limb.cosine': 0.0})
+    time, chance = np.arange(8000) * 1e-3, np.random.default_rng(3)
+    angle = 0.9 * np.sin(1.1 * time) + 0.3 * np.sin(2.7 * time)
+    nothing = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    motor = 12.0 * wrong * (angle + 0.3 * np.sin(angle) / 26.0)
+    one = Recording('finger', 1e-3, {
+        **nothing, 'load_position': angle + 1e-5 * chance.standard_normal(len(time)),
+        'motor_position': motor + 1e-4 * chance.standard_normal(len(time))})
+    assert bool(said([one], 'encoders show a ratio', servo)) == (not known or wrong != 1.0)
