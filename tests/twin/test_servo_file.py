@@ -12,6 +12,7 @@ import pytest
 
 from servo_twin.description.given_values import Default, defaults, required
 from servo_twin.description.servo_file import dumps, load, loads, save
+from servo_twin.description.shipped import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import (
     CONTROLLERS,
@@ -331,3 +332,8 @@ def test_a_number_may_be_written_with_or_without_a_point(written):
 def test_a_file_longer_than_any_servo_is_refused_unread():
     with pytest.raises(ServoError, match='characters; a servo file has at most'):
         loads('# ' + 'x' * 1_000_001)
+
+
+def test_a_folder_is_no_servo_file(tmp_path):
+    with pytest.raises(ServoError, match='it is a folder; give the path of one'):
+        servo_file(tmp_path)
