@@ -42,7 +42,47 @@ def test_it_names_what_differs_between_recordings_with_its_size(changed, words):
     found, = said(several, 'differs between recordings of sine')
     assert ('zero of torque' if 'zero' in changed else 'friction of the load') in found.sentence
     assert words in found.sentence and 'more than run_0' in found.sentence
-    assert found.level == 'amber' and ('tare' if 'zero' in changed else 'warm') in found.action
+    assert found.level == 'amber' and ('tare' if 'zero' in changed else
+                                       'what drags in run_2, run_3:') in found.action
+
+
+def joint(slopes, levels=(0.01,) * 5):
+    """Return recordings of a geared joint, one a friction (motor side); their servo; no torque."""
+    servo = load(CONFIG / 'servos' / 'odrive.yaml').with_values({'mechanism.ratio': 9.0})
+    values, time, made = servo.values, np.arange(8000) * 1e-3, []
+    for k, (slope, level) in enumerate(zip(slopes, levels, strict=False)):
+        chance = np.random.default_rng(k)
+        tones = [(3.0, 12.0), (1.4, 9.0), (0.7, 3.1)]
+        angle, speed, acceleration = (
+            sum(size * factor * of(rate * time + k) for size, rate in tones
+                for factor in (rate**order,)) * sign
+            for order, of, sign in ((0, np.sin, 1.0), (1, np.cos, 1.0), (2, np.sin, -1.0)))
+        torque = (values['mechanism.rotor_inertia'] + values['mechanism.load_inertia'] / 81.0
+                  ) * acceleration + level * np.sign(speed) + slope * speed
+        nothing = {name: np.full(len(time), np.nan) for name in COLUMNS}
+        made.append(Recording(f'run_{k}', 1e-3, {
+            **nothing, 'motor_position': angle + 1e-5 * chance.standard_normal(len(time)),
+            'current': torque / values['drive.torque_constant']
+            + 0.01 * chance.standard_normal(len(time))}))
+    return made, servo
+
+
+def test_it_tells_friction_that_drifts_with_its_slope_at_the_largest_speed():
+    several, servo = joint((1e-3, 8e-4, 6e-4, 4e-4, 2e-4))
+    found, = said(several, 'The friction differs', servo)
+    size = float(found.sentence.split(' has ')[1].split()[0])
+    speed = float(found.sentence.split(' at ')[1].split()[0])
+    assert 'run_0 has' in found.sentence and 'than run_4 at ' in found.sentence
+    assert size == pytest.approx(8e-4 * speed, rel=0.1)
+    assert found.sentence.endswith('at the motor shaft.')
+
+
+def test_it_advises_warmth_only_where_friction_falls_from_recording_to_recording():
+    several, servo = joint((2e-4,) * 5, (0.05, 0.045, 0.04, 0.03, 0.02))
+    assert 'warm up' in said(several, 'The friction differs', servo)[0].action
+    several, servo = joint((2e-4,) * 5, (0.02, 0.05, 0.02, 0.05, 0.02))
+    found, = said(several, 'The friction differs', servo)
+    assert 'drags in run_1, run_3:' in found.action and 'warm up' not in found.action
 
 
 def at_speed(number, speed, coulomb=22.0):
@@ -132,3 +172,20 @@ def test_a_twist_over_a_small_motion_is_no_other_ratio(rig):
 
 def test_two_encoders_that_hold_raise_no_word():
     assert not said([run(0)], 'at the same place')
+
+
+@pytest.mark.parametrize(('known', 'wrong'), [(True, 1.0), (False, 1.0), (True, 1.05)])
+def test_a_spring_that_a_known_weight_winds_up_is_no_other_ratio(known, wrong):
+    values = {'mechanism.stiffness': 26.0, 'mechanism.load_inertia': 1e-3, 'mechanism.ratio': 12.0}
+    smooth = {path: 0.0 for path in BENCH.values if path.rpartition('.')[2] in ('level', 'slope')}
+    limb = Placed('limb', find('gravity'), 'load')
+    servo = BENCH.with_values(values | smooth).with_effects(limb, values={
+        'effects.limb.sine': 0.3 if known else 0.0, 'effects.limb.cosine': 0.0})
+    time, chance = np.arange(8000) * 1e-3, np.random.default_rng(3)
+    angle = 0.9 * np.sin(1.1 * time) + 0.3 * np.sin(2.7 * time)
+    nothing = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    motor = 12.0 * wrong * (angle + 0.3 * np.sin(angle) / 26.0)
+    one = Recording('finger', 1e-3, {
+        **nothing, 'load_position': angle + 1e-5 * chance.standard_normal(len(time)),
+        'motor_position': motor + 1e-4 * chance.standard_normal(len(time))})
+    assert bool(said([one], 'encoders show a ratio', servo)) == (not known or wrong != 1.0)

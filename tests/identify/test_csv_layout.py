@@ -245,7 +245,7 @@ def test_labview_files_without_times_are_counted_in_their_period(tmp_path):
         *(f'\t{k - 9},5\t{k / 4:.2f}'.replace('.', ',') for k in range(60))]))
     found = import_table(path, SERVO)
     assert found.period == 0.002 and found['voltage'][:2].tolist() == [-9.5, -8.5]
-    assert 'they are counted in the 0.002 s of Delta_X' in found.note
+    assert 'they are counted in the 0.002 s of the header' in found.note
 
 
 @pytest.mark.parametrize(('index', 'name'), [

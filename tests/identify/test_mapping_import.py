@@ -31,7 +31,7 @@ def test_it_says_what_a_mapping_cannot_take(tmp_path, name, content, text):
     ('time: {source: t}\ncolumns: {speed: {source: v}}', "there is no column 'speed'"),
     ('time: {source: t}\ncolumns: {voltage: {factor: 2}}', "voltage has no 'factor'; it has"),
     ('time: {source: t}\ncolumns: {voltage: {scale: 2}}', "give either 'source' or 'value'"),
-    ('time: {source: t}\ncolumns: {voltage: {source: u, scale: x}}', "scale = 'x' is of"),
+    ('time: {source: t}\ncolumns: {voltage: {source: u, scale: x}}', "scale = 'x' is no number"),
     ('time: {source: t}\ncolumns: {voltage: {source: u, above: 1}}', 'go together'),
     ('time: {source: t}\ncolumns: {voltage: {source: u, zero: now}}', "zero = 'now'"),
     ('time: [', 'is no YAML')])

@@ -284,3 +284,44 @@ def test_it_offers_no_speed_for_an_angle(tmp_path, capsys):
 
 def test_the_short_words_of_a_scope_are_speeds():
     assert looks_like('CmdVelo') == 'reference_velocity' and looks_like('ActVelo') == ''
+
+
+def test_an_oscilloscope_has_its_period_in_the_header(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,0.0E+00,5.0E-03\n'
+                    '0,1.5,0.2,\n1,2.5,0.3,\n2,3.5,0.4,\n')
+    table = read_table(path)
+    assert table.columns['time'].tolist() == pytest.approx([0.0, 5e-3, 1e-2])
+    assert table.columns['CH1'].tolist() == [1.5, 2.5, 3.5]
+    assert any('the 0.005 s of the header' in one for one in table.warnings)
+
+
+@pytest.mark.parametrize(('name', 'column'), [('x-axis [second]', 't'), ('X [s]', 't'),
+                                              ('x [m]', ''), ('delay [s]', '')])
+def test_the_axis_of_an_oscilloscope_is_the_time_by_its_unit(name, column):
+    assert looks_like(name) == column
+
+
+@pytest.mark.parametrize('line', [
+    '(1700000000.{:06d}) can0 181#0400000010FF', '  0.{:06d} 1  181   Rx   d 4 04 00 10 FF'])
+def test_frames_of_a_bus_are_refused_with_what_decodes_them(tmp_path, line):
+    path = tmp_path / 'a.log'
+    path.write_text('\n'.join(line.format(1000 * k) for k in range(50)) + '\n')
+    with pytest.raises(ValueError, match=r'log of CAN frames.*DBC'):
+        read_table(path)
+
+
+def test_a_log_with_a_name_before_each_number_is_refused_with_what_takes_them_off(tmp_path):
+    path = tmp_path / 'a.txt'
+    path.write_text('Booting\n' + '\n'.join(f't:{k},u:{0.1 * k:.1f}, i:-1e-3' for k in range(9)))
+    with pytest.raises(ValueError, match=r"name before each number, as 't:7,u:0.7, i:-1e-3'.*sed"):
+        read_table(path)
+
+
+def test_numbers_behind_a_key_are_no_first_row(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('Channel,Time,U\nUnit,s,V\nLength,3,3\nStart Time,01.01.2025\n'
+                    ',0.000,1.5\n,0.002,2.5\n,0.004,3.5\n')
+    table = read_table(path)
+    assert table.columns['Time [s]'].tolist() == [0.0, 0.002, 0.004]
+    assert table.columns['U [V]'].tolist() == [1.5, 2.5, 3.5]

@@ -103,6 +103,16 @@ def test_it_asks_whether_a_channel_is_that_of_the_supply(good, channel, spoil, w
     assert 'motor' in found.action
 
 
+def test_a_command_and_a_current_of_one_sign_but_for_noise_raise_no_question(good):
+    def said(voltage):
+        both = changed(good, current=np.abs(good['current']), voltage=voltage)
+        return [one for one in of_level('amber', both) if 'never changes its sign' in one.sentence]
+
+    told = np.abs(good['voltage'])
+    assert not said(told - 0.01 * told.max())
+    assert said(told - 0.1 * told.max())
+
+
 @pytest.mark.parametrize('rows', [1, 40], ids=['a spike', 'a while'])
 def test_it_asks_of_an_angle_that_jumps_whether_a_sensor_dropped_out(good, rows):
     def said(recording):

@@ -7,7 +7,7 @@ import pytest
 
 from servo_identify.diagnose.answer.missing_effect import _turn
 from servo_identify.diagnose.answer.shown_units import channel_unit, curve_units
-from servo_identify.diagnose.answer.sizes import size_of
+from servo_identify.diagnose.answer.sizes import size_of, values_of
 from servo_identify.diagnose.handover.added import Added
 from servo_identify.diagnose.mechanisms.hypothesis import Form, Mechanism, UNKNOWN
 from servo_twin.description.servo_file import load
@@ -92,3 +92,13 @@ def test_waves_of_a_motor_that_does_not_turn_are_told_by_their_period(servo, tol
         ('cosine[0]', 1.0, 'N'), ('sine[0]', 0.0, 'N'), ('cosine[1]', 0.5, 'N'),
         ('sine[1]', 0.0, 'N'), ('order', 151.0, '1/rad'))}
     assert size_of(parameters, None, _turn(added, servo)) == f'amplitude 1.00 +- 0.01 N, {told}'
+
+
+def test_a_table_names_values_with_their_effect_and_their_deviation():
+    values = {'difference': {'value': -0.0081, 'std': 0.005, 'unit': 'N m'},
+              'order': {'value': 1.0, 'std': None, 'unit': '1/rad'},
+              'torque[3]': {'value': 1.0, 'std': 0.1, 'unit': 'N m'},
+              'effects.viscous_friction.slope': {'value': 3.965e-05, 'std': 0.003,
+                                                 'unit': 'N m s/rad'}}
+    assert values_of(values) == ['difference -0.0081 +- 0.005 N m',
+                                 'slope of viscous friction 3.97e-05 +- 0.003 N m s/rad']

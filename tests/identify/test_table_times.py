@@ -124,3 +124,13 @@ def test_the_note_keeps_when_a_recording_began(tmp_path, name, stamps, begin):
     assert recording.period == pytest.approx(2e-3)
     assert (f'the first row is of {begin}' in recording.note) if begin else (
         'first row is of' not in recording.note)
+
+
+@pytest.mark.parametrize(('hours', 'words'), [(-1, 'set back by an hour.*add 3600 s'),
+                                              (1, 'set forward by an hour.*subtract 3600 s')])
+def test_a_clock_that_daylight_saving_sets_is_named(tmp_path, hours, words):
+    time = 0.01 * np.arange(400)
+    time[200:] += 3600.0 * hours
+    path = write_csv(tmp_path / 'a.csv', {'t': time, 'voltage': time, 'motor_position': time})
+    with pytest.raises(ValueError, match=words):
+        import_table(path, SERVO)

@@ -114,3 +114,19 @@ def test_the_voltage_of_the_supply_is_no_command_in_another_unit(good, channel):
     asked, = [one for one in found if 'is it the voltage of the supply?' in one.sentence]
     assert asked.level == 'amber' and 'stays near 24 while' in asked.sentence
     assert not [one for one in found if one.level == 'red' or 'voltage is in mV' in one.sentence]
+
+
+@pytest.mark.parametrize('rate', [400.0, 701.0, 1000.0])
+def test_a_value_that_was_held_is_seen_behind_an_interpolation(rate):
+    slow = np.arange(0.0, 10.0, 0.02)
+    fine = np.arange(0.0, 10.0, 0.002)
+    written = np.sin(3.0 * slow)[(fine / 0.02 + 1e-9).astype(int)]
+    time = np.arange(0.0, 9.9, 1.0 / rate)
+    assert held(np.interp(time, fine, written)) == pytest.approx(0.02 * rate, rel=0.05)
+
+
+@pytest.mark.parametrize('count', [1e-3, 1e-2])
+def test_an_encoder_of_few_counts_is_not_held_behind_an_interpolation(count):
+    fine, time = np.arange(0.0, 10.0, 0.002), np.arange(0.0, 9.9, 1.0 / 701.0)
+    angle = np.floor(np.sin(1.5 * fine) / count) * count
+    assert held(np.interp(time, fine, angle)) == 1.0

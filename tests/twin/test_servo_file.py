@@ -12,6 +12,7 @@ import pytest
 
 from servo_twin.description.given_values import Default, defaults, required
 from servo_twin.description.servo_file import dumps, load, loads, save
+from servo_twin.description.shipped import servo_file
 from servo_twin.physics.catalogue import find, names
 from servo_twin.physics.servo import (
     CONTROLLERS,
@@ -183,11 +184,22 @@ def test_a_tolerance_is_a_share_or_two_bounds():
     assert servo.tolerance['drive.gain'] == (0.4, 0.5)
 
 
+@pytest.mark.parametrize(('written', 'value'), [('022', 22.0), ('22', 22.0), ('+2.2e1', 22.0),
+                                                ('22.', 22.0), ('.5', 0.5), ('1e-5', 1e-5)])
+def test_a_number_is_the_decimal_one_that_it_looks_like(written, value):
+    assert loads(changed('22.0', written)).values['effects.bearing.level'] == value
+
+
 # --- refusals: what is wrong, and the words that the sentence about it must hold
 
 
 REFUSED = {
     'bad YAML': ('servo: [a', ['not YAML']),
+    'a tab': (BENCH + '\tstep: 1e-4', ['holds a tab']),
+    'a wide colon': (changed('bearing:', 'bearing\N{FULLWIDTH COLON}'), ['holds a wide colon']),
+    'a ratio with a colon': (changed('22.0', '30:1'), ["level = '30:1' is not a number"]),
+    'off': (changed('type: current', 'type: off'), ["drive.type: there is no 'off'"]),
+    'a decimal comma': (changed('22.0', '22,5'), ['write a decimal point']),
     'a list': ('[1, 2]', ['the file must be a mapping']),
     'a key that is a list': ('? [a]\n: 1', ['not YAML']),
     'nothing': ('', ["section 'servo' is missing"]),
@@ -320,3 +332,8 @@ def test_a_number_may_be_written_with_or_without_a_point(written):
 def test_a_file_longer_than_any_servo_is_refused_unread():
     with pytest.raises(ServoError, match='characters; a servo file has at most'):
         loads('# ' + 'x' * 1_000_001)
+
+
+def test_a_folder_is_no_servo_file(tmp_path):
+    with pytest.raises(ServoError, match='it is a folder; give the path of one'):
+        servo_file(tmp_path)

@@ -95,6 +95,22 @@ def test_a_urdf_is_held_at_a_pose_as_mujoco_moves_there(tmp_path, pose):
         assert getattr(held, field) == pytest.approx(getattr(whole, field), rel=1e-9), field
 
 
+@pytest.mark.parametrize(('effort', 'velocity', 'said'), [
+    ('0', '0', 'effort and velocity'), ('0', '2', 'effort'), ('5', '0.0', 'velocity')])
+def test_a_limit_of_zero_is_none_and_said_so(tmp_path, effort, velocity, said):
+    text = (ROBOTS / 'arm.urdf').read_text()
+    limit = re.search(r'<limit[^>]*/>', text)[0]
+    zero = re.sub(r'velocity="[^"]*"', f'velocity="{velocity}"',
+                  re.sub(r'effort="[^"]*"', f'effort="{effort}"', limit))
+    (tmp_path / 'r.urdf').write_text(text.replace(limit, zero))
+    name = re.search(r'<joint name="(\w+)"(?:(?!</joint>).)*<limit', text, re.DOTALL)[1]
+    joint, _ = joint_of_urdf(tmp_path / 'r.urdf', name)
+    assert any(f'a limit of its {said}: 0 in the file' in one for one in joint.left_out)
+    assert not any('its speed limit, 0' in one for one in joint.left_out)
+    assert not any('0 in the file' in one for one in joint_of_urdf(ROBOTS / 'arm.urdf', name)[
+        0].left_out)
+
+
 def test_links_that_it_does_not_carry_may_be_wrong(tmp_path):
     text = (ROBOTS / 'arm.urdf').read_text()
     bad = text.replace('ixx="0.002" iyy="0.012" izz="0.012"', 'ixx="-1" iyy="0" izz="0"')

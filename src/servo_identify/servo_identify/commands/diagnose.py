@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 FAIL_ON = {'gap': ('explained', 'partly_explained', 'unknown'), 'unknown': ('unknown',)}
+APART = 0.05  # by which the shrink of an effect alone may differ from that of the sentence
+SHRINK = ('shrink: what comes back of the error where this effect alone is taken out of the new '
+          'file. The sentence tells what all that differs in the new file removes together.')
 GAP_THERE = 3  # exit status where --fail-on finds what it names
 
 
@@ -141,6 +144,8 @@ def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
 def _show(report, console: Console) -> None:
     from rich.table import Table
 
+    from ..diagnose.answer.sizes import values_of
+
     where = Table('equation', 'residual / noise', 'share', 'verdict', title='Where')
     for one in report.where:
         seen = one.verdict != 'not observable'
@@ -151,18 +156,23 @@ def _show(report, console: Console) -> None:
         which = Table('effect', 'at', 'known (confidence)', 'values', 'shrink', 'or else',
                       title='Which')
         for one in report.which:
-            values = ', '.join(f'{n} {v["value"]:.4g} {v["unit"]}'
-                               for n, v in one.parameters.items() if '[' not in n)
             which.add_row(one.effect, one.site,
-                          f'{one.rung} ({100 * one.confidence["mechanism"]:.0f} %)', values,
-                          f'{100 * one.shrink_realised:.0f} %', ', '.join(one.ambiguous_with))
+                          f'{one.rung} ({100 * one.confidence["mechanism"]:.0f} %)',
+                          '\n'.join(values_of(one.parameters)), _share(one.shrink_realised),
+                          ', '.join(one.ambiguous_with))
         console.print(which)
+        if any(abs(one.shrink_realised - report.gap['shrink']) > APART for one in report.which):
+            console.print(SHRINK, highlight=False)
     for warning in report.warnings:
         console.print(warning, style='yellow', highlight=False, markup=False)
     if report.defaults:
         console.print('defaults taken: ' + ', '.join(
             f'{one["path"]} = {one["value"]} {one["unit"]}'.rstrip()
             for one in report.defaults), style='yellow', highlight=False)
+
+
+def _share(shrink: float) -> str:
+    return f'{100.0 * shrink:.0f} %' if shrink >= 0.005 else 'none'
 
 
 def _show_next(report, console: Console) -> None:

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from servo_twin.physics.servo import Servo
 
-from .clipped import clipped_findings
+from .clipped import clipped_findings, normalised_findings
 from .excitation import Excitation, excitation
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
@@ -61,7 +61,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
                                  f'{seen.still} of them.'))
     found += each_once([finding for one in looked for finding in (
         *supply_findings(one), *copied_findings(one, servo), *held_findings(one),
-        *clipped_findings(one, servo))])
+        *clipped_findings(one, servo), *normalised_findings(one))])
     looked = [measured_alone(one, servo) for one in looked]
     shown = {id(one): excitation(one, servo) for one in looked}
     over = looked_over(looked, servo, shown)
@@ -115,8 +115,8 @@ def _signs(one: Survey) -> list[Finding]:
         return [Finding('red', f'{one.name}: the current is {least:g} A in all samples while the '
                         'command changes: nothing was measured.',
                         'look at the sensor, or leave the column out')]
-    small = ONE_SIGN * (most - least)
-    if lowest < 0.0 < highest and (least > -small or most < small):
+    small, little = ONE_SIGN * (most - least), ONE_SIGN * (highest - lowest)
+    if lowest < -little < little < highest and (least > -small or most < small):
         return [Finding('amber', f'{one.name}: the current never changes its sign while the '
                         'command does: is it a magnitude, or that of the supply?',
                         'record the current of the motor with its sign')]

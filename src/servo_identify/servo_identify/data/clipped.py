@@ -16,8 +16,11 @@ from servo_twin.recording.recording import COLUMNS, Recording
 
 from .finding import Finding
 from .looked_over import SURE
-from .mistakes import MISTAKE
+from .mistakes import DEGREE, MISTAKE
+from .signals import ANGLES
 
+WHOLE, EXACT = 100.0, 1e-6  # what a share of the travel ends at, and how closely
+SEVERAL = 3  # samples that are there
 LIMITED = 0.02  # share within which a value is that of a limit which the servo file has
 
 
@@ -34,6 +37,23 @@ def clipped_findings(one: Recording, servo: Servo) -> list[Finding]:
                 f'{100.0 * sum(shares.values()):.2g} % of the samples and never goes beyond: is '
                 'it clipped?', 'take a sensor of a larger range or a smaller motion; where the '
                 'drive limits its current, give the limit in the servo file', one.name))
+    return found
+
+
+def normalised_findings(one: Recording) -> list[Finding]:
+    """Return which angles end at exactly 100, as what was brought to -100 to 100 or 0 to 100."""
+    found = []
+    for name in (*ANGLES, 'reference_position'):
+        x = one[name][np.isfinite(one[name])]
+        most = float(np.max(np.abs(x), initial=0.0))
+        unit = next((unit for unit, size in (('rad', 1.0), ('deg', DEGREE))
+                     if abs(most / size - WHOLE) < EXACT * WHOLE), '')
+        if unit and np.sum(np.abs(np.abs(x) - most) < EXACT * most) >= SEVERAL:
+            found.append(Finding(
+                'amber', f'{one.name}: {name} ends at exactly {WHOLE:g} {unit}: is it a share of '
+                'the travel, -100 to 100 or 0 to 100, as LeRobot stores it?',
+                'give what 1 of it is in rad in the mapping, scale: (half the travel, or all of '
+                'it, over 100), or record degrees', one.name))
     return found
 
 

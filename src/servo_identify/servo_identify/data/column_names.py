@@ -1,4 +1,4 @@
-"""Which column people mean by a name, in English or German, of a table or a message."""
+"""Which column people mean by a name, in English, German or Chinese, of a table or a message."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from difflib import get_close_matches
 import re
 
 from servo_twin.recording.recording import COLUMNS
+
+from .east_asian import names_in_english, units_in_symbols
 
 NAMES = ('t', *COLUMNS)
 
@@ -57,6 +59,8 @@ _UNITS = {'angle': ('deg', '°', 'grad', 'rad', 'mrad', 'rev', 'turns', 'count',
                     'cnts', 'inc', 'incs', 'ticks', 'pulse', 'pulses'),
           'speed': ('rpm', 'deg/s', 'rad/s', '°/s', 'rev/s', 'u/min', '1/min', 'min-1'),
           'current': ('a', 'ma', 'arms', 'amps')}
+_ABSCISSA, _OF_TIME = {'x', 'axis'}, ('s', 'ms', 'us', 'µs', 'sec', 'second', 'seconds')
+"""How an oscilloscope calls its time, and what its unit then is."""
 _OF_UNIT = {unit: word for word, units in _UNITS.items() for unit in units}
 """What a unit behind a name says of the quantity, where the name does not."""
 _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
@@ -66,7 +70,7 @@ _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'lin
 
 def split(header: str) -> tuple[str, str]:
     """Return the name and the unit of a header; '' where it gives none."""
-    match = re.fullmatch(r'\s*(.+?)\s*[\[(]\s*([^\[\]]*?)\s*[\])]\s*', header)
+    match = re.fullmatch(r'\s*(.+?)\s*[\[(（【]\s*([^\[\]]*?)\s*[\])）】]\s*', header)
     if match and match[2] and not match[2].isdigit():
         return match[1], match[2]
     return header.strip(), ''
@@ -77,11 +81,14 @@ def looks_like(source: str, kind: str = '') -> str:
     # of a message an index names the joint, but behind .values the interface
     bare = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source)
     name, unit = (bare, '') if kind else split(source)
+    name, unit = names_in_english(name), units_in_symbols(unit)
     if name in NAMES:
         return name
     words = _words(name) | ({'angle'} if _IN_ANGLES.search(name.lower()) else set())
     if unit.lower() in _OF_UNIT and not words & _QUANTITIES:
         words |= {_OF_UNIT[unit.lower()]}
+    if words <= _ABSCISSA and unit.lower() in _OF_TIME:
+        return 't'
     if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
     if words & {'temp', 'temperature', 'temperatur'}:

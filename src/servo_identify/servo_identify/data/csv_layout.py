@@ -10,7 +10,8 @@ from pathlib import Path
 import re
 
 from .column_names import looks_like, split
-from .export_headers import period_without_times, scope_names, unit_labels
+from .east_asian import letters_of
+from .export_headers import period_without_times, refuse_logs, scope_names, unit_labels
 from .number_texts import is_number
 from .unit_symbols import CountsError, parsed, UnitError
 
@@ -105,8 +106,12 @@ def layout_of(path: Path) -> Layout:
     shown = [k for k, line in enumerate(lines) if line.strip() and not _MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
+    refuse_logs(path, [lines[k] for k in shown])
     columns = _columns_of([lines[k] for k in shown[-_LAST:]])
-    at = next((n for n, k in enumerate(shown) if columns.has_row(lines[k])), 1)
+    rows = [columns.has_row(lines[k]) for k in shown]
+    # below a key, as Length, numbers stand above the rows
+    at = next((n for n, is_row in enumerate(rows) if is_row and (
+        is_number(columns.cells(lines[shown[n]])[0] or '0') or all(rows[n:n + 2]))), 1)
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
     above = [k for k, line in enumerate(lines[:row]) if line.strip()]
@@ -140,7 +145,7 @@ def _text(path: Path) -> tuple[str, str]:
         return encoding, begin.decode(encoding)
     except UnicodeDecodeError as problem:
         if encoding == 'utf-8-sig' and problem.start < len(begin) - 4:  # not cut inside a letter
-            encoding = 'latin-1'
+            encoding = letters_of(begin) or 'latin-1'
         return encoding, begin.decode(encoding, 'ignore')
 
 

@@ -53,7 +53,7 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
     if layout.period and 'time' not in table.column_names:
         table = table.append_column('time', [layout.period * np.arange(table.num_rows)])
         told.append(f'the rows have no time: they are counted in the {layout.period:g} s of '
-                    'Delta_X')
+                    'the header')
     if layout.unused:
         told.append(f'the rows end before {list(layout.unused)}: no number stands there')
     return table, tuple(told)

@@ -35,6 +35,9 @@ MOST_HOLES = 1000
 MOST_REPEATED = 0.5
 """Share of the rows that may repeat a time and are left out; of more too little would be left."""
 
+HOUR = 3600.0
+"""By how much a clock is set back where daylight saving ends, s."""
+
 _COUNTERS = [(bits, unit) for bits in (16, 32) for unit in (1.0, 1e-3, 1e-6)]
 """Bits of a counter of time that wraps around, and the s of one count."""
 
@@ -93,8 +96,13 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
         return period or own, True
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
+    k = int(np.argmax(np.diff(time)))
+    if abs(longest - HOUR) < 2.0 * step:
+        raise ValueError(f'{path}: time jumps from {time[k]:.9g} s in row {k + 1} to '
+                         f'{time[k + 1]:.9g} s in row {k + 2}. The clock was set forward by an '
+                         f'hour there, as daylight saving does: subtract {HOUR:g} s from the '
+                         'times behind it, or export them in UTC')
     if (time[-1] - time[0]) / step > MOST_HOLES * len(time):
-        k = int(np.argmax(np.diff(time)))
         raise ValueError(f'{path}: {len(time)} rows {step:.6g} s apart last '
                          f'{time[-1] - time[0]:.6g} s: time jumps from {time[k]:.9g} s in '
                          f'row {k + 1} to '
@@ -129,6 +137,9 @@ def _advice(time: np.ndarray, back: np.ndarray) -> str:
         if 0.0 <= first < 2.0 * step and 0.0 <= 2**bits * unit - last < 2.0 * step:
             return (f'The counter of {bits} bit wrapped around there: map the time with '
                     f'wraps: {2**bits}')
+    if abs(last - first - HOUR) < 2.0 * step:
+        return (f'The clock was set back by an hour there, as daylight saving does: add '
+                f'{HOUR:g} s to the times behind it, or export them in UTC')
     if len(back) == 1 and first <= time[0]:
         return 'A second recording begins there: cut the file'
     return 'Sort the rows by their time, or cut the file where rows were written twice'

@@ -1,11 +1,19 @@
-"""Lines above the numbers as known programs write them: the Scope of TwinCAT, LabVIEW."""
+"""Lines above the numbers as known programs write them: the Scope of TwinCAT, LabVIEW, Rigol."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+import re
 
 _SIGNS = ('Starttime of export', 'SampleTime[ms]')
 """How a line begins that this program alone writes."""
+_FRAME = re.compile(r'\s*(?:\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]{3,8}#|'
+                    r'\d+\.\d+\s+\w+\s+[0-9A-Fa-f]+x?\s+[RT]x\s+[dr]\s)')
+"""How candump and the tools of Vector (ASC) write a frame of a CAN bus."""
+_LABELLED = re.compile(r'\s*[A-Za-z]\w*: *[-+.\de]+(?:[,;\t ]+[A-Za-z]\w*: *[-+.\de]+)+\s*')
+"""A line as the plotter of Arduino reads it: u:1.00,i:0.1."""
 _NOTHING = ('', '(None)', 'None')
 LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 """Counts of 100 ns since 1601 (FILETIME) from 1917 to 2234, and nothing else that a rig has."""
@@ -13,7 +21,7 @@ LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 
 def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[list[str], list[str]]:
     """
-    Return the names of the columns and their units; [] for a file of another program.
+    Return the names of the columns and their units; [] where no key is above the numbers.
 
     ``lines`` are the cells of each line above the numbers, ``row`` those of the first line of
     numbers. A line begins with its key, which stands above each column of times again: ``Name``,
@@ -21,7 +29,7 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
     symbol where two have one name. Times are in ms, or stamps in 100 ns.
     """
     if not any(cells and cells[0] in _SIGNS for cells in lines):
-        return [], []
+        return _behind_keys(lines, row)
     said = {cells[0]: cells for cells in lines if cells}
     names = list(said.get('Name', ()))[:len(row)]
     if len(names) < len(row):
@@ -39,6 +47,17 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
     return names, units
 
 
+def _behind_keys(lines: Sequence[Sequence[str]], row: Sequence[str]
+                 ) -> tuple[list[str], list[str]]:
+    """Return names and units that stand behind keys, above rows that begin with an empty cell."""
+    said = {cells[0]: list(cells) for cells in lines if len(cells) == len(row)}
+    names = said.get('Channel') or said.get('Channel Name') or said.get('Name')
+    if not names or row[0]:
+        return [], []
+    units = said.get('Unit') or said.get('Units') or [''] * len(row)
+    return ['', *names[1:]], ['', *units[1:]]
+
+
 def is_stamp(cell: str) -> bool:
     """Tell whether a cell is a count of 100 ns since 1601, as the clock of Windows has it."""
     return len(cell) == 18 and cell.isdecimal() and LEAST_STAMP < int(cell) < MOST_STAMP
@@ -51,11 +70,35 @@ def unit_labels(lines: Sequence[Sequence[str]], count: int) -> list[str]:
 
 
 def period_without_times(lines: Sequence[Sequence[str]]) -> float:
-    """Return the period, s, of a file of LabVIEW without a column of times; 0 of any other."""
-    if not any(cells[:2] == ['X_Columns', 'No'] for cells in lines):
-        return 0.0
-    told = next((cells[1:] for cells in lines if cells[:1] == ['Delta_X']), [])
+    """
+    Return the period, s, of a file without a column of times; 0 of any other.
+
+    LabVIEW has it behind ``Delta_X``, an oscilloscope of Rigol below ``Increment``.
+    """
+    if any(cells[:2] == ['X_Columns', 'No'] for cells in lines):
+        told = next((cells[1:] for cells in lines if cells[:1] == ['Delta_X']), [])
+        return _positive(next(filter(None, told), '0'))
+    for names, values in pairwise(lines):
+        if 'Increment' in names[:len(values)] and values[:1] == ['Sequence']:
+            return _positive(values[names.index('Increment')])
+    return 0.0
+
+
+def _positive(text: str) -> float:
     try:
-        return max(0.0, float(next(filter(None, told), '0').replace(',', '.')))
+        return max(0.0, float(text.replace(',', '.')))
     except ValueError:
         return 0.0
+
+
+def refuse_logs(path: Path, lines: Sequence[str]) -> None:
+    """Raise ValueError for lines that are a log of something else than columns."""
+    last = lines[:-1][-3:]  # of a whole file the very last may break off
+    if last and all(map(_FRAME.match, last)):
+        raise ValueError(f'{path} is a log of CAN frames, whose bytes are no columns: decode it '
+                         'by the DBC of the drive into a table with a column for each signal, as '
+                         'by can.LogReader and cantools (Database.decode_message)')
+    if last and all(map(_LABELLED.fullmatch, last)):
+        raise ValueError(f'{path} has a name before each number, as {last[-1].strip()!r}: write '
+                         'the names once, in a line above the numbers, and numbers alone below '
+                         "them; sed -E 's/[^,;\\t ]+: *//g' takes the names off")

@@ -32,7 +32,7 @@ def said_once(said: Iterable[tuple[str, str]]) -> list[str]:
     of: dict[str, list[str]] = {}
     for name, sentence in said:
         of.setdefault(sentence, []).append(name)
-    return [f'{_listed(names)}: {sentence}' for sentence, names in of.items()]
+    return [f'{listed(names)}: {sentence}' for sentence, names in of.items()]
 
 
 def each_once(found: Sequence[Finding]) -> list[Finding]:
@@ -53,7 +53,7 @@ def each_once(found: Sequence[Finding]) -> list[Finding]:
 def _of_all(several: Sequence[tuple[Finding, str]]) -> Finding:
     """Return findings that say the same as one."""
     (first, said), *_ = several
-    names = _listed([one.recording for one, _ in several])
+    names = listed([one.recording for one, _ in several])
     others = any(other != said for _, other in several)
     if others:
         end = '.' if said.endswith('.') else ''
@@ -66,7 +66,8 @@ def without_numbers(text: str) -> str:
     return _NUMBER.sub('0', text)
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Return names, those beyond some as a number."""
     more = len(names) - SHOWN
     return ', '.join(names[:SHOWN]) + (f' and {more} more' if more > 0 else '')
 

@@ -164,6 +164,14 @@ def read_mapping(path: Path) -> Mapping:
                    content.get('join', False))
 
 
+def _kind(kinds: Any) -> str:
+    """Return in words what a value is to be."""
+    words = {bool: 'true or false', str: 'text', dict: 'mapping of names to values',
+             list: 'list', int: 'whole number'}
+    return 'number' if isinstance(kinds, tuple) and float in kinds else ' or '.join(
+        words[one] for one in (kinds if isinstance(kinds, tuple) else (kinds,)))
+
+
 def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None:
     for key, value in content.items():
         if key not in known:
@@ -171,7 +179,7 @@ def _check(path: Path, where: str, content: dict, known: dict[str, Any]) -> None
                              f'{or_what(key, known, "it has")}')
         if not isinstance(value, known[key]) or (
                 isinstance(value, bool) and known[key] is not bool):
-            raise ValueError(f'{path}: {where}: {key} = {value!r} is of the wrong kind')
+            raise ValueError(f'{path}: {where}: {key} = {value!r} is no {_kind(known[key])}')
         if isinstance(value, (int, float)) and not abs(value) < 1e300:  # also NaN
             raise ValueError(f'{path}: {where}: {key} = {value!r} is no finite number')
 

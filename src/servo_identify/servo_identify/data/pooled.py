@@ -39,18 +39,20 @@ class Pooled:
     own: np.ndarray
     covariance: np.ndarray
 
-    def apart(self, column: int) -> tuple[np.ndarray, np.ndarray]:
+    def apart(self, weights: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """
-        Return how far a value of each recording is from the mean of all, (recordings,).
+        Return how far each recording is from the mean of all, (recordings,), in a sum of values.
 
-        Behind it the covariance of these differences, (recordings, recordings). An error that the
-        shared values put into all of them alike is not in it.
+        ``weights`` (o,) are those of its own values. Behind it the covariance of these
+        differences, (recordings, recordings). An error that the shared values put into all of them
+        alike is not in it.
         """
-        count, width = self.own.shape
-        places = len(self.shared) + column + width * np.arange(count)
-        centre = np.eye(count) - 1.0 / count
-        return centre @ self.own[:, column], (
-            centre @ self.covariance[np.ix_(places, places)] @ centre)
+        count, shared = len(self.own), len(self.shared)
+        told = self.own @ np.asarray(weights)
+        used = np.tile(np.asarray(weights) != 0.0, count)  # of others nothing may be known
+        of = np.kron(np.eye(count) - 1.0 / count, weights)[:, used]
+        own = self.covariance[shared:, shared:][np.ix_(used, used)]
+        return told - told.mean(), of @ own @ of.T
 
 
 def pooled(several: Sequence[Columns]) -> Pooled:

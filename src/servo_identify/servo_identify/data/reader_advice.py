@@ -7,7 +7,7 @@ READER = {
     'jump from end to end': 'give the round of the encoder as wraps in the mapping',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
     'sampled less often': 'join: true in a mapping file holds a command and interpolates angles',
-    'of Delta_X': 'nothing, where no row is missing',
+    's of the header': 'nothing, where no row is missing',
     'begins in row': 'nothing, where it was sent from then on',
     'missing in': 'look at the link that lost them; rows without a number are not used',
     'holes of': 'look at the logger; rows in holes are not used',

@@ -161,7 +161,7 @@ def _torques(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
     values, plain = servo.values, at.plain
     ratio = values['mechanism.ratio']
     side, told = motor_side(at, ratio), torque_of_drive(at, servo)
-    viscous, level = _friction_given(servo)
+    viscous, level = friction_given(servo)
     pushed = plain.get('external_torque', np.zeros(len(at)))
     if side is not None and told is not None:
         angle, factor = side
@@ -204,7 +204,7 @@ def _place(angle: np.ndarray, servo: Servo) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(columns, 1), angle - np.mean(angle)
 
 
-def _friction_given(servo: Servo) -> tuple[float, float]:
+def friction_given(servo: Servo) -> tuple[float, float]:
     """Return slope and level of the friction of the servo file at the load."""
     found = {'slope': 0.0, 'level': 0.0}
     ratio = servo.values['mechanism.ratio']

@@ -5,22 +5,22 @@ A torque balance is fitted to all recordings of a family at once. Inertia, gravi
 friction goes with speed are shared; a constant torque and a Coulomb torque are of each recording
 alone. They are compared at the speeds that all of them have: between others the curve of friction
 over the speed would stand for the difference. What a rough equation lacks is the same in all of
-them, since they repeat one motion.
+them, since they repeat one motion. Where friction is further apart at the largest of these speeds,
+it is told there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, spearmanr
 
 from servo_twin.physics.servo import Servo
-from servo_twin.physics.straight_units import straightened
 
-from .finding import Finding
+from .finding import Finding, listed
 from .likelihood import SAMPLES
 from .mistakes import MISTAKE
 from .pooled import Columns, Pooled, pooled
@@ -30,8 +30,9 @@ from .signals import Signals
 COULOMB, VISCOUS = 'Coulomb friction', 'viscous friction'
 FRICTION = {'sensor': 'friction of the motor', 'load': 'friction of the load',
             'torque': 'friction'}
-WARM = ('let the machine warm up before the first recording; a diagnosis names such friction, '
-        'and no servo file holds it')
+UNHELD = '; a diagnosis names such friction, and no servo file holds it'
+WARM = 'let the machine warm up before the first recording'
+FALLS = -0.8  # rank correlation with the order of the recordings from which on friction falls
 TARE = 'tare the sensor before each recording, or subtract its zero in the mapping: offset'
 ENDS = (0.05, 0.95)  # quantiles of the speeds of a recording, between which it has them
 FORMS = (0.5, 2.0)  # powers of the speed beside the first, for a friction of any form
@@ -50,6 +51,37 @@ def drift_findings(families: Mapping[str, Sequence[Told]], servo: Servo,
             for finding in _of_family(family, several, servo, sure)]
 
 
+@dataclass(frozen=True)
+class _Chance:
+    """
+    What may make recordings differ: chance, below ``sure``, the ``noise`` of a reading, a doubt.
+
+    ``doubt`` is by what they may be off together, (recordings,). ``where`` the values hold.
+    """
+
+    names: Sequence[str]
+    sure: float
+    noise: float
+    doubt: np.ndarray
+    where: str = ''
+
+
+@dataclass(frozen=True)
+class _Difference:
+    """By how much the value of one recording is above that of another."""
+
+    far: float
+    error: float
+    low: str
+    high: str
+    where: str
+
+    def said(self, unit: str, scale: float = 1.0) -> str:
+        """Say it, times ``scale``, which brings it to where it is read."""
+        return (f'{self.high} has {scale * self.far:.3g} +- {scale * self.error:.1g} {unit} more '
+                f'than {self.low}{self.where}')
+
+
 def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) -> list[Finding]:
     tables = [{one.name: one for one in balances(at, servo)} for _, at in several]
     names = [name for name, _ in several]
@@ -62,16 +94,18 @@ def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) 
         if not alike:
             continue
         fit = _fit(alike)
-        straight = servo.straight('load_position' if name == 'load' else 'motor_position')
-        unit = straightened('N m') if straight else 'N m'
-        noise = _noise(name, servo)
-        doubt = _of_scale(alike) if name == 'sensor' else np.zeros(len(alike))
-        told = _told(fit, 1, sure, unit, names, 1.0, noise, doubt)
+        shaft = 'load_position' if name == 'load' else 'motor_position'
+        unit, ratio = servo.reads('N m', shaft), servo.values['mechanism.ratio']
+        chance = _Chance(names, sure, _noise(name, servo), np.zeros(len(alike)))
+        doubtful = replace(chance, doubt=_of_scale(alike)) if name == 'sensor' else chance
+        told = _friction(alike, fit, servo.reads('rad/s', shaft), doubtful)
         if told:
-            found.append(_finding(FRICTION[name], family, told, WARM))
+            where = '' if name == 'load' or ratio == 1.0 else ', at the motor shaft'
+            found.append(_finding(FRICTION[name], family, told.said(unit) + where,
+                                  _remedy(fit.apart([0.0, 1.0])[0], names) + UNHELD))
         if name != 'torque':  # without a sensor a constant is a torque or an angle of gravity
-            scale = servo.values['mechanism.ratio'] if name == 'sensor' else 1.0
-            zeros.append(_told(fit, 0, sure, unit, names, scale, noise, np.zeros(len(alike))))
+            zero = _told(*fit.apart([1.0, 0.0]), chance)
+            zeros.append(zero.said(unit, ratio if name == 'sensor' else 1.0) if zero else '')
     if any(zeros):
         which = ('zero of torque, or of current,' if not zeros[-1] else
                  'zero of torque' if all(zeros) and len(zeros) > 1 else
@@ -108,16 +142,48 @@ def _of_rows(one: RoughBalance, rows: np.ndarray) -> RoughBalance:
     return replace(one, seen=one.seen[rows], terms=terms, free=one.free[rows])
 
 
-def _fit(several: Sequence[RoughBalance]) -> Pooled:
-    """Return the fit with a constant and a Coulomb torque of each recording."""
+def _fit(several: Sequence[RoughBalance], sloped: bool = False) -> Pooled:
+    """
+    Return the fit with a constant and a Coulomb torque of each recording.
+
+    ``sloped``: with what friction rises by over the speed of each as well.
+    """
     columns = []
     for one in several:
         speed, sign = np.abs(one.terms[VISCOUS].column), one.terms[COULOMB].column
-        shared = [term.column for name, term in one.terms.items() if name != COULOMB]
+        shared = [term.column for name, term in one.terms.items()
+                  if name != COULOMB and not (sloped and name == VISCOUS)]
         shared += [sign * speed**power for power in FORMS]
+        own = [np.ones_like(one.seen), sign, *([one.terms[VISCOUS].column] if sloped else [])]
         columns.append(Columns(one.seen, np.column_stack([*shared, one.free[:, 1:]]),
-                               np.stack([np.ones_like(one.seen), sign], 1)))
+                               np.stack(own, 1)))
     return pooled(columns)
+
+
+def _friction(several: Sequence[RoughBalance], fit: Pooled, per: str,
+              chance: _Chance) -> _Difference | None:
+    """
+    Return how far friction is apart, at the largest speed where it is further apart there.
+
+    Friction that drifts with its slope differs there by more than it does on the mean.
+    """
+    mean = _told(*fit.apart([0.0, 1.0]), chance)
+    fast = max(float(np.abs(one.terms[VISCOUS].column).max()) for one in several)
+    at_it = replace(chance, where=f' at {fast:.3g} {per}')
+    end = _told(*_fit(several, sloped=True).apart([0.0, 1.0, fast]), at_it)
+    return end if mean and end and end.far - end.error > mean.far else mean
+
+
+def _remedy(friction: np.ndarray, names: Sequence[str]) -> str:
+    """Return what to do about friction that differs so, (recordings,), in their order."""
+    order = spearmanr(np.arange(len(friction)), friction).statistic if len(names) > 2 else 0.0
+    if order < FALLS:
+        return WARM
+    more = friction > (friction.min() + friction.max()) / 2.0
+    few = more if 2 * more.sum() <= len(more) else ~more
+    those = listed([name for name, one in zip(names, few, strict=True) if one])
+    return (f'look for what drags in {"" if few is more else "all but "}{those}: a brake, a seal, '
+            'a bearing, or a machine that was cold')
 
 
 def _of_scale(several: Sequence[RoughBalance]) -> np.ndarray:
@@ -132,25 +198,17 @@ def _of_scale(several: Sequence[RoughBalance]) -> np.ndarray:
         rcond=None)[0][1] for one in several])
 
 
-def _told(fit: Pooled, column: int, sure: float, unit: str, names: Sequence[str],
-          scale: float, noise: float, doubt: np.ndarray) -> str:
-    """
-    Return how far values of the recordings are apart, '' where chance may have done it.
-
-    ``scale`` brings them to where they are read; below the ``noise`` of a reading all is well.
-    ``doubt`` is by what they may be off together, (recordings,).
-    """
-    apart, covariance = fit.apart(column)
-    together = doubt - doubt.mean()
+def _told(apart: np.ndarray, covariance: np.ndarray, chance: _Chance) -> _Difference | None:
+    """Return the largest difference of values with their covariance, None if it may be chance."""
+    together = chance.doubt - np.mean(chance.doubt)
     covariance = covariance + np.outer(together, together)
     if not np.isfinite(covariance).all() or not covariance.any():
-        return ''
+        return None
     spread = float(apart @ np.linalg.pinv(covariance, 1e-9, True) @ apart)
     low, high = int(np.argmin(apart)), int(np.argmax(apart))
-    far = float(apart[high] - apart[low])
-    if far < noise or chi2.sf(spread, len(apart) - 1) >= exp(-sure - MISTAKE):
-        return ''
     pair = np.zeros(len(apart))
     pair[[low, high]] = -1.0, 1.0
-    error = scale * float(np.sqrt(pair @ covariance @ pair))
-    return f'{names[high]} has {scale * far:.3g} +- {error:.1g} {unit} more than {names[low]}'
+    far, error = float(pair @ apart), float(np.sqrt(pair @ covariance @ pair))
+    if far < chance.noise or chi2.sf(spread, len(apart) - 1) >= exp(-chance.sure - MISTAKE):
+        return None
+    return _Difference(far, error, chance.names[low], chance.names[high], chance.where)

@@ -21,7 +21,7 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 
 from .finding import Finding, said_once
-from .rough_balances import torque_of_drive
+from .rough_balances import friction_given, torque_of_drive
 from .signals import ANGLES, Signals
 
 PLACES, QUARTERS, FEWEST = 40, 4, 4  # bins over the motion; cells that must tell
@@ -106,6 +106,21 @@ def _cells(twist: np.ndarray, bins: np.ndarray, sign: np.ndarray, rows: np.ndarr
 def torsion_of(at: Signals, servo: Servo) -> float:
     """Return the torsion of the servo file at the largest torque, at the load; 0 if unknown."""
     stiffness, told = servo.values.get('mechanism.stiffness', 0.0), torque_of_drive(at, servo)
-    if not stiffness or told is None:
+    if not stiffness:
         return 0.0
+    if told is None:
+        return _most_by_the_file(at, servo) / stiffness
     return float(np.max(np.abs(told[0]))) * servo.values['mechanism.ratio'] / stiffness
+
+
+def _most_by_the_file(at: Signals, servo: Servo) -> float:
+    """Return the largest torque at the load that the file has its motion take, whatever drives."""
+    name, (slope, level) = ANGLES[1], friction_given(servo)
+    if name not in at.speed:
+        return 0.0
+    of = [f'effects.{placed.name}.' for placed in servo.effects
+          if placed.effect.name in ('gravity', 'constant_torque')]
+    weight = sum(float(np.linalg.norm([servo.values.get(path + each, 0.0)
+                                       for each in ('cosine', 'sine', 'torque')])) for path in of)
+    return (servo.values['mechanism.load_inertia'] * float(np.max(np.abs(at.acceleration[name])))
+            + slope * float(np.max(np.abs(at.speed[name]))) + level + weight)

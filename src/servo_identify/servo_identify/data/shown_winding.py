@@ -108,7 +108,8 @@ def _said(fit: Pooled, value: _Value, names: Sequence[str], servo: Servo, sure: 
     """Return by how much a value differs, '' where chance may have done it."""
     # the constant of a winding is its resistance times a zero that is read too high
     per = -1.0 / float(np.mean(fit.own[:, 0])) if value.zero and value.column == 2 else 1.0
-    own, (apart, covariance) = per * fit.own[:, value.column], fit.apart(value.column)
+    own, (apart, covariance) = per * fit.own[:, value.column], fit.apart(
+        np.eye(fit.own.shape[1])[value.column])
     low, high = int(np.argmin(own)), int(np.argmax(own))
     if not np.isfinite(covariance).all() or not covariance.any():
         return ''

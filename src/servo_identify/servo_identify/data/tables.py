@@ -16,6 +16,7 @@ from servo_twin.description.nearest_name import or_what
 from .csv_layout import TEXTS
 from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
+from .lerobot import named_parts
 from .mat_file import load_mat
 from .rows_in_time import on_one_timeline
 from .spreadsheet import sheet_text
@@ -148,7 +149,8 @@ def _parquet(path: Path) -> Table:
     from pyarrow import ArrowException, parquet
 
     try:
-        return from_arrow(path, parquet.read_table(path))
+        table = from_arrow(path, parquet.read_table(path))
+        return replace(table, columns=named_parts(path, table.columns))
     except ArrowException as error:
         raise ValueError(f'{path} is no Parquet file: {error}') from None
 

@@ -27,6 +27,7 @@ BACK = 0.5  # share of its range by which a shaft turns to and fro
 LATEST = 50  # rows by which a copy may be late
 SEVERAL = 20  # steps of several counts from which on it is judged whether a channel is held
 _ONCE = 0.02  # share of them that another one may follow at once: a late packet
+_RAMP = 0.5  # share of the rows that a value is held for, up to which it may go to the next one
 
 _EXPECTED = {
     'torque': (('current',), 'was it computed from it?',
@@ -145,14 +146,19 @@ def held(values: np.ndarray) -> float:
     Return for how many rows each value of a channel is held, 1 for one that is not.
 
     What moves by several counts in a row moves in the next one, too. By a single count it may not.
+    A held value that was interpolated since goes to the next one within some rows, and stays.
     """
     steps = np.diff(values)
-    rows = np.flatnonzero(np.nan_to_num(steps))
-    sizes, gaps = np.abs(steps[rows[:-1]]), np.diff(rows)
+    moves = np.concatenate([[False], np.nan_to_num(steps) != 0.0, [False]])
+    begins, ends = np.flatnonzero(~moves[:-1] & moves[1:]), np.flatnonzero(moves[:-1] & ~moves[1:])
+    sizes, gaps = np.abs(values[ends] - values[begins])[:-1], np.diff(begins)
     fast = sizes > 2.5 * sizes.min(initial=np.inf)
-    if fast.sum() < SEVERAL or np.quantile(gaps[fast], _ONCE) < 2.0:
+    if fast.sum() < SEVERAL:
         return 1.0
-    return float(np.median(gaps[fast]))
+    rows, rests = float(np.median(gaps[fast])), (begins[1:] - ends[:-1])[fast]
+    # of rows that are held it goes on in the one beside a step for a late packet alone
+    goes_on = (ends - begins)[:-1][fast] > _RAMP * rows
+    return rows if np.mean(goes_on) < _ONCE and np.quantile(rests, _ONCE) >= 1.0 else 1.0
 
 
 def _varies(values: np.ndarray) -> bool:

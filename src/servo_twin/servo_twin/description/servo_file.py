@@ -164,6 +164,9 @@ def _mapping(thing, where: str) -> dict:
 
 
 def _choice(given, choices, where: str):
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        raise ServoError(f'{where}: {given} stands where a name is due; a comma parts values: '
+                         'write a decimal point, as in 2.5')
     if not isinstance(given, str) or given not in choices:
         raise ServoError(f'{where}: there is no {given!r}; {or_what(given, choices)}')
     return given

@@ -34,7 +34,8 @@ def servo_file(name_or_path: str | Path) -> Path:
     if not path.suffix and len(path.parts) == 1 and not path.is_file():
         return shipped(f'servos/{path.name}.yaml')
     if not path.is_file():
-        raise ServoError(f'{path}: cannot be read: no such file; give the path of one, or the '
+        why = 'it is a folder' if path.is_dir() else 'no such file'
+        raise ServoError(f'{path}: cannot be read: {why}; give the path of one, or the '
                          f'name of a shipped one: {shipped_servos()}')
     return path
 

@@ -42,14 +42,50 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-_Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
-    list('-+.0123456789'))  # YAML 1.1 takes 1e-5 for a word: it wants 1.0e-5
+_KINDS = {
+    'bool': (r'true|True|TRUE|false|False|FALSE', 'tTfF'),
+    'int': (r'[-+]?\d+', '-+0123456789'),
+    'float': (r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)',
+              '-+.0123456789')}
+"""
+What a word without quotes is, as YAML 1.2 has it, and how it begins.
+
+YAML 1.1 takes off for false, 30:1 for 1801 (a number of base 60), 010 for 8 and 1e-5 for a word.
+"""
+_TAG = 'tag:yaml.org,2002:'
+_Loader.yaml_implicit_resolvers = {
+    first: [one for one in several if one[0].removeprefix(_TAG) not in _KINDS]
+    for first, several in yaml.SafeLoader.yaml_implicit_resolvers.items()}
+for _kind, (_form, _firsts) in _KINDS.items():
+    _Loader.add_implicit_resolver(_TAG + _kind, re.compile(f'(?:{_form})$'), list(_firsts))
+_Loader.add_constructor(_TAG + 'int', lambda loader, node: int(loader.construct_scalar(node)))
 
 
 def read_yaml(text: str) -> Any:
     """Return what YAML text holds; raises yaml.YAMLError, of which NotPlain is one."""
     try:
         return yaml.load(text, _Loader)  # noqa: S506  (a SafeLoader that refuses more)
+    except NotPlain:
+        raise
+    except yaml.MarkedYAMLError as problem:
+        if said := _of_letters(text, problem):
+            raise NotPlain(said) from None
+        raise
     except (ValueError, OverflowError) as problem:  # a date that is none, a number too long
         raise NotPlain(f'a value is none: {problem}') from None
+
+
+_LETTERS = {'\t': 'a tab', '\N{NO-BREAK SPACE}': 'a blank that does not break (U+00A0)',
+            '\N{FULLWIDTH COLON}': 'a wide colon', '\N{FULLWIDTH COMMA}': 'a wide comma'}
+"""What looks right in an editor, and is nothing of YAML."""
+
+
+def _of_letters(text: str, problem: yaml.MarkedYAMLError) -> str:
+    """Say which letter is none of YAML in the line where reading ended, '' where all are."""
+    mark = problem.problem_mark
+    lines = text.splitlines()
+    if mark is None or mark.line >= len(lines):
+        return ''
+    wrong = [name for letter, name in _LETTERS.items() if letter in lines[mark.line]]
+    return (f'line {mark.line + 1} holds {" and ".join(wrong)}: write plain blanks, colons and '
+            'commas') if wrong else ''

@@ -80,10 +80,11 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
         return str(told(whole.knots, one.part.amplitudes, evidence.servo))
     if 'value' in detail and drawn:  # it varies, and the file gets its mean
         x = drawn['x']
-        first, last = (detail['is'](float(drawn['y'][k])) for k in (0, -1))
+        first, last = (f'{detail["is"](float(drawn["y"][k])):.3g}' for k in (0, -1))
         unit = evidence.servo.unit(detail['value'])
-        return (f'{first:.3g} to {last:.3g} {unit} from {x[0]:.3g} to '
-                f'{x[-1]:.3g} {drawn["unit"]}')
+        if first == last:  # then that mean is the answer
+            return size_of(parameters, None)
+        return f'{first} to {last} {unit} from {x[0]:.3g} to {x[-1]:.3g} {drawn["unit"]}'
     turn = '' if 'along' in detail else _turn(one.added, evidence.servo)
     given = evidence.servo.numbers
     values = evidence.handover.patch.numbers

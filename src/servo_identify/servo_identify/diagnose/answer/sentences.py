@@ -58,11 +58,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     if not which:
         text = f'The {place} does not match the rig, and no effect of the list explains it.'
         if unknown.get('depends_on'):
-            over = ' and '.join(WORDS.get(one, one) for one in unknown['depends_on'])
-            text += (f' What is missing depends on the {over} and is {unknown["parity"]} in the '
-                     'direction of motion.')
-            if unknown.get('size'):
-                text += f' Its size is {unknown["size"]}.'
+            text += f' What is missing {_pattern(unknown)}'
         text += unknown.get('recordings', '')
         if unknown.get('nearest'):
             several = [spoken(one['effect']) for one in unknown['nearest']]
@@ -72,7 +68,9 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     # what shows most in a balance may act at another place
     if not all(balance in SHOWS.get(one.site, (balance,)) for one in which):
         place = 'twin'
-    several = [f'{_named(one)} ({one.change})' if one.change else _named(one) for one in which]
+    there = [_named(one).removesuffix(f' at the {place}') for one in which]
+    several = [f'{name} ({one.change})' if one.change else name
+               for one, name in zip(which, there, strict=True)]
     first = which[0]
     several_at = Counter(one.effect for one in first.alternatives)
     others = [f'the same at the {SITES.get(one.site, one.site)}' if one.effect == first.effect
@@ -86,8 +84,11 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     said = [f'is missing {listed(lacks)}'] if lacks else []
     said += [f'has {listed(differs)} than the servo file'] if differs else []
     text = f'The {place} {listed(said)}.'
+    if unknown.get('depends_on'):
+        text += f' What else is missing has no name in the list. It {_pattern(unknown)}'
+        text += ' The new file holds it as a curve.' if unknown.get('held') else ''
     gone = round(100.0 * gap['shrink'])
-    it = 'it' if len(which) == 1 else 'them'
+    it = 'it' if len(which) == 1 and not unknown.get('held') else 'them'
     it = f'Adding {it}' if lacks else f'Taking {it} over'
     apart = [one for one in which if _remedy(one)]
     if len(apart) == len(which):
@@ -130,6 +131,13 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         text += (f' Values of the file moved within their tolerances remove more without '
                  f'{"it" if len(which) == 1 else "them"}: {round(100.0 * within)} %.')
     return text
+
+
+def _pattern(unknown: dict[str, Any]) -> str:
+    """Say what a pattern without a name depends on, and its size."""
+    over = ' and '.join(WORDS.get(one, one) for one in unknown['depends_on'])
+    return (f'depends on the {over} and is {unknown["parity"]} in the direction of motion.'
+            + (f' Its size is {unknown["size"]}.' if unknown.get('size') else ''))
 
 
 def _remedy(one: MissingEffect) -> str:

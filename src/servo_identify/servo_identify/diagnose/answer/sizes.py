@@ -66,6 +66,19 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
     return ''
 
 
+def values_of(parameters: dict[str, dict[str, Any]]) -> list[str]:
+    """Return each value of an effect with name, deviation and unit; the points of curves aside."""
+    return [f'{named(path)} {_measured(one["value"], one["std"])} {one["unit"]}'.rstrip()
+            for path, one in parameters.items()
+            if '[' not in path and not (_last(path) == 'order' and one['value'] == 1.0)]
+
+
+def named(path: str) -> str:
+    """Return the name of a value in words, with the effect that it is of where a path has it."""
+    *of, name = path.removeprefix('effects.').replace('_', ' ').split('.')
+    return f'{name} of {" ".join(of)}' if of else name
+
+
 def _repeated(order: float, turn: str) -> str:
     """Return how often a wave repeats in a turn; where nothing turns, over which way."""
     return f'{2e3 * pi / order:.3g} mm' if turn == STRAIGHT else f'{order:.4g}'

@@ -222,6 +222,7 @@ def _unknown(evidence: Evidence, located: tuple[Located, ...], balance: str
     known = nothing | {
         'depends_on': variables, 'balance': str(detail.get('equation', '')),
         'parity': 'odd' if one.mechanism.symmetry == 'odd' else 'even',
+        'held': any(each.part is one for each in evidence.handover.added) and not evidence.worse,
         'memory': 'travel since reversal' in variables,
         'drift': bool({'time', 'temperature'} & set(variables))}
     if curve is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..answer.sizes import named
 from .words import between, known, number, percent, shortened, spoken, unit
 
 RUNGS = {
@@ -89,7 +90,7 @@ def _parameter(name: str, entry: object) -> dict[str, Any]:
     if known(value) and known(std):
         half = NORMAL_95 * std
         spread = between(((value - half) / factor, (value + half) / factor), number)
-    return {'name': spoken(name), 'value': number(value / factor if known(value) else value),
+    return {'name': named(name), 'value': number(value / factor if known(value) else value),
             'unit': shown, 'interval': spread or 'given'}
 
 

@@ -193,8 +193,15 @@ def _worded(found: Joint, one: ElementTree.Element, said: str, where: str, gravi
     sources['sine'] = sources['cosine']
     ends = [each for each in found.left_out if each.startswith('end stops')]
     limit = one.find('limit')
-    if limit is not None and float(limit.get('velocity', 'inf')) < inf:
-        ends.append(f'its speed limit, {float(limit.get("velocity")):g} {found.unit("rad")}/s')
+    if limit is not None:
+        speed, effort = _number(limit.get('velocity', 'inf')), _number(limit.get('effort', 'inf'))
+        if 0.0 < speed < inf:
+            ends.append(f'its speed limit, {speed:g} {found.unit("rad")}/s')
+        zero = [name for name, value in (('effort', effort), ('velocity', speed)) if value == 0.0]
+        if zero:  # as exporters of CAD write them
+            where = ' (drive.current_limit in the servo file holds one)' if not effort else ''
+            ends.append(f'a limit of its {" and ".join(zero)}: 0 in the file, where it could not '
+                        f'move; taken for one that nobody gave{where}')
     for extra in ('safety_controller', 'calibration'):
         if one.find(extra) is not None:
             ends.append(f'its {extra}')

@@ -1,0 +1,32 @@
+"""The verdict as a person is told it."""
+
+import pytest
+
+from servo_identify.diagnose.answer.report import MissingEffect
+from servo_identify.diagnose.answer.sentences import sentence
+
+GAP = {'shrink': 0.9, 'solved': 0.9}
+PATTERN = {'depends_on': ['angle'], 'parity': 'even', 'size': '0.22 N m'}
+
+
+def missing(effect, site):
+    return MissingEffect(
+        effect, site, {}, 0.9, 0.9, (0.8, 1.0), (), 'law', {'mechanism': 1.0},
+        {'port': 'torque', 'site': site, 'variables': ['angle'], 'symmetry': 'odd',
+         'memory': False, 'driving': False}, True, None, (), '2 N m')
+
+
+def test_it_names_the_place_of_an_effect_once():
+    told = sentence('explained', [missing('hysteresis', 'mesh')], 'transmission', GAP, {})
+    assert told.startswith('The transmission is missing hysteresis (2 N m). Adding it removes')
+    told = sentence('explained', [missing('gravity', 'load')], 'load', GAP, {})
+    assert told.startswith('The load-side torque balance is missing gravity at the load shaft (')
+
+
+@pytest.mark.parametrize('held', [True, False])
+def test_it_tells_of_a_pattern_without_a_name_beside_effects_that_have_one(held):
+    told = sentence('partly_explained', [missing('gravity', 'load')], 'load', GAP,
+                    PATTERN | {'held': held})
+    assert ('What else is missing has no name in the list. It depends on the angle of the shaft '
+            'and is even in the direction of motion. Its size is 0.22 N m.') in told
+    assert ('The new file holds it as a curve. Adding them' in told) == held
