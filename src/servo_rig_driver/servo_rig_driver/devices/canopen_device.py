@@ -33,7 +33,7 @@ class CanopenDevice(Device):
         self.nodes = self.frames.nodes
         self.kinds = self.frames.kinds
         self.doubled: list[int] = []
-        self._listener = CanopenListener(watch, self.frames.masters)
+        self._listener = CanopenListener(watch, self.frames.masters, self.frames.stops)
         self._period, self._retry = period, retry
         self._heart = HEARTBEAT_ID + driver, bytes([Heartbeats.OPERATIONAL])
         self._beaten = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ..driver.rig_health import Heartbeats
 from ..driver.rig_watch import RigWatch
@@ -33,24 +33,28 @@ class CanopenListener:
     """
     Tells a RigWatch what it hears.
 
-    ``masters`` names the frames that only a driver sends. ``stored`` holds (node, index) of
+    ``masters`` names the frames that only a driver sends, ``stops`` says of one whether it takes
+    the torque away. ``stored`` holds (node, index) of
     objects that a node has taken, or refused, to store, and ``twice`` the nodes that answered one
     such request twice since it was emptied. ``emergency`` is the drive's last error in words.
     """
 
-    def __init__(self, watch: RigWatch, masters: Mapping[int, str]) -> None:
+    def __init__(self, watch: RigWatch, masters: Mapping[int, str],
+                 stops: Callable[[int, bytes], bool | None]) -> None:
         self.watch = watch
         self.stored: set[tuple[int, int]] = set()
         self.twice: set[int] = set()
         self.emergency = ''
         self._masters = masters
+        self._stops = stops
 
     def take(self, identifier: int, data: bytes, now: int) -> None:
         """Take a frame that is no answer to SYNC."""
         node = identifier & 0x7F
         function = identifier & ~0x7F
         if identifier in self._masters:
-            self.watch.hear_foreign(f'{self._masters[identifier]} (0x{identifier:03X})', now)
+            self.watch.hear_foreign(f'{self._masters[identifier]} (0x{identifier:03X})', now,
+                                    self._stops(identifier, data))
         elif node not in self.watch.nodes:
             return
         elif function == HEARTBEAT_ID and len(data) == 1:

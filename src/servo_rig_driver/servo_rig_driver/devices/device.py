@@ -116,6 +116,10 @@ class Device(ABC):
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS of sample_blocks.py: what was measured and asked for."""
 
+    def starved(self, now: int) -> bool:
+        """Whether its watchdog may just have taken the torque away, which it does not tell."""
+        return False
+
     @abstractmethod
     def forget(self) -> None:
         """Forget what the drive was told and has told, as after a restart."""

@@ -176,6 +176,14 @@ class Odrive(OnRequest):
             return ''
         return f'{name} (0x{identifier & ~REMOTE:03X})'
 
+    def stops(self, identifier: int, data: bytes) -> bool | None:
+        """Whether a state is asked for that gives no torque, or one that does."""
+        if self.messages.name_of(identifier - self._base) != 'Set_Axis_State':
+            return None
+        wanted = self.messages.encode('Set_Axis_State', {
+            'Axis_Requested_State': 'closed loop control'})[1]
+        return data != wanted
+
 
 def load_odrive(name: str) -> DbcMessages:
     """Return the messages of a shipped DBC file or of another one; raises DeviceError."""

@@ -101,6 +101,7 @@ class RigLink:
 
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
+        self.watch.foreign_stops = None
         self.sampler.master.begin()
         self._active = True
 
@@ -209,6 +210,8 @@ class RigLink:
         while self._active and self.now() - self.watch.foreign_at < patience:
             self._port.receive(0.05)
         self.watch.foreign = ''
+        if self.watch.foreign_stops and self._active:
+            self.sampler.master.hold()
         self.health.over('bus.foreign', self.now())
         return self._waking if self._active else self._idling
 

@@ -80,7 +80,8 @@ class Sampler:
         None: no sample is asked for, since the drive is behind with its answers. Another order
         than that before goes out in any case.
         """
-        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop)
+        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop,
+                                 self.device.starved(now))
         elapsed = min(now - self._ticked, instant - self._instant)  # not what nobody could use
         self._ticked, self._instant = now, instant
         if not self._joiner.may_ask(elapsed) and order is self._order:
