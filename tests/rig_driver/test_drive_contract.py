@@ -222,6 +222,23 @@ def test_a_drive_that_fails_again_and_again_is_given_up_and_stays_down(name, tmp
         link.enabled()
 
 
+@pytest.mark.parametrize('told', ['canopen', 'odrive', 'moteus'])  # those that tell of it
+def test_a_drive_that_missed_frames_more_often_than_it_may_fail_comes_back(told, tmp_path):
+    with driven(told, tmp_path, fault_resets=1, fault_reset_pause=0.05) as (made, link):
+        port = link.link._port
+        send = port.send
+
+        def misses(times):
+            port.send = lambda *_: None
+            wait_for(lambda: not made.pushes, 'its watchdog ran out')
+            port.send = send
+            link.says('frames of the driver came too late or not at all')
+            link.enabled()
+            return link.master.missed >= times
+        wait_for(lambda: misses(3), 'three times')
+        assert not link.master.given_up
+
+
 def test_a_bus_that_goes_away_is_told_and_opened_again(name, tmp_path):
     with bench(name, tmp_path) as made:
         made.rig.stop()

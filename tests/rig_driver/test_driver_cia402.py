@@ -127,6 +127,20 @@ def test_it_gives_up_a_broken_drive_after_the_allowed_resets():
     assert sent[-1] == Controlword.DISABLE_VOLTAGE
 
 
+def test_a_drive_that_misses_frames_is_reset_for_as_long_as_it_comes_ever_more_seldom():
+    master = DriveMaster(resets=3, pause=0.5, pulse=0.05)
+    master.enable = True
+    orders = [master.step(DriveState.FAULT, 1e-2 * k, missed=True) for k in range(6000)]
+    begun = [k for k, (a, b) in enumerate(pairwise(orders)) if a is not b is Order.RESET]
+    pauses = [1e-2 * (b - a) for a, b in pairwise(begun)]
+    assert not master.given_up and master.tries == 0 and master.missed == len(begun)
+    assert pauses[0] == pytest.approx(0.55, abs=0.03)
+    assert max(pauses) == pytest.approx(8.05, abs=0.1)
+    assert {master.step(DriveState.FAULT, 60.0 + 1e-2 * k) for k in range(1000)} == {
+        Order.NO_TORQUE, Order.RESET}
+    assert master.given_up and master.tries == 3
+
+
 def test_a_drive_that_was_given_up_stays_down_though_its_fault_goes_until_begun_again():
     master, drive = DriveMaster(resets=1, pause=0.1, pulse=0.02), Drive()
     master.enable = True

@@ -50,6 +50,11 @@ class CanopenDevice(Device):
         """The last emergency of the drive in words."""
         return self._listener.emergency
 
+    @property
+    def missed(self) -> bool:
+        """Whether the last emergency is that SYNC, set-points or heartbeats did not come."""
+        return self._listener.missed
+
     def modes(self) -> list[Mode]:
         """Return the modes that the drive has a target for."""
         return self.frames.modes()

@@ -63,6 +63,8 @@ class Device(ABC):
     kinds: int
     doubled: list[int]
     emergency_stop = False
+    missed = False
+    """Whether the drive's fault is that it missed frames of the driver."""
     silence = 0
     """For how many ns a drive that is asked may be left without a request."""
 

@@ -103,7 +103,8 @@ class Moteus(OnRequest):
         mode, code = int(told['mode']), int(told['fault'])
         self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
         self._fault = ''
-        if mode == TIMEOUT:
+        self.missed = mode == TIMEOUT
+        if self.missed:
             self._fault = self.table.timeout
         elif mode == FAULTED or 0 < code < LIMITING:
             self._fault = self.table.faults.get(code, f'fault code {code}')

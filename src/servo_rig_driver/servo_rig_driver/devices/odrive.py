@@ -28,6 +28,8 @@ SELDOM = 'Get_Temperature'
 SELDOM_EVERY = 50  # requests
 ESTOP = 'emergency stop requested'
 """The error, in the words of the table, that a button leaves."""
+STARVED = 'watchdog timer expired'
+"""The error, in the words of the table, of an axis that heard nothing for too long."""
 ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
 
 COMMANDS = (
@@ -164,6 +166,7 @@ class Odrive(OnRequest):
             self.messages.words('Heartbeat', 'Axis_Error', 1 << bit)
             for bit in range(errors.bit_length()) if errors >> bit & 1)
         self.emergency_stop = ESTOP in self._fault
+        self.missed = self._fault == STARVED
         if errors and self._state is DriveState.SWITCH_ON_DISABLED:
             self._state = DriveState.FAULT
 

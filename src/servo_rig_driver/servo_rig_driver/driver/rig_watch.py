@@ -74,11 +74,11 @@ class RigWatch:
         self._drive_was = None
         self._disabled_since = now
 
-    def drive(self, master: DriveMaster, fault: str, now: int) -> bool:
+    def drive(self, master: DriveMaster, fault: str, now: int, missed: bool = False) -> bool:
         """
         Say how the drive is; whether it has just stopped following its reference.
 
-        ``fault`` is what the drive says is wrong, in words.
+        ``fault`` is what the drive says is wrong, in words; ``missed``: frames of the driver.
         """
         state, was = master.state, self._drive_was
         self._drive_was = state
@@ -103,6 +103,10 @@ class RigWatch:
             how = 'in fault' if failed else f'stopped, and stays in {state.words}'
             words = f' ({fault})' if fault else ''
             tries = f'reset {master.tries} of {master.resets} times'
+            if missed:
+                tries = (f'reset {master.missed} times, and again within {master.longer_pause:g} '
+                         's: frames of the driver came too late or not at all. Look at the load '
+                         'of this machine and at the bus')
             if master.held:
                 tries = 'not reset; deactivate and activate the driver when it may move again'
             elif master.given_up:
