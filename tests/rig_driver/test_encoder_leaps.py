@@ -57,6 +57,14 @@ def test_after_a_break_it_tells_turns_that_are_lost_and_none_of_a_shaft_that_coa
     assert 'If the shaft was not turned meanwhile' in told(health)[0]
 
 
+def test_samples_that_begin_again_are_no_leap():
+    health = RigHealth()
+    leaps = EncoderLeaps(health)
+    leaps.take(block(500, [50.0, 50.1, 50.2]))
+    assert not leaps.take(block(0, [90.0, 90.0, 90.0]))
+    assert told(health) == []
+
+
 def test_no_speed_is_made_of_a_leap():
     states, leaps = JointStates(['motor', 'load'], 100.0, 'rig'), EncoderLeaps(RigHealth())
     speeds = []

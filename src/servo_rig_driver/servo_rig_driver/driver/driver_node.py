@@ -191,7 +191,7 @@ class Driver(ManagedNode):
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
                                 of['realtime_priority'])
         return RigLink(settings, sampler, watch, self.health,
-                       lambda: Wire(open_bus(bus, of['retry_period'])), self._publish,
+                       lambda: Wire(open_bus(bus, of['retry_period']), bus), self._publish,
                        self._ros_now)
 
     def _leave(self) -> None:

@@ -52,7 +52,7 @@ class EncoderLeaps:
     def _next(self, name: str, block: SampleBlock, k: int, angle: float) -> bool:
         number = block.sequence + k
         last = self._last.get(name)
-        if last is None:
+        if last is None or number <= last.number:  # samples began again
             self._last[name] = _Angle(number, angle)
             return False
         steps = number - last.number
