@@ -11,11 +11,11 @@ import can
 from driver_bench import wait_for
 import numpy as np
 import pytest
-from scripted_rig import ENABLED, ScriptedRig
+from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.canopen_device import CanopenDevice
-from servo_rig_driver.devices.drive_master import DriveMaster
+from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
 from servo_rig_driver.devices.pdo_table import load_frames
 from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import ForeignDriver, LinkSettings, RigLink
@@ -242,3 +242,18 @@ def test_it_says_that_there_is_no_bus():
     made.link._port._open_wire = lambda: Wire(open_bus(nowhere, 0.05))
     with pytest.raises(can.CanError, match='no CAN hub answers at /tmp/no.can'):
         made.link.open()
+
+
+def test_a_statusword_that_was_spoilt_once_keeps_no_drive_down():
+    device = Linked('none').link.sampler.device
+    table = load_frames()
+
+    def told(word):
+        for name, values in (('drive.tpdo1', [0.0, 0.0]), ('drive.tpdo2', [word, 0.0, 0, 1]),
+                             ('drive.tpdo3', [0.0, 0.0])):
+            device.take(table[name].cob_id, table[name].pack(values), 0)
+        return device.state
+    up, down = DriveState.OPERATION_ENABLED, DriveState.SWITCH_ON_DISABLED
+    words = [DISABLED, ENABLED, DISABLED, ENABLED, DISABLED, DISABLED]
+    assert [told(word) for word in words] == [down, up, up, up, up, down]
+    assert [told(word) for word in (ENABLED, FAULT)] == [up, DriveState.FAULT]
