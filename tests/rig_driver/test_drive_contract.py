@@ -4,7 +4,7 @@ import logging
 from threading import Event, Thread
 from time import monotonic, sleep
 
-from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters
+from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters, STOPS
 from driver_bench import wait_for
 from held_up import held_up_since
 import numpy as np
@@ -222,6 +222,23 @@ def test_a_drive_that_fails_again_and_again_is_given_up_and_stays_down(name, tmp
         link.enabled()
 
 
+@pytest.mark.parametrize('told', ['canopen', 'odrive', 'moteus'])  # those that tell of it
+def test_a_drive_that_missed_frames_more_often_than_it_may_fail_comes_back(told, tmp_path):
+    with driven(told, tmp_path, fault_resets=1, fault_reset_pause=0.05) as (made, link):
+        port = link.link._port
+        send = port.send
+
+        def misses(times):
+            port.send = lambda *_: None
+            wait_for(lambda: not made.pushes, 'its watchdog ran out')
+            port.send = send
+            link.says('frames of the driver came too late or not at all')
+            link.enabled()
+            return link.master.missed >= times
+        wait_for(lambda: misses(3), 'three times')
+        assert not link.master.given_up
+
+
 def test_a_bus_that_goes_away_is_told_and_opened_again(name, tmp_path):
     with bench(name, tmp_path) as made:
         made.rig.stop()
@@ -296,6 +313,55 @@ def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
         assert 'enable' not in made.tap.said
         link.link.start()
         link.enabled()
+
+
+def stays_down(made, link):
+    """Check that nobody enables a drive that another than the driver has stopped, until asked."""
+    link.says('the drive was told to give no torque, by another than this driver')
+    wait_for(lambda: not made.pushes, 'the motor has no torque')
+    made.tap.said.clear()
+    begun = len(link.blocks)
+    link.play(Mode.VELOCITY, 0.5)
+    wait_for(lambda: len(link.blocks) > begun + 200, 'samples come')
+    assert all(np.isnan(block.columns['reference_velocity']).all()
+               for block in link.blocks[begun:])
+    assert not made.pushes
+    assert set(made.tap.said) <= {'off'}
+    assert link.link.stop()
+    link.link.start()
+    link.enabled()
+    wait_for(lambda: not link.health.has('drive.stopped'), 'it is over')
+
+
+def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_it(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        made.tap.wire.send([STOPS[name]])
+        stays_down(made, link)
+
+
+@pytest.mark.parametrize('told', ['canopen', 'odrive', 'robstride'])  # those that tell of it
+def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_it(told, tmp_path):
+    with driven(told, tmp_path) as (made, link):
+        turning(link)
+        nodes = made.rig.nodes
+        if told == 'canopen':
+            nodes.drive.switch_off()
+        elif told == 'odrive':
+            nodes.state = 1  # idle
+        else:
+            nodes.running = False
+        stays_down(made, link)
+
+
+def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(tmp_path):
+    with driven('robstride', tmp_path) as (made, link):
+        port = link.link._port
+        send, port.send = port.send, lambda *_: None
+        wait_for(lambda: not made.pushes, 'its watchdog ran out')
+        port.send = send
+        link.enabled()
+        assert not link.health.has('drive.stopped')
 
 
 @pytest.mark.parametrize('asked', ASKED)

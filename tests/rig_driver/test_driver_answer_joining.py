@@ -45,6 +45,21 @@ def test_it_keeps_the_order_through_a_stall_longer_than_the_counter_is_wide():
     assert out == [(number, [number, number]) for number in range(1000)]
 
 
+@given(st.integers(1, 3), st.integers(1, 1100), st.integers(0, 3))
+def test_after_a_pause_in_which_all_is_lost_samples_are_those_of_their_instants(kinds, lost, late):
+    join, out = SampleJoiner(kinds), []
+    for number in range(1500 + lost):
+        out += join.ask(number)
+        told = number - late  # a drive may be behind by some SYNCs
+        if told >= 100 and not 200 <= told < 200 + lost:
+            for kind in range(kinds):
+                out += join.answer(kind, told, sync_counter(told))
+    assert all(row == [number] * kinds for number, row in out)
+    assert [number for number, _ in out] == [
+        *range(100, 200), *range(200 + lost, 1500 + lost - late)]
+    assert join.lost == 100 + lost
+
+
 @given(st.sets(st.tuples(st.integers(0, 1), st.integers(0, 59)), max_size=40), st.booleans())
 def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
     join, out = SampleJoiner(2), []

@@ -127,6 +127,20 @@ def test_it_gives_up_a_broken_drive_after_the_allowed_resets():
     assert sent[-1] == Controlword.DISABLE_VOLTAGE
 
 
+def test_a_drive_that_misses_frames_is_reset_for_as_long_as_it_comes_ever_more_seldom():
+    master = DriveMaster(resets=3, pause=0.5, pulse=0.05)
+    master.enable = True
+    orders = [master.step(DriveState.FAULT, 1e-2 * k, missed=True) for k in range(6000)]
+    begun = [k for k, (a, b) in enumerate(pairwise(orders)) if a is not b is Order.RESET]
+    pauses = [1e-2 * (b - a) for a, b in pairwise(begun)]
+    assert not master.given_up and master.tries == 0 and master.missed == len(begun)
+    assert pauses[0] == pytest.approx(0.55, abs=0.03)
+    assert max(pauses) == pytest.approx(8.05, abs=0.1)
+    assert {master.step(DriveState.FAULT, 60.0 + 1e-2 * k) for k in range(1000)} == {
+        Order.NO_TORQUE, Order.RESET}
+    assert master.given_up and master.tries == 3
+
+
 def test_a_drive_that_was_given_up_stays_down_though_its_fault_goes_until_begun_again():
     master, drive = DriveMaster(resets=1, pause=0.1, pulse=0.02), Drive()
     master.enable = True
@@ -160,6 +174,41 @@ def test_a_stop_from_before_it_was_begun_is_reset_and_a_later_one_is_not():
     assert master.step(DriveState.SWITCH_ON_DISABLED, 0.3, False) is Order.ENABLE
     assert {master.step(DriveState.FAULT, 0.3 + 1e-3 * k, True) for k in range(500)} == {
         Order.NO_TORQUE}
+
+
+@pytest.mark.parametrize('stopped', [0x0250, 0x0231, 0x0233, 0x0217])
+def test_a_drive_that_goes_down_without_a_fault_or_an_order_stays_down_until_begun(stopped):
+    master, drive = DriveMaster(), Drive()
+    master.enable = True
+    lead(master, drive, 5)
+    drive.word = stopped
+    assert set(lead(master, drive, 1000, start=1.0)) == {Controlword.DISABLE_VOLTAGE}
+    assert master.stopped_by_other
+    master.begin()
+    lead(master, drive, 5, start=3.0)
+    assert master.enabled
+
+
+def test_a_drive_that_another_stops_while_it_is_led_up_stays_down():
+    master = DriveMaster()
+    master.enable = True
+    states = [DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON,
+              DriveState.SWITCH_ON_DISABLED]
+    assert [master.step(state, 1e-3 * k) for k, state in enumerate(states)] == [
+        Order.ENABLE, Order.ENABLE, Order.NO_TORQUE]
+
+
+def test_a_drive_that_obeys_an_earlier_order_late_is_not_taken_for_stopped():
+    master = DriveMaster()
+    master.enable = True
+    for k in range(1000):
+        master.step(DriveState.OPERATION_ENABLED, 1e-3 * k)
+    master.forget()
+    states = [DriveState.UNKNOWN, *[DriveState.OPERATION_ENABLED] * 20,
+              *[DriveState.SWITCH_ON_DISABLED] * 3, DriveState.OPERATION_ENABLED]
+    for k, state in enumerate(states):
+        master.step(state, 1.0 + 0.01 * k)
+    assert master.enabled and not master.held
 
 
 def test_it_forgives_old_resets_after_a_while_enabled():

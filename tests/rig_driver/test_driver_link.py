@@ -1,6 +1,7 @@
 """The link between driver and bus without ROS: python-can's virtual bus, a scripted rig."""
 
 from contextlib import contextmanager
+import errno
 import itertools
 import os
 import threading
@@ -10,11 +11,11 @@ import can
 from driver_bench import wait_for
 import numpy as np
 import pytest
-from scripted_rig import ENABLED, ScriptedRig
+from scripted_rig import DISABLED, ENABLED, FAULT, ScriptedRig
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.canopen_device import CanopenDevice
-from servo_rig_driver.devices.drive_master import DriveMaster
+from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
 from servo_rig_driver.devices.pdo_table import load_frames
 from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import ForeignDriver, LinkSettings, RigLink
@@ -143,6 +144,74 @@ def test_a_drive_that_went_on_without_the_bus_is_told_of_a_stop_once_the_bus_is_
         assert made.link.stop()
 
 
+def test_a_controller_that_is_bus_off_is_told_in_words_until_it_is_back():
+    with linked() as (rig, made):
+        said, port = rig.wire.bus.send, made.link._port
+
+        def full(*_, **__):
+            raise can.CanOperationError('Failed to transmit: No buffer space', errno.ENOBUFS)
+
+        def error(kind, bits=0):
+            said(can.Message(arbitration_id=kind, is_error_frame=True, is_extended_id=False,
+                             data=[0, bits, 0, 0, 0, 0, 0, 0]))
+        error(0x04, 0x20)
+        wait_for(lambda: _says(made, 'error-passive'), 'it says so')
+        opened, back = port._open_wire, threading.Event()
+
+        def again():
+            wire = opened()
+            if not back.is_set():
+                wire.bus.send = full
+            return wire
+        rig.silent = {1, 2, 3}  # nor is anything heard
+        port._open_wire, port._wire.bus.send = again, full
+        error(0x40)
+        wait_for(lambda: _says(made, 'bus-off: it met too many errors'), 'it says so')
+        wait_for(lambda: _says(made, 'No buffer space; the queue of the controller is full') or
+                 _says(made, 'the queue of the controller is full'), 'it says what that means')
+        changes = made.health.changes
+        sleep(1.5)
+        assert made.health.changes <= changes + 6  # it does not blink with each try
+        back.set()
+        rig.silent = set()
+        error(0x100)
+        wait_for(lambda: not made.health.has('bus.controller'), 'it is back')
+        wait_for(lambda: rig.status == ENABLED and made.link.state == 'streaming', 'it goes on')
+        wait_for(lambda: not made.health.has('bus.gone'), 'the bus is there')
+
+
+def _says(made, words):
+    return any(words in trouble.text for trouble in made.health.troubles)
+
+
+def test_an_adapter_that_is_unplugged_and_plugged_in_again_needs_nobody():
+    with linked() as (rig, made):
+        port, there, up = made.link._port, threading.Event(), threading.Event()
+        opened = port._open_wire
+
+        def again():
+            if not there.is_set():
+                raise can.CanInitializationError('cannot open socketcan can0: [Errno 19] No such '
+                                                 'device; there is no can0: plug the adapter in')
+            wire = opened()
+            if not up.is_set():  # an interface that nobody has set up opens, and fails then
+                wire.bus.recv = gone
+            return wire
+
+        def gone(*_, **__):
+            raise can.CanOperationError('Error receiving: Network is down', errno.ENETDOWN)
+        port._open_wire, port._wire.bus.recv = again, gone
+        wait_for(lambda: made.health.has('bus.gone'), 'the bus is gone')
+        wait_for(lambda: _says(made, 'ip link set virtual up type can bitrate') or
+                 _says(made, 'the interface is down: ip link set'), 'what to do')
+        there.set()
+        sleep(0.5)
+        assert made.link._thread.is_alive() and made.health.has('bus.gone')
+        up.set()
+        wait_for(lambda: made.link.state == 'streaming' and rig.status == ENABLED, 'it goes on')
+        wait_for(lambda: not made.health.has('bus.gone'), 'the bus is there')
+
+
 def test_a_link_that_breaks_takes_the_torque_away_before_it_ends(monkeypatch):
     monkeypatch.setattr(threading, 'excepthook', lambda _: None)
     with linked() as (rig, made):
@@ -173,3 +242,18 @@ def test_it_says_that_there_is_no_bus():
     made.link._port._open_wire = lambda: Wire(open_bus(nowhere, 0.05))
     with pytest.raises(can.CanError, match='no CAN hub answers at /tmp/no.can'):
         made.link.open()
+
+
+def test_a_statusword_that_was_spoilt_once_keeps_no_drive_down():
+    device = Linked('none').link.sampler.device
+    table = load_frames()
+
+    def told(word):
+        for name, values in (('drive.tpdo1', [0.0, 0.0]), ('drive.tpdo2', [word, 0.0, 0, 1]),
+                             ('drive.tpdo3', [0.0, 0.0])):
+            device.take(table[name].cob_id, table[name].pack(values), 0)
+        return device.state
+    up, down = DriveState.OPERATION_ENABLED, DriveState.SWITCH_ON_DISABLED
+    words = [DISABLED, ENABLED, DISABLED, ENABLED, DISABLED, DISABLED]
+    assert [told(word) for word in words] == [down, up, up, up, up, down]
+    assert [told(word) for word in (ENABLED, FAULT)] == [up, DriveState.FAULT]

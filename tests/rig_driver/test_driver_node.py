@@ -248,6 +248,18 @@ def test_it_says_which_node_fell_silent_and_recovers_when_it_is_back(bench):
     assert any('is silent' in pair.value for pair in whole.values if pair.key.startswith('past'))
 
 
+def test_it_tells_an_encoder_that_lost_turns_and_makes_no_speed_of_it(bench):
+    begun = len(bench.ears.joint_states)
+    wait_for(lambda: len(bench.ears.joint_states) > begun + 3, 'joint states')
+    bench.rig.leap = -40.0
+    bench.ears.hears('samples', 'the motor encoder leapt by -40 rad', 1)
+    begun = len(bench.ears.joint_states)
+    wait_for(lambda: len(bench.ears.joint_states) > begun + 3, 'joint states')
+    speeds = [abs(state.velocity[0]) for state in bench.ears.joint_states]
+    assert np.nanmax(speeds) < 50.0
+    bench.rig.leap = 0.0
+
+
 def test_it_recovers_when_the_rig_restarts(bench):
     last = bench.ears.current[-1]
     bench.rig.close()

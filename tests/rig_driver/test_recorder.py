@@ -245,3 +245,30 @@ def test_its_bags_tell_the_unit_of_each_field_and_number_the_messages(tmp_path):
     assert 'Nm or N' in schemas['sensor_msgs/msg/JointState']
     assert 'MSG: std_msgs/Header\n' in schemas['sensor_msgs/msg/JointState']
     assert numbers == list(range(200))
+
+
+def test_its_memory_does_not_grow_with_what_it_has_written(tmp_path):
+    import tracemalloc
+
+    from mcap.reader import make_reader
+
+    from servo_rig_driver.record.growing_bag import RecordingFile
+    bag = RecordingFile(tmp_path / 'bag', {'/joint_states': 'sensor_msgs/msg/JointState'}, [])
+    chunks = 6000  # an hour has 7200
+
+    def write(first, last):
+        for k in range(first, last):
+            bag.write('/joint_states', k, b'of no matter')
+            bag.flush(now=True)
+    write(0, 1000)
+    tracemalloc.start()
+    try:
+        write(1000, chunks)
+        grown = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    bag.close()
+    assert grown < 20 * (chunks - 1000)  # bytes; it had been 400 a chunk
+    with (tmp_path / 'bag' / 'bag.mcap').open('rb') as file:
+        indexes = make_reader(file).get_summary().chunk_indexes
+    assert [one.message_start_time for one in indexes] == list(range(chunks))

@@ -124,6 +124,15 @@ _MEANINGS = {'odrive': _odrive, 'robstride': _robstride, 'cybergear': _robstride
              'cubemars': _cubemars, 'moteus': _moteus}
 
 
+STOPS = {'canopen': (0x201, b'\x06\x00\xff'),  # "shutdown"
+         'odrive': (0x27, b'\x01' + bytes(7)),  # Set_Axis_State, idle
+         'robstride': (EXTENDED | 0x0400FD01, bytes(8)),
+         'cybergear': (EXTENDED | 0x0400FD01, bytes(8)),
+         'cubemars': (1, b'\xff' * 7 + b'\xfd'),
+         'moteus': (FD | EXTENDED | 0x8201, b'\x01\x00\x00' + b'\x50' * 5)}
+"""The frame by which another master takes the torque away, without a fault."""
+
+
 class Wiretap(BusListener):
     """Keeps what the bus of a drive says, each meaning once as it changes."""
 

@@ -26,7 +26,7 @@ class ScriptedRig:
 
     ``taken`` keeps what the drive was told: (mode, target of that mode, controlword) at each SYNC.
     ``silent`` holds nodes that say nothing, ``stubborn`` refuses fault resets, ``written`` keeps
-    what was written by SDO, by node and index.
+    what was written by SDO, by node and index. ``leap``, rad, is what the motor's angle is off.
     """
 
     def __init__(self, channel: str, interface: str = 'unix_bus') -> None:
@@ -37,6 +37,7 @@ class ScriptedRig:
         self.written: dict[tuple[int, int], int] = {}
         self.silent: set[int] = set()
         self.stubborn = False
+        self.leap = 0.0
         self.status = DISABLED
         self.count = 0
         self._running = False
@@ -127,7 +128,7 @@ class ScriptedRig:
         self.taken.append((self._mode, target, self._control))
         self.external.append(self._targets.get('target_external_torque', 0.0))
         answers = {
-            'drive.tpdo1': [at, 0.0],
+            'drive.tpdo1': [at + self.leap, 0.0],
             'drive.tpdo2': [self.status, at, self._mode, counter],
             'drive.tpdo3': [target if self._mode == -1 else 0.0, nan],
             'load_encoder.tpdo1': [at, counter],

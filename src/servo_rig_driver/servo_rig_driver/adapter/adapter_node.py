@@ -24,6 +24,7 @@ from rclpy.task import Future
 
 from servo_twin_msgs.msg import Current, Encoder, Torque
 
+from ..driver.encoder_leaps import EncoderLeaps
 from ..driver.health_report import Diagnoser
 from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import RigHealth
@@ -57,6 +58,7 @@ class Adapter(Node):
         refuse_unknown(self)
         self.mapped = mapping_of(of.mapping, of.joint)
         self.health = RigHealth()
+        self._leaps = EncoderLeaps(self.health)
         period = round(SECOND / of.rate if of.rate else SECOND * self.mapped.period)
         self.stream = SampleStream(self.mapped, period, round(of.listen_time * SECOND),
                                    round(of.delay * SECOND), of.block_size, self._publish)
@@ -91,6 +93,7 @@ class Adapter(Node):
                 kind, name, QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE),
                 qos_overriding_options=OVERRIDABLE) for kind, name in (
                     (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
+        self._leaps.take(block)
         for topic, message in zip(self._outputs, self._messages.fill(block), strict=True):
             topic.publish(message)
 

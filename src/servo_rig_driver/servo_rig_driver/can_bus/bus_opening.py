@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import can
 
+from .controller_errors import advised, controller_state
 from .unix_bus import from_message, to_message, UnixBus
 
 INTERFACES = ('unix_bus', 'virtual', 'socketcan')
@@ -59,7 +60,8 @@ def open_bus(settings: BusSettings, wait: float = 2.0) -> can.BusABC:
                        bitrate=settings.bitrate, fd=settings.fd)
     except (OSError, can.CanError) as error:
         raise can.CanInitializationError(
-            f'cannot open {settings.interface} {settings.channel}: {error}') from error
+            f'cannot open {settings.interface} {settings.channel}: '
+            f'{advised(error, settings.channel, settings.bitrate)}') from error
 
 
 class Wire:
@@ -67,11 +69,14 @@ class Wire:
     Frames as (identifier, data) over any python-can bus, without its messages where it can.
 
     Raises can.CanError when the bus is gone. Identifiers carry the flags of unix_frames.py, so a
-    standard data frame is its bare identifier; error frames are left out of recv().
+    standard data frame is its bare identifier. Error frames are left out of recv(), and
+    ``controller`` keeps what the last of them said: '' for nothing wrong, None while none came.
     """
 
-    def __init__(self, bus: can.BusABC) -> None:
+    def __init__(self, bus: can.BusABC, settings: BusSettings = BusSettings()) -> None:
         self.bus = bus
+        self.controller: str | None = None
+        self._settings = settings
         self._packed = hasattr(bus, 'send_frames')
 
     def send(self, frames: Sequence[tuple[int, bytes]], until: int | None = None,
@@ -85,8 +90,15 @@ class Wire:
         if self._packed:
             self.bus.send_frames(frames, until, tag)
             return
-        for identifier, data in frames:
-            self.bus.send(to_message(identifier, data))
+        try:
+            for identifier, data in frames:
+                self.bus.send(to_message(identifier, data))
+        except can.CanOperationError as error:
+            raise self._advised(error) from error
+
+    def _advised(self, error: can.CanError) -> can.CanError:
+        return can.CanOperationError(advised(error, self._settings.channel,
+                                             self._settings.bitrate))
 
     def late(self) -> list[int]:
         """Return the tags of what came back, since it was too late, as far as recv() saw it."""
@@ -97,5 +109,14 @@ class Wire:
         """Return the frames that came next, or [] when none came within ``timeout`` seconds."""
         if self._packed:
             return self.bus.recv_frames(timeout)
-        message = self.bus.recv(timeout)
-        return [] if message is None or message.is_error_frame else [from_message(message)]
+        try:
+            message = self.bus.recv(timeout)
+        except can.CanOperationError as error:
+            raise self._advised(error) from error
+        if message is None:
+            return []
+        if message.is_error_frame:
+            said = controller_state(message)
+            self.controller = self.controller if said is None else said
+            return []
+        return [from_message(message)]

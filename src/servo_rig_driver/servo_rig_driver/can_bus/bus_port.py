@@ -15,14 +15,18 @@ class BusPort:
     A bus that may be opened again and again.
 
     ``take`` gets the frames that came in, ``late`` the tag of each packet that was sent and came
-    back, since it was too late. All but close() raise can.CanError when the bus is gone.
+    back, since it was too late; ``wrong`` what the controller says is wrong with it, as that
+    changes, '' for nothing. All but close() raise can.CanError when the bus is gone.
     """
 
     def __init__(self, open_wire: Callable[[], Wire], take: Callable[[Frames], None],
-                 late: Callable[[int], None] = lambda tag: None) -> None:
+                 late: Callable[[int], None] = lambda tag: None,
+                 wrong: Callable[[str], None] = lambda said: None) -> None:
         self._open_wire = open_wire
         self._take = take
         self._late = late
+        self._wrong = wrong
+        self._said = ''
         self._wire: Wire | None = None
         self._descriptor: int | None = None
 
@@ -56,5 +60,9 @@ class BusPort:
         received = self._wire.recv(timeout)
         for tag in self._wire.late():
             self._late(tag)
+        said = self._wire.controller
+        if said is not None and said != self._said:
+            self._said = said
+            self._wrong(said)
         if received:
             self._take(received)

@@ -17,6 +17,8 @@ from .node_start import NodeStart
 from .pdo_table import FrameTable, HEARTBEAT_ID
 
 HEARTBEAT_EVERY = 100_000_000
+_AT_ONCE = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT,
+            DriveState.FAULT_REACTION_ACTIVE)
 
 
 class CanopenDevice(Device):
@@ -33,12 +35,13 @@ class CanopenDevice(Device):
         self.nodes = self.frames.nodes
         self.kinds = self.frames.kinds
         self.doubled: list[int] = []
-        self._listener = CanopenListener(watch, self.frames.masters)
+        self._listener = CanopenListener(watch, self.frames.masters, self.frames.stops)
         self._period, self._retry = period, retry
         self._heart = HEARTBEAT_ID + driver, bytes([Heartbeats.OPERATIONAL])
         self._beaten = 0
         self._answered_at = 0
         self._state = DriveState.UNKNOWN
+        self._doubted: DriveState | None = None
 
     @property
     def state(self) -> DriveState:
@@ -49,6 +52,11 @@ class CanopenDevice(Device):
     def fault(self) -> str:
         """The last emergency of the drive in words."""
         return self._listener.emergency
+
+    @property
+    def missed(self) -> bool:
+        """Whether the last emergency is that SYNC, set-points or heartbeats did not come."""
+        return self._listener.missed
 
     def modes(self) -> list[Mode]:
         """Return the modes that the drive has a target for."""
@@ -96,9 +104,17 @@ class CanopenDevice(Device):
             return None
         word = self.frames.statusword(answer, values)
         if word is not None:
-            self._state = drive_state(word)
+            self._tell(drive_state(word))
         place = answer.counter_at
         return Answer(answer.kind, values, None if place is None else int(values[place]))
+
+    def _tell(self, told: DriveState) -> None:
+        """Take a state; that an enabled drive went down without a fault it has to tell twice."""
+        stopped = self._state is DriveState.OPERATION_ENABLED and told not in _AT_ONCE
+        if stopped and told is not self._doubted:
+            self._doubted = told
+            return
+        self._state, self._doubted = told, None
 
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS."""
@@ -107,4 +123,4 @@ class CanopenDevice(Device):
     def forget(self) -> None:
         """Say everything again at the next tick, and wait for the drive's next word."""
         self.frames.forget()
-        self._state = DriveState.UNKNOWN
+        self._state, self._doubted = DriveState.UNKNOWN, None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ..driver.rig_health import Heartbeats
 from ..driver.rig_watch import RigWatch
@@ -22,6 +22,9 @@ _ERRORS = {
     0xFF00: 'specific to the device'}
 """Error codes in words, the exact ones and the classes. Source: CiA 301 table 26, CiA 402-2."""
 
+_MISSED = (0x8130, 0x8250, 0x8700)
+"""Those of a drive that did not hear the driver in time."""
+
 
 def error_words(code: int) -> str:
     """Return an emergency error code (object 603Fh) in words: its own, or those of its class."""
@@ -33,24 +36,30 @@ class CanopenListener:
     """
     Tells a RigWatch what it hears.
 
-    ``masters`` names the frames that only a driver sends. ``stored`` holds (node, index) of
+    ``masters`` names the frames that only a driver sends, ``stops`` says of one whether it takes
+    the torque away. ``stored`` holds (node, index) of
     objects that a node has taken, or refused, to store, and ``twice`` the nodes that answered one
-    such request twice since it was emptied. ``emergency`` is the drive's last error in words.
+    such request twice since it was emptied. ``emergency`` is the drive's last error in words, and
+    ``missed`` whether it is that frames of the driver did not come.
     """
 
-    def __init__(self, watch: RigWatch, masters: Mapping[int, str]) -> None:
+    def __init__(self, watch: RigWatch, masters: Mapping[int, str],
+                 stops: Callable[[int, bytes], bool | None]) -> None:
         self.watch = watch
         self.stored: set[tuple[int, int]] = set()
         self.twice: set[int] = set()
         self.emergency = ''
+        self.missed = False
         self._masters = masters
+        self._stops = stops
 
     def take(self, identifier: int, data: bytes, now: int) -> None:
         """Take a frame that is no answer to SYNC."""
         node = identifier & 0x7F
         function = identifier & ~0x7F
         if identifier in self._masters:
-            self.watch.hear_foreign(f'{self._masters[identifier]} (0x{identifier:03X})', now)
+            self.watch.hear_foreign(f'{self._masters[identifier]} (0x{identifier:03X})', now,
+                                    self._stops(identifier, data))
         elif node not in self.watch.nodes:
             return
         elif function == HEARTBEAT_ID and len(data) == 1:
@@ -87,6 +96,7 @@ class CanopenListener:
         words = error_words(code) if code else ''
         if who == 'drive':
             self.emergency = words
+            self.missed = code in _MISSED
         if code == 0:
             self.watch.health.over(key, now)
             return

@@ -7,15 +7,18 @@ answers of the nodes one row of values. Knows object names, no bytes and no scal
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import nan
 from typing import Any
 
 from ..driver.limits import Mode, Setpoint
 from ..driver.sample_blocks import COLUMNS
+from .cia402 import Controlword
 from .object_dictionary import DriveMode
 from .pdo_table import Frame, FrameError, FrameTable, NMT_ID, sync_frame, SYNC_ID
 from .sdo import write_request
 
+NMT_STOP = 0x02
 REPEAT = 10
 """Every so many SYNCs, what has not changed is said again."""
 
@@ -186,6 +189,22 @@ class RigFrames:
         self._told = control, mode, external
         frames.append(sync_frame(number) if self._counted else (SYNC_ID, b''))
         return frames
+
+    def stops(self, identifier: int, data: bytes) -> bool | None:
+        """
+        Whether another master's frame takes the torque away, lets it come, or neither.
+
+        A controlword other than "enable operation" does, and NMT "stop remote node".
+        """
+        if identifier == NMT_ID:
+            to_drive = len(data) == 2 and data[1] in (0, self.table.ids['drive'])
+            return True if to_drive and data[0] == NMT_STOP else None
+        if identifier != self._control.cob_id:
+            return None
+        with suppress(FrameError):
+            control = int(self._control.decode(data)['controlword'])
+            return control & 0x8F != Controlword.ENABLE_OPERATION
+        return None
 
     def forget(self) -> None:
         """Say everything again at the next tick, as after a restart of the rig."""

@@ -63,6 +63,8 @@ class Device(ABC):
     kinds: int
     doubled: list[int]
     emergency_stop = False
+    missed = False
+    """Whether the drive's fault is that it missed frames of the driver."""
     silence = 0
     """For how many ns a drive that is asked may be left without a request."""
 
@@ -115,6 +117,10 @@ class Device(ABC):
     @abstractmethod
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS of sample_blocks.py: what was measured and asked for."""
+
+    def starved(self, now: int) -> bool:
+        """Whether its watchdog may just have taken the torque away, which it does not tell."""
+        return False
 
     @abstractmethod
     def forget(self) -> None:

@@ -48,6 +48,14 @@ _LEADS_UP = (DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, Drive
              DriveState.OPERATION_ENABLED)
 
 
+_RUNGS = {state: rung for rung, state in enumerate((DriveState.NOT_READY, *_LEADS_UP))} | {
+    DriveState.QUICK_STOP_ACTIVE: 0}
+"""How far up a drive is; one in fault is on no rung."""
+PATIENCE = 16
+SETTLED = 0.5
+"""After which a drive has obeyed an order that took its torque away, s."""
+
+
 class DriveMaster:
     """
     Leads a drive to OPERATION ENABLED, or away from it.
@@ -56,9 +64,17 @@ class DriveMaster:
     try the master waits ``pause`` seconds, and after ``resets`` tries it has ``given_up``. Tries
     are forgiven once the drive has been enabled for ``forgive`` seconds on end.
 
+    A fault by which a drive tells that it missed frames of this driver is no fault of the drive.
+    Its resets are counted in ``missed``, and it is reset for as long as it comes: after
+    ``resets`` of them the pause doubles with each, up to PATIENCE times.
+
     A drive that somebody has stopped since begin(), while it followed or before it did, is
     ``held``. A stop that was there at begin() is reset like any fault. A drive that is held or
     given up stays down until begin(), whoever clears its fault.
+
+    So is one that goes down by itself, without a fault and without an order of this master, or
+    that another master took down: ``stopped_by_other``. One that may have missed its requests
+    for longer than its watchdog waits is led up again.
 
     A drive that follows its reference is taken down in order: quick stop, by which it brakes under
     its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
@@ -74,17 +90,23 @@ class DriveMaster:
         self.quick_stop = quick_stop
         self.enable = False
         self.state = DriveState.UNKNOWN
-        self.tries = 0
+        self.tries = self.missed = 0
         self._enabled_since: float | None = None
         self._stopping_since: float | None = None
         self._free = False  # whether it has told since begin() that nobody has stopped it
-        self.held = self.given_up = False
+        self.held = self.given_up = self.stopped_by_other = False
+        self._rung: int | None = None  # up to which it was led; None: not known to obey yet
+        self._told, self._lowered_at = -1, -inf
         self._no_fault()
 
     def begin(self) -> None:
         """Note that a person wants the drive up: all tries are there again."""
-        self.tries = 0
-        self._free = self.held = self.given_up = False
+        self.tries = self.missed = 0
+        self._free = self.held = self.given_up = self.stopped_by_other = False
+
+    def hold(self) -> None:
+        """Keep the drive down until begin(): another master has taken it down."""
+        self.held = self.stopped_by_other = True
 
     @property
     def enabled(self) -> bool:
@@ -95,15 +117,25 @@ class DriveMaster:
         """Start over, as after a restart of the rig; the tries used up stay used up."""
         self.state = DriveState.UNKNOWN
         self._enabled_since = None
+        self._rung, self._told = None, -1
         self._no_fault()
 
-    def step(self, state: DriveState, now: float, emergency_stop: bool = False) -> Order:
+    def step(self, state: DriveState, now: float, emergency_stop: bool = False,
+             starved: bool = False, missed: bool = False) -> Order:
         """
         Return the order that answers a state of the drive.
 
-        ``now`` is any steady time, s. With ``enable`` false the drive is led by a quick stop to
-        a state without torque, and a fault is left as it is.
+        ``now`` is any steady time, s; ``starved``: its watchdog may have run out unsaid;
+        ``missed``: its fault is that it missed frames of this driver. With ``enable`` false the
+        drive is led by a quick stop to a state without torque, and a fault is left as it is.
         """
+        order = self._order(state, now, emergency_stop, starved, missed)
+        if order is not Order.ENABLE:
+            self._rung, self._told, self._lowered_at = None, -1, now
+        return order
+
+    def _order(self, state: DriveState, now: float, emergency_stop: bool, starved: bool,
+               missed: bool) -> Order:
         self.state = state
         if emergency_stop:
             self.held |= self._free
@@ -114,16 +146,36 @@ class DriveMaster:
         elif self._enabled_since is None:
             self._enabled_since = now
         elif now - self._enabled_since >= self.forgive:
-            self.tries = 0
+            self.tries = self.missed = 0
         if not self.enable:
             return self._down(now)
         self._stopping_since = None
         if self.held or self.given_up:
             return Order.NO_TORQUE
         if self.state is DriveState.FAULT:
-            return self._reset(now)
+            return self._reset(now, missed)
         self._no_fault()
-        return Order.ENABLE if state in _LEADS_UP else Order.NO_TORQUE
+        if self._went_down(state, now) and not starved:
+            self.hold()
+        return Order.ENABLE if state in _LEADS_UP and not self.held else Order.NO_TORQUE
+
+    def _went_down(self, state: DriveState, now: float) -> bool:
+        """
+        Return whether a drive that was led up has gone down, by no order of this master.
+
+        It obeys once it has gone up; before, it may still answer to an order to go down.
+        """
+        rung = _RUNGS.get(state, -1)
+        told, self._told = self._told, rung
+        if rung < 0:
+            return False
+        if self._rung is not None:
+            down = rung < self._rung
+            self._rung = None if down else rung
+            return down
+        if 0 <= told < rung or now - self._lowered_at > SETTLED:
+            self._rung = rung
+        return False
 
     def _down(self, now: float) -> Order:
         if self.state not in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
@@ -133,19 +185,27 @@ class DriveMaster:
         stopping = now - self._stopping_since < self.quick_stop
         return Order.QUICK_STOP if stopping else Order.NO_TORQUE
 
-    def _reset(self, now: float) -> Order:
+    @property
+    def longer_pause(self) -> float:
+        """How long it waits before the next reset of a drive that missed frames, s."""
+        return self.pause * min(PATIENCE, 2 ** max(0, self.missed - self.resets))
+
+    def _reset(self, now: float, missed: bool) -> Order:
         if now < self._pulse_until:
             return Order.RESET
         if self._retry_at is None:
-            self._retry_at = now + self.pause
+            self._retry_at = now + (self.longer_pause if missed else self.pause)
         if now < self._retry_at:
             return Order.NO_TORQUE
-        if self.tries >= self.resets:
+        if missed:
+            self.missed += 1
+        elif self.tries >= self.resets:
             self.given_up = True
             return Order.NO_TORQUE
-        self.tries += 1
+        else:
+            self.tries += 1
         self._pulse_until = now + self.pulse
-        self._retry_at = self._pulse_until + self.pause
+        self._retry_at = self._pulse_until + (self.longer_pause if missed else self.pause)
         return Order.RESET
 
     def _no_fault(self) -> None:

@@ -11,6 +11,7 @@ in devices/tables. One table a model holds identifiers, bits and ranges; this cl
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import nan
 
 from ..can_bus.bus_port import Frames
@@ -22,12 +23,15 @@ from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 from .mit_table import FIELDS, MitTable
 from .on_request import OnRequest
+from .pdo_table import FrameError
 
 _ZERO = {'position': 0.0, 'velocity': 0.0, 'kp': 0.0, 'kd': 0.0, 'torque': 0.0}
 
 
 class MitMode(OnRequest):
     """One actuator in MIT mode, by its table."""
+
+    silent_watchdog = True
 
     def __init__(self, table: MitTable, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)
@@ -146,3 +150,12 @@ class MitMode(OnRequest):
                     and len(data) == frame.length:
                 return f'{name} (0x{identifier & ~EXTENDED:X})'
         return ''
+
+    def stops(self, identifier: int, data: bytes) -> bool | None:
+        """Whether it is the stop frame, or the one that enables."""
+        for name, says in (('stop', True), ('clear', True), ('enable', False)):
+            with suppress(FrameError):
+                told = self.table.frames[name].unpack(identifier & ~EXTENDED, data)
+                if told is not None:
+                    return says
+        return None

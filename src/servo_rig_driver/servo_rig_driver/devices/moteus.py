@@ -7,6 +7,7 @@ feed-forward torque with both gains scaled to zero. Source: mjbots moteus, docs/
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import isfinite, nan, tau
 
 from ..can_bus.bus_port import Frames
@@ -102,7 +103,8 @@ class Moteus(OnRequest):
         mode, code = int(told['mode']), int(told['fault'])
         self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
         self._fault = ''
-        if mode == TIMEOUT:
+        self.missed = mode == TIMEOUT
+        if self.missed:
             self._fault = self.table.timeout
         elif mode == FAULTED or 0 < code < LIMITING:
             self._fault = self.table.faults.get(code, f'fault code {code}')
@@ -120,3 +122,12 @@ class Moteus(OnRequest):
         if not identifier & FD or number & 0xFF != self.settings.node:
             return ''
         return f'a command (0x{number:04X})'
+
+    def stops(self, identifier: int, data: bytes) -> bool | None:
+        """Whether a mode is written that follows no command, or one that does."""
+        with suppress(FrameError, ValueError):  # a mode may be no number
+            mode = self.table.parse(data)[0].get('mode')
+            if mode is not None:
+                follows = self.table.states.get(int(mode)) == 'operation_enabled'
+                return not follows or mode == self.table.modes['zero_velocity']
+        return None

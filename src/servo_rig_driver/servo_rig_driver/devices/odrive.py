@@ -28,6 +28,8 @@ SELDOM = 'Get_Temperature'
 SELDOM_EVERY = 50  # requests
 ESTOP = 'emergency stop requested'
 """The error, in the words of the table, that a button leaves."""
+STARVED = 'watchdog timer expired'
+"""The error, in the words of the table, of an axis that heard nothing for too long."""
 ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
 
 COMMANDS = (
@@ -164,6 +166,7 @@ class Odrive(OnRequest):
             self.messages.words('Heartbeat', 'Axis_Error', 1 << bit)
             for bit in range(errors.bit_length()) if errors >> bit & 1)
         self.emergency_stop = ESTOP in self._fault
+        self.missed = self._fault == STARVED
         if errors and self._state is DriveState.SWITCH_ON_DISABLED:
             self._state = DriveState.FAULT
 
@@ -175,6 +178,14 @@ class Odrive(OnRequest):
         if name is None or name == 'Estop':
             return ''
         return f'{name} (0x{identifier & ~REMOTE:03X})'
+
+    def stops(self, identifier: int, data: bytes) -> bool | None:
+        """Whether a state is asked for that gives no torque, or one that does."""
+        if self.messages.name_of(identifier - self._base) != 'Set_Axis_State':
+            return None
+        wanted = self.messages.encode('Set_Axis_State', {
+            'Axis_Requested_State': 'closed loop control'})[1]
+        return data != wanted
 
 
 def load_odrive(name: str) -> DbcMessages:

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from math import isnan, nan
+from typing import ClassVar
 
 from ..can_bus.bus_port import BusPort, Frames
 from ..driver.limits import Mode, Setpoint
@@ -20,20 +19,12 @@ from .device import Answer, Device, Outcome
 from .doubled_ids import doubled, ECHO, PROMPT, QUIET, RESTLESS
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
+from .reading import MOTOR, Reading
 
 NO_ANSWER = -1
 """The kind of a frame that a drive sends by itself, or that is not part of a sample."""
-
-
-@dataclass
-class Reading:
-    """What a drive has told last: rad at the motor, rad/s at the load, A and degC; NaN: not."""
-
-    motor_position: float = nan
-    load_speed: float = nan
-    current: float = nan
-    current_reference: float = nan
-    temperature: float = nan
+LAPSE_LASTS = 250_000_000
+"""For how long after requests or answers were late a watchdog may have run out of them, ns."""
 
 
 class OnRequest(Device):
@@ -41,6 +32,8 @@ class OnRequest(Device):
 
     on_request = True
     kinds = 1
+    silent_watchdog: ClassVar[bool] = False
+    """Whether its watchdog takes the torque away without a fault."""
 
     def __init__(self, settings: DriveSettings, watch: RigWatch) -> None:
         self.settings = settings
@@ -87,6 +80,10 @@ class OnRequest(Device):
     @abstractmethod
     def foreign(self, identifier: int, data: bytes) -> str:
         """Return in words what another driver told this drive by a frame, empty for all others."""
+
+    @abstractmethod
+    def stops(self, identifier: int, data: bytes) -> bool | None:
+        """Whether a frame of another driver takes the torque away, lets it come, or neither."""
 
     @abstractmethod
     def greeting(self) -> Frames:
@@ -162,10 +159,20 @@ class OnRequest(Device):
     def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return the order, the set-point and the request."""
         self._sampling = True
+        self._lapse(self._asked_at, now)
+        self._asked_at = now
         order = self._settled(order)
         frames = self.frames(order, point, now)
         self._last_order = order
         return frames
+
+    def _lapse(self, last: int, now: int) -> None:
+        if last and now - last > self.silence:
+            self._lapsed_at = now
+
+    def starved(self, now: int) -> bool:
+        """Whether it says nothing of its watchdog, which a lapse may have let run out."""
+        return self.silent_watchdog and now - self._lapsed_at < LAPSE_LASTS
 
     def _settled(self, order: Order) -> Order:
         """Return the order, or that to take the torque away once a quick stop has come to rest."""
@@ -188,32 +195,20 @@ class OnRequest(Device):
         kind = self.hear(identifier, data)
         if kind is None:
             if words := self.foreign(identifier, data):
-                self.watch.hear_foreign(words, now)
+                self.watch.hear_foreign(words, now, self.stops(identifier, data))
             return None
+        self._lapse(self._heard_at, now)
+        self._heard_at = now
         self.watch.beats.beat(self.settings.node, 0, now)
         if kind == NO_ANSWER:
             return None
         self._answers += kind == self.kinds - 1
-        return Answer(kind, self._measured(), None) if self._sampling else None
-
-    def _measured(self) -> list[float]:
-        """
-        Return what was read by COLUMNS.
-
-        The command that a drive received, ``voltage``, is its current reference: one volt is one
-        ampere (drive.gain = 1 A/V in a servo file). One that does not tell it follows it at once.
-        """
-        told = self.reading
-        row = [nan] * len(COLUMNS)
-        row[_MOTOR], row[_CURRENT], row[_WANTED], row[_TEMPERATURE] = (
-            told.motor_position, told.current, told.current_reference, told.temperature)
-        row[_VOLTAGE] = told.current if isnan(told.current_reference) else told.current_reference
-        return row
+        return Answer(kind, self.reading.row(), None) if self._sampling else None
 
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS: what was measured, and the reference it began with."""
         row = answers[-1]
-        row[_MOTOR] = answers[0][_MOTOR]
+        row[MOTOR] = answers[0][MOTOR]
         if point is not None and point.mode in _REFERENCES:
             row[_REFERENCES[point.mode]] = point.reference
         return row
@@ -228,6 +223,7 @@ class OnRequest(Device):
         self._state, self._fault = DriveState.UNKNOWN, ''
         self._last_order: Order | None = None
         self._braked, self._rested = 0, False
+        self._asked_at = self._heard_at = self._lapsed_at = 0  # 0: not yet
         self.forget_told()
 
     @abstractmethod
@@ -244,7 +240,5 @@ class OnRequest(Device):
         return order is Order.RESET and self._last_order is not Order.RESET
 
 
-_MOTOR, _CURRENT, _WANTED, _TEMPERATURE, _VOLTAGE = (COLUMNS.index(name) for name in (
-    'motor_position', 'current', 'current_reference', 'temperature', 'voltage'))
 _REFERENCES = {Mode.VELOCITY: COLUMNS.index('reference_velocity'),
                Mode.POSITION: COLUMNS.index('reference_position')}

@@ -6,17 +6,27 @@ counter that SYNC carries (CiA 301, object 1019h) where the nodes echo it: frame
 by any time, or lost, and no sample is ever made of two instants. Nodes that do not echo it are
 taken to answer the last SYNC before, which holds as long as they answer within a period. Drives
 that are asked by frames of their own are joined by order_joining.py.
+
+The counter begins again after SYNC_COUNTS. Where more SYNCs than that are open, answers that come
+again may be late ones to the first of them, or those to the last where all between were lost, as
+on a cable that was pulled. Late ones catch up; where they do not, whole rounds were lost. Samples
+are kept back until that is known.
 """
 
 from __future__ import annotations
 
 from collections import deque
+import itertools
 from typing import Any
 
 from ..devices.pdo_table import sync_counter, SYNC_COUNTS
 
 Sample = tuple[int, list[Any]]
 """The number of a SYNC, and the answers to it by kind."""
+PROVES = SYNC_COUNTS // 2
+"""SYNCs within which answers that are late, and not those of another round, catch up somewhat."""
+NEAR = SYNC_COUNTS // 12
+"""SYNCs by which a drive may be behind beside whole rounds."""
 
 
 class SampleJoiner:
@@ -34,6 +44,8 @@ class SampleJoiner:
         self._open: deque[list[Any]] = deque()
         self._next = [0] * kinds
         self._closed = 0
+        self._kept: list[Sample] = []  # of a round that is not known yet
+        self._since = self._were = 0
 
     @property
     def waiting(self) -> int:
@@ -42,15 +54,37 @@ class SampleJoiner:
 
     def restart(self) -> None:
         """Forget all SYNCs, as when nobody will answer them any more; they count as lost."""
-        self.lost += len(self._open)
+        self.lost += len(self._open) + len(self._kept)
         self._open.clear()
+        self._kept.clear()
         self._next = [0] * self.kinds
         self._closed = 0
 
     def ask(self, number: int) -> list[Sample]:
-        """Note that SYNC ``number`` goes out, numbers rise; return no sample."""
+        """Note that SYNC ``number`` goes out, numbers rise; return the samples that it proves."""
         self._open.append([number, self.kinds, *[None] * self.kinds])
-        return []
+        if not self._kept:
+            return []
+        self._since += 1
+        if self._since < PROVES:
+            return []
+        if self._were - len(self._open) > 3 or len(self._open) % SYNC_COUNTS > NEAR:
+            self._since, self._were = 0, len(self._open)
+            return []
+        return self._moved_on(len(self._open) // SYNC_COUNTS * SYNC_COUNTS)
+
+    def _moved_on(self, syncs: int) -> list[Sample]:
+        """Return what is kept as answers to SYNCs that much later; those before are lost."""
+        numbers = [number for number, _ in self._kept] + [row[0] for row in self._open]
+        moved = [(numbers[k + syncs], answers) for k, (_, answers) in enumerate(self._kept)]
+        told = [row[1:] for row in self._open]
+        for row, content in zip(itertools.islice(self._open, syncs, None), told, strict=False):
+            row[1:] = content
+        for _ in range(syncs):
+            self._open.popleft()
+        self.lost += syncs
+        self._kept.clear()
+        return moved
 
     def may_ask(self, elapsed: int) -> bool:
         """Return that a SYNC may go out at any time."""
@@ -79,9 +113,16 @@ class SampleJoiner:
             self._open.popleft()
             self._closed += 1
             self.lost += 1
+        sure = counter is None or len(self._open) <= SYNC_COUNTS
         self._open.popleft()
         self._closed += 1
-        return [(row[0], row[2:])]
+        if not (sure or self._kept):
+            self._since, self._were = 0, len(self._open)
+        self._kept.append((row[0], row[2:]))
+        if not sure:
+            return []
+        proved, self._kept = self._kept, []
+        return proved
 
     def _uncounted(self, kind: int) -> list[Any] | None:
         row = self._open[-1] if self._open else None

@@ -45,6 +45,7 @@ from . import driver_parameters as parameters
 from . import message_conversion as conversion
 from .command_intake import CommandIntake
 from .command_sources import CommandSources
+from .encoder_leaps import EncoderLeaps
 from .health_report import Diagnoser
 from .limits import Limits, Mode
 from .rig_health import RigHealth
@@ -86,6 +87,7 @@ class Driver(ManagedNode):
         self._intake: CommandIntake | None = None
         self._messages: conversion.SampleMessages | None = None
         self._joint_states: conversion.JointStates | None = None
+        self._leaps = EncoderLeaps(self.health)
         self._tried_at = 0
         self._led = False  # by hand, or by a start that was made: autostart does no more
         self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
@@ -141,6 +143,7 @@ class Driver(ManagedNode):
         if self._several(self._link.now()):
             return FAILURE
         result = super().on_activate(state)
+        self._leaps = EncoderLeaps(self.health)  # a shaft may have been turned by hand
         self._link.start()
         return result
 
@@ -188,7 +191,7 @@ class Driver(ManagedNode):
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
                                 of['realtime_priority'])
         return RigLink(settings, sampler, watch, self.health,
-                       lambda: Wire(open_bus(bus, of['retry_period'])), self._publish,
+                       lambda: Wire(open_bus(bus, of['retry_period']), bus), self._publish,
                        self._ros_now)
 
     def _leave(self) -> None:
@@ -208,7 +211,7 @@ class Driver(ManagedNode):
 
     def _publish(self, block: SampleBlock) -> None:
         messages = self._messages.fill(block)
-        state = self._joint_states.from_block(block)
+        state = self._joint_states.from_block(block, self._leaps.take(block))
         try:
             for topic, message in zip(self._topics[:3], messages, strict=True):
                 topic.publish(message)

@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
 
+from .encoder_leaps import EncoderLeaps
 from .rig_health import Level, RigHealth, Trouble
 from .sample_blocks import SampleBlock
 
@@ -63,7 +64,8 @@ class JointStates:
     """
     Thins blocks out to at most ``rate`` joint states a second, for people's tools.
 
-    The velocity of a state is the mean since the one before it; 0 Hz makes none. The effort of the
+    The velocity of a state is the mean since the one before it, NaN where the angle has leapt
+    meanwhile; 0 Hz makes none. The effort of the
     load is the measured torque, that of the motor the current times ``torque_constant``, N m/A;
     0: not known, NaN.
     """
@@ -75,9 +77,16 @@ class JointStates:
         self.frame = frame
         self.torque_constant = torque_constant or float('nan')
         self._before: tuple[int, float, float] | None = None
+        self._leapt: frozenset[str] = frozenset()
 
-    def from_block(self, block: SampleBlock) -> JointState | None:
-        """Return the state at the last sample of a block, None when it is not yet time."""
+    def from_block(self, block: SampleBlock, leapt: frozenset[str] = frozenset()
+                   ) -> JointState | None:
+        """
+        Return the state at the last sample of a block, None when it is not yet time.
+
+        ``leapt`` names the angles that leapt within the block.
+        """
+        self._leapt |= leapt
         last = len(block.columns['torque']) - 1
         instant = block.stamp + round(last * block.period * SECOND)
         if self.pause is None or (self._before and instant - self._before[0] < self.pause):
@@ -86,9 +95,10 @@ class JointStates:
         velocity = [float('nan')] * 2
         if self._before:
             elapsed = (instant - self._before[0]) / SECOND
-            velocity = [(now - then) / elapsed
-                        for now, then in zip(here, self._before[1:], strict=True)]
-        self._before = (instant, *here)
+            velocity = [float('nan') if name in self._leapt else (now - then) / elapsed
+                        for name, now, then in zip(EncoderLeaps.ANGLES, here, self._before[1:],
+                                                   strict=True)]
+        self._before, self._leapt = (instant, *here), frozenset()
         state = JointState(name=self.names, position=array('d', here), velocity=velocity,
                            effort=[self.torque_constant * block.columns['current'][last],
                                    block.columns['torque'][last]])

@@ -76,7 +76,7 @@ class RigLink:
         self.state = 'closed'
         self.latest = 0
         self._publish = publish
-        self._port = BusPort(open_wire, self._take, self._came_back)
+        self._port = BusPort(open_wire, self._take, self._came_back, self._controller)
         self._clock = SteadyClock(clock)
         self._origin: int | None = None
         self._next = 0
@@ -101,6 +101,7 @@ class RigLink:
 
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
+        self.watch.foreign_stops = None
         self.sampler.master.begin()
         self._active = True
 
@@ -189,14 +190,18 @@ class RigLink:
             except can.CanError:
                 sleep(min(0.05, self.settings.retry_period))
                 continue
-            self.health.over('bus.gone', self.now())
-            self._listen()
+            try:
+                self._listen()
+            except can.CanError:  # an interface that is down opens, and fails then
+                self._port.close()
+                continue
             if self._active:
                 self._unheard = False
                 return self._yielding if self.watch.foreign else self._waking
             if not self.watch.foreign:
                 self._rest()  # the drive may have gone on without the bus
             self._unheard = False
+            self.health.over('bus.gone', self.now())
             return self._idling
         return self._reopening
 
@@ -209,6 +214,8 @@ class RigLink:
         while self._active and self.now() - self.watch.foreign_at < patience:
             self._port.receive(0.05)
         self.watch.foreign = ''
+        if self.watch.foreign_stops and self._active:
+            self.sampler.master.hold()
         self.health.over('bus.foreign', self.now())
         return self._waking if self._active else self._idling
 
@@ -346,7 +353,15 @@ class RigLink:
         return bool(self.watch.foreign) and self.now() - self.watch.foreign_at < FOREIGN_SILENCE
 
     def _take(self, received: Frames) -> None:
+        if self.health.has('bus.gone'):  # nobody is heard on a bus that is gone
+            self.health.over('bus.gone', self.now())
         self.sampler.take(received, self.now())
+
+    def _controller(self, said: str) -> None:
+        if said:
+            self.health.trouble('bus.controller', said, self.now())
+        else:
+            self.health.over('bus.controller', self.now())
 
     def _came_back(self, number: int) -> None:
         self.sampler.withdraw(number, self.now())

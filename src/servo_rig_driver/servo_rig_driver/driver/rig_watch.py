@@ -19,8 +19,10 @@ class RigWatch:
     Keeps the health of the nodes, of the drive and of the bus.
 
     ``foreign`` says in words which frame of another driver came last, '' when none did since
-    it was set to ''; ``restarted`` names a node that booted since welcome(). ``doubtful`` says
-    that two nodes seem to have one id. ``sign`` is by what a node is known to be alive.
+    it was set to ''; ``foreign_stops`` whether the last order of another one was to give no
+    torque, None while there was none; ``restarted`` names a node that booted since welcome().
+    ``doubtful`` says that two nodes seem to have one id. ``sign`` is by what a node is known to
+    be alive.
     """
 
     def __init__(self, nodes: Mapping[int, str], health: RigHealth, timeout: float,
@@ -31,13 +33,16 @@ class RigWatch:
         self.sign = sign
         self.foreign = ''
         self.foreign_at = 0
+        self.foreign_stops: bool | None = None
         self.restarted = ''
         self.doubtful = False
         self._drive_was: DriveState | None = None
         self._disabled_since: int | None = None
 
-    def hear_foreign(self, words: str, now: int) -> None:
-        """Note a frame that only another driver sends."""
+    def hear_foreign(self, words: str, now: int, stops: bool | None = None) -> None:
+        """Note a frame that only another driver sends, and whether it gives or takes torque."""
+        if stops is not None:
+            self.foreign_stops = stops
         self.foreign = words
         self.foreign_at = now
         self.health.count('bus.foreign_frames')
@@ -69,11 +74,11 @@ class RigWatch:
         self._drive_was = None
         self._disabled_since = now
 
-    def drive(self, master: DriveMaster, fault: str, now: int) -> bool:
+    def drive(self, master: DriveMaster, fault: str, now: int, missed: bool = False) -> bool:
         """
         Say how the drive is; whether it has just stopped following its reference.
 
-        ``fault`` is what the drive says is wrong, in words.
+        ``fault`` is what the drive says is wrong, in words; ``missed``: frames of the driver.
         """
         state, was = master.state, self._drive_was
         self._drive_was = state
@@ -83,14 +88,25 @@ class RigWatch:
                 self.health.over('drive.fault', now)
                 self.health.over('drive.emergency', now)
                 self.health.over('drive.disabled', now)
+                self.health.over('drive.stopped', now)
             return False
         if self._disabled_since is None:
             self._disabled_since = now
         failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
-        if failed or master.held or master.given_up:
+        if master.stopped_by_other:
+            self.health.trouble(
+                'drive.stopped', 'the drive was told to give no torque, by another than this '
+                f'driver, and stands in {state.words}{f" ({fault})" if fault else ""}. It is not '
+                'enabled again: find out who stopped it and why, then deactivate and activate the '
+                'driver when it may move again', now)
+        elif failed or master.held or master.given_up:
             how = 'in fault' if failed else f'stopped, and stays in {state.words}'
             words = f' ({fault})' if fault else ''
             tries = f'reset {master.tries} of {master.resets} times'
+            if missed:
+                tries = (f'reset {master.missed} times, and again within {master.longer_pause:g} '
+                         's: frames of the driver came too late or not at all. Look at the load '
+                         'of this machine and at the bus')
             if master.held:
                 tries = 'not reset; deactivate and activate the driver when it may move again'
             elif master.given_up:

@@ -80,7 +80,8 @@ class Sampler:
         None: no sample is asked for, since the drive is behind with its answers. Another order
         than that before goes out in any case.
         """
-        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop)
+        order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop,
+                                 self.device.starved(now), self.device.missed)
         elapsed = min(now - self._ticked, instant - self._instant)  # not what nobody could use
         self._ticked, self._instant = now, instant
         if not self._joiner.may_ask(elapsed) and order is self._order:
@@ -154,7 +155,7 @@ class Sampler:
 
     def check(self, now: int) -> None:
         """Say what the last ticks brought to light; called some ten times a second."""
-        if self.watch.drive(self.master, self.device.fault, now):
+        if self.watch.drive(self.master, self.device.fault, now, self.device.missed):
             self.player.clear()
         lost = self._joiner.lost + (self.blocks.dropped if self.blocks else 0)
         if lost > self._lost:

@@ -18,6 +18,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
+from .chunk_index import ChunkIndex
 from .message_definitions import commented, typestore
 
 _FOREVER = QosTime(9223372036, 854775807)
@@ -48,6 +49,7 @@ class RecordingFile:
         self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
+        self._index = self._writer.storage.chunks = ChunkIndex(path)
         self._connections: dict[str, Connection] = {
             topic: self._writer.add_connection(
                 topic, kind, msgdef=commented(types, kind, shares), rihs01=types.hash_rihs01(kind),
@@ -83,11 +85,13 @@ class RecordingFile:
     def close(self) -> None:
         """Write the summary and metadata.yaml."""
         self._writer.close()
+        self._index.close()
 
     def abort(self) -> None:
         """Close without summary, leaving what is on disk; after an error in writing."""
         with suppress(OSError):
             self._writer.abort()
+            self._index.close()
 
 
 def _qos(latched: bool) -> Qos:

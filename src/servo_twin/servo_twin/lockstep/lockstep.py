@@ -12,6 +12,7 @@ from ..balances.residual_filters import Balances, channel_residuals, WINDOW
 from ..physics.servo import Servo, Value
 from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES
+from .encoder_screen import EncoderScreen
 from .twin import Twin
 
 
@@ -49,6 +50,7 @@ class Lockstep:
     def __init__(self, servo: Servo, period: float, settings: Settings) -> None:
         self.twin = Twin(servo, period, settings.mode, settings.bridge, settings.catch)
         self.balances = Balances(servo, period, settings.window)
+        self.screen = EncoderScreen(servo, period)
         self._owed: deque[Answer] = deque()
         self._ready = np.empty((0, len(BALANCES)))
 
@@ -56,13 +58,24 @@ class Lockstep:
         """
         Answer a block of samples, shape (n, len(CHANNELS)).
 
-        Returns its prediction, and the residuals of all blocks whose balances are complete by now,
+        An angle that no shaft can have is not measured (encoder_screen.py). Returns its
+        prediction, and the residuals of all blocks whose balances are complete by now,
         oldest first: half a window after the block, for the balances look that far ahead.
         """
-        y = self.twin.step(sequence, samples)
+        samples, leaps = self._screened(sequence, samples)
+        y = self.twin.step(sequence, samples, leaps)
         self._owed.append(Answer(sequence, stamp, channel_residuals(samples, y)))
         self._gather(self.balances.push(samples, y, self.twin.breaks))
         return Answer(sequence, stamp, y), self._due()
+
+    def _screened(self, sequence: int, samples: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+        expected = self.twin.next
+        missing = 0 if expected is None else sequence - expected
+        if 0 <= missing <= self.twin.bridge:
+            self.screen.missed(missing)
+        else:
+            self.screen.begin()
+        return self.screen.take(samples)
 
     @property
     def owed(self) -> int | None:
@@ -77,6 +90,7 @@ class Lockstep:
     def set(self, changes: Mapping[str, Value], source: str | None = None) -> None:
         """Change values by path from the next sample on; see Twin.set."""
         self.twin.set(changes, source)
+        self.screen.follow(self.twin.servo)
         self.balances.retune(self.twin.servo, self.twin.period)
 
     def follow(self, settings: Settings) -> None:
@@ -88,6 +102,7 @@ class Lockstep:
     def load(self, servo: Servo) -> bool:
         """Run another servo from the next sample on; see Twin.load."""
         kept = self.twin.load(servo)
+        self.screen.follow(servo)
         self.balances.retune(servo, self.twin.period)
         return kept
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isfinite, nan
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ..recording.joined_samples import (
 )
 from .live_changes import changed, check_mode
 
+_NONE: Mapping[int, str] = MappingProxyType({})
 _CHUNK = 8192  # samples a call of the kernel: bounds what is run again when a state blows up
 
 
@@ -35,10 +37,11 @@ class Twin:
 
     The twin starts itself: angles and torque are those of the first sample, the speed is zero, and
     for ``catch`` seconds it runs as an observer so that it takes up the rig's speed. It does so
-    again after more than ``bridge`` missing samples, after a sequence that went back, and when its
-    state is no longer finite. Up to ``bridge`` missing samples are stepped over with the last
-    input held. A command, external torque or temperature that is NaN is held too; where the
-    reference is NaN in ``closed_loop`` the rig's loop is open: the twin takes the rig's command.
+    again after more than ``bridge`` missing samples, after a sequence that went back, where an
+    encoder has leapt, and when its state is no longer finite. Up to ``bridge`` missing samples
+    are stepped over with the last input held. A command, external torque or temperature that is
+    NaN is held too; where the reference is NaN in ``closed_loop`` the rig's loop is open: the twin
+    takes the rig's command.
 
     ``restarts``, ``bridged`` (samples) and ``samples`` count; ``why`` says what caused the last
     restart. Raises ServoError for a mode that does not exist or that the servo cannot run in.
@@ -78,9 +81,12 @@ class Twin:
         self._mode = mode
         self._looped = False
 
-    def step(self, sequence: int, samples: np.ndarray) -> np.ndarray:
+    def step(self, sequence: int, samples: np.ndarray, leaps: Mapping[int, str] = _NONE
+             ) -> np.ndarray:
         """
         Answer a block of samples, shape (n, len(CHANNELS)), numbered from ``sequence`` on.
+
+        Before the rows of ``leaps`` it begins again, for the reason that is given.
 
         Returns what the twin's sensors read at the same instants, shape (n, len(OUTPUTS)), SI.
         NaN is what is not measured. Rows after which something was not continuous are in
@@ -95,12 +101,14 @@ class Twin:
         y = np.empty((len(u), len(OUTPUTS)))
         at = 0
         while at < len(u):
+            if at in leaps:
+                self._restart(f'{leaps[at]}, by sample {sequence + at}')
             fresh = self._x is None
             if fresh:
                 self._begin(sequence + at, samples[at])
                 if sequence + at != self._origin:
                     self._breaks.append(at)
-            end = min(len(u), at + _CHUNK)
+            end = min(len(u), at + _CHUNK, *(row for row in leaps if row > at))
             before = None if fresh else u[at - 1] if at else self._last
             self._run(u[at:end], y[at:end], looped[at:end], before)
             good = np.isfinite(y[at:end]).all(axis=1)

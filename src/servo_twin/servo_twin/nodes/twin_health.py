@@ -90,6 +90,7 @@ class TwinHealth:
             'blocks given up': given_up, 'blocks malformed': self.malformed,
             'servos loaded': self.loaded, 'left out, overload': waiting.left_out,
             'blocks joined to catch up': waiting.joined,
+            'angles left out': lockstep.screen.left_out if lockstep else 0,
         }
         self._lag = max(waiting.worst, self._late)
         behind, waiting.worst, self._late = waiting.worst, 0.0, 0.0
@@ -151,6 +152,9 @@ class TwinHealth:
             said.append(f'began again {new["restarts"]} times: {twin.why}')
         if new['bridged'] > 0:
             said.append(f'bridged {new["bridged"]} missing samples')
+        if new['angles left out'] > 0:
+            said.append(f'left out {new["angles left out"]} angles that no shaft can have: look '
+                        'at the encoder, its supply and its cable')
         if new['blocks given up'] > 0:
             said.append(f'{new["blocks given up"]} blocks lost a part')
         if new['blocks malformed'] > 0:
