@@ -1,9 +1,9 @@
 """Logs that are slower than the loop of the firmware, and commands that are held between rows."""
 
-import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as some
+import numpy as np
+import pytest
 from test_selection import named_by_equations
 
 from servo_identify.data.rows_in_time import at_rows, held_over

@@ -144,13 +144,12 @@ def read_messages(path: Path, sources: Collection[str], time: str, held: Collect
     times, told = found.times(lambda column: np.array(column, dtype=np.int64))
     order = np.argsort(times[found.leading], kind='stable')
     rows = times[found.leading][order]
-    ahead = period_between(rows)
 
     def value_of(source: str, topic: str) -> np.ndarray:
         values = np.array(found.values[source])
         if topic == found.leading:
             return np.asarray(values[order])
-        return at_rows(rows, times[topic], values, ahead if source in held else 0.0)
+        return at_rows(rows, times[topic], values, period_between(rows) * (source in held))
 
     return found.table(rows, value_of, told)
 

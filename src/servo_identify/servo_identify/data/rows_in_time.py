@@ -48,7 +48,7 @@ def held_over(rows: np.ndarray, ahead: float, times: np.ndarray, values: np.ndar
     Return the mean of held values over ``ahead`` s from each row on.
 
     A twin holds the value of a row till the next. The last value before a row would act late by
-    as much as the times are apart from the rows. Where a mean would be of NaN it is the last value.
+    as much as the times are apart from the rows. Where a value is NaN, it is the last before.
     """
     first = np.clip(np.searchsorted(times, rows + 1e-9 * ahead, 'right') - 1, 0, None)
     last = np.maximum(np.searchsorted(times, rows + ahead * (1.0 - 1e-9), 'right') - 1, first)

@@ -11,6 +11,7 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
+from .driven_columns import of_current, through
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import lagged, within_rate
 from .shape_search import best_shape, best_shapes, EACH, SHAPES
@@ -47,7 +48,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
         form = Form('command', 'V', 'V', _command, change)
         return builder.hypothesis(
-            mechanism, _through(builder, lambda one: change(one.regressor_command)),
+            mechanism, through(builder, lambda one: change(one.regressor_command)),
             signs, knots, form=form, **more)
 
     def band(command: np.ndarray) -> np.ndarray:
@@ -86,7 +87,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         site = 'current' if name == 'current_lag' else 'command'
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
         times = tuple(share * period for share in shares)
-        one = builder.hypothesis(mechanism, _through(builder, partial(_change, late, times)),
+        one = builder.hypothesis(mechanism, through(builder, partial(_change, late, times)),
                                  [1] * len(times), times)
         if one:
             yield one
@@ -109,7 +110,7 @@ def _dead_time(builder: Builder) -> Hypothesis | None:
     def lost(current: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
 
-    columns = _through(builder, lambda one: lost(np.nan_to_num(one.driven_current)))
+    columns = through(builder, lambda one: lost(np.nan_to_num(one.driven_current)))
     form = Form('current', 'A', 'V', lambda one: one.inner(one.driven_current), lost)
     return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
                               detail={'law': 'drive_dead_time', 'resistance': resistance})
@@ -127,7 +128,7 @@ def _sag(builder: Builder) -> Hypothesis | None:
         return -(one.regressor_command**2 * flows)[:, None]
 
     mechanism = Mechanism('supply_sag', 'drive', 'command', ('command', 'current'), 'odd')
-    return builder.hypothesis(mechanism, _through(builder, lost), [1], detail=parts)
+    return builder.hypothesis(mechanism, through(builder, lost), [1], detail=parts)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:
@@ -142,7 +143,7 @@ def _limited(builder: Builder) -> Hypothesis | None:
         return _beyond(current, knots)
 
     mechanism = Mechanism('drive_saturation', 'drive', 'current', ('current',), 'odd')
-    columns = _of_current(builder, lambda one: lost(one.driven_current))
+    columns = of_current(builder, lambda one: lost(one.driven_current))
     return builder.hypothesis(mechanism, columns, [1] * len(knots), knots,
                               form=Form('current', 'A', 'A',
                                         lambda one: one.inner(one.driven_current), lost),
@@ -160,11 +161,11 @@ def _rate_limited(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         command = one.regressor_command
         return (within_rate(command, rate * one.measured.period) - command)[:, None]
 
-    rate = best_shape(SLOWEST * top, top, lambda rate: _through(
+    rate = best_shape(SLOWEST * top, top, lambda rate: through(
         builder, lambda one: lost(one, rate)).table[:, 0], residual)
     mechanism = Mechanism('command_rate_limit', 'drive', 'command', ('command',), 'odd',
                           memory=True)
-    return builder.hypothesis(mechanism, _through(builder, lambda one: lost(one, rate)), [1],
+    return builder.hypothesis(mechanism, through(builder, lambda one: lost(one, rate)), [1],
                               (rate,), tried=SHAPES)
 
 
@@ -192,16 +193,16 @@ def _out_of_voltage(builder: Builder, residual: np.ndarray) -> Hypothesis | None
 
     limit, slope = line(*best_shapes(
         [(fastest * low, fastest * high) for low, high in (BEGINS, ENDS)],
-        lambda *ends: _through(builder, lambda one: lost(one, *line(*ends))).table[:, 0],
+        lambda *ends: through(builder, lambda one: lost(one, *line(*ends))).table[:, 0],
         residual))
     mechanism = Mechanism('torque_speed_limit', 'drive', 'command', ('command', 'speed'), 'odd')
-    return builder.hypothesis(mechanism, _through(builder, lambda one: lost(one, limit, slope)),
+    return builder.hypothesis(mechanism, through(builder, lambda one: lost(one, limit, slope)),
                               [1], (limit,), tried=EACH**2, detail={'slope': slope})
 
 
 def delay_of_command(builder: Builder, times: tuple[float, ...]) -> Columns:
     """Return what a command that is late by some times (s) does to all residuals."""
-    return _through(builder, partial(_change, shifted, times))
+    return through(builder, partial(_change, shifted, times))
 
 
 def _change(late: Callable[[np.ndarray, float, float], np.ndarray], times: tuple[float, ...],
@@ -221,31 +222,6 @@ def _beyond(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
         [np.maximum(np.abs(x) - knot, 0.0) for knot in knots])
 
 
-def _through(builder: Builder, change: Callable[[EquationErrors], np.ndarray]) -> Columns:
-    """
-    Columns of changes of the command, V, as the drive turns them into current.
-
-    ``change(errors)`` returns (samples, n).
-    """
-    def current(one: EquationErrors) -> np.ndarray:
-        command, theta = one.regressor_command, one.servo.theta
-        return np.column_stack([one.drive_current(theta, command + more) - one.driven_current
-                                for more in change(one).T])
-
-    return _of_current(builder, current)
-
-
-def _of_current(builder: Builder, current: Callable[[EquationErrors], np.ndarray]) -> Columns:
-    """Columns of changes of the current that the drive makes, A, (samples, n) at every sample."""
-    known = {id(one): current(one) for one in builder.samples.errors}
-
-    def unmeasured(one: EquationErrors) -> np.ndarray:
-        measured = 'current' in one.measured.channels
-        return np.zeros_like(known[id(one)]) if measured else known[id(one)]
-
-    direct = builder.place('drive_current', lambda one: known[id(one)])
-    driven = builder.place('current', unmeasured)
-    return Columns(direct.table + driven.table, 'drive_current', current)
 
 
 def _lagged_twice(command: np.ndarray, settling: float, period: float) -> np.ndarray:

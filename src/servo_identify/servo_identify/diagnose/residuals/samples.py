@@ -12,8 +12,8 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ..decisions import OPEN, PRACTICAL
-from .along_motion import drive_current
 from .doubt import doubt_about
+from .driven_current import drive_current
 from .equation_errors import EquationErrors
 from .measured import measure
 from .motion import Motion

@@ -16,7 +16,7 @@ class SupplySag(Drive):
     settles within a step of the command; R and K_e are those of the motor.
     """
 
-    source = 'Mohan, Undeland, Robbins: Power Electronics, 2003, sec. 7-7 (bridges as transformers)'
+    source = 'Mohan, Undeland, Robbins: Power Electronics, 2003, sec. 7-7 (bridge)'
     sites = ('command',)
 
     drop = Parameter(1e-3, 'ohm/V2', (0.0, 1e3), 'Resistance of the supply over the square of its '
