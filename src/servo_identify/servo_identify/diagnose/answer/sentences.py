@@ -97,8 +97,11 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     elif gone > 0:
         text += f' {it} removes {gone} % of the error on unseen recordings.'
     else:
-        text += (f' {it} alone does not reduce the error of the simulation on unseen recordings: '
-                 'the servo file stays as given.')
+        closed = round(100.0 * gap.get('equation_solved', 0.0))
+        text += (f' {it} removes {closed} % of what the {PLACES.get(balance, balance)} is off by, '
+                 'but alone it' if closed > 0 else f' {it} alone')
+        text += (' does not reduce the error of the simulation on unseen recordings: the servo '
+                 'file stays as given.')
     text += ''.join(f' {remedy}' for remedy in dict.fromkeys(map(_remedy, apart)))
     least = min(which, key=lambda one: one.confidence['mechanism'])
     text += f' Confidence: {round(100.0 * least.confidence["mechanism"])} %.'
@@ -121,7 +124,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
                      f'where its values move too, {round(100.0 * refitted)} % is removed '
                      '(--refit).')
         else:
-            text += f' {left} of the error remains.'
+            text += f' {left} of the error remains.' if gone > 0 else ''
             if refitted - gap['solved'] > WORTH:
                 text += (f' Moving other values within their tolerances as well would remove '
                          f'{round(100.0 * refitted)} % (--refit).')

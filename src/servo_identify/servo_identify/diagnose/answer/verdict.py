@@ -13,6 +13,7 @@ from ..decisions import CALIBRATED, OPEN, SOLVED
 from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.choice import Fitted
+from .closed_equations import acting, closed, closed_all
 from .evidence import Evidence
 from .missing_effect import drawn_curve, missing_effect, stable
 from .report import GapReport, Located, MissingEffect
@@ -30,8 +31,8 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     named = {one.part.mechanism.key: stable(evidence, one) for one in evidence.findings
              if one.part.mechanism.name != UNKNOWN}
     which = tuple(missing_effect(evidence, one) for one in evidence.named)
-    gap = _gap(evidence)
     balance = _place(evidence, located)
+    gap = _gap(evidence) | {'equation_solved': closed(evidence, balance)}
     unknown = _unknown(evidence, located, balance)
     status = _status(evidence, which, gap, squares)
     late = told_late(evidence.found)
@@ -66,7 +67,7 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
                for i, e in enumerate(regression.equations)}
     excess = {name: max(0.0, square - CALIBRATED) for name, square in squares.items()}
     total = sum(excess.values()) or 1.0
-    acting = _acting(evidence)
+    shown = acting(evidence)
     chance, located = np.random.default_rng(0), []
     for name in EQUATIONS:
         if name not in squares:
@@ -77,22 +78,11 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
         ratios = np.sqrt(errors[i][drawn].sum(axis=1)
                          / np.maximum(1, counts[i][drawn].sum(axis=1)))
         low, high = np.percentile(ratios, (5, 95))
-        gap = name in acting or squares[name] > search.open_from[i]
+        gap = name in shown or squares[name] > search.open_from[i]
         located.append(Located(name, excess[name] / total if gap else 0.0,
                                float(np.sqrt(squares[name])), (float(low), float(high)),
                                'gap' if gap else 'at the noise floor', by_recording(search, i)))
     return tuple(located), squares
-
-
-def _acting(evidence: Evidence) -> set[str]:
-    """Return the equations in which what was found takes a worthwhile part."""
-    search = evidence.found.search
-    best = evidence.found.explanation.smallest
-    if not best.choice.members:
-        return set()
-    before, after = search.excess(search.nothing), search.excess(best)
-    return {EQUATIONS[e] for i, e in enumerate(search.regression.equations)
-            if before[i] - after[i] > 0.1 * before[i] and before[i] > 0.0}
 
 
 def _place(evidence: Evidence, located: tuple[Located, ...]) -> str:
@@ -119,7 +109,7 @@ def _place(evidence: Evidence, located: tuple[Located, ...]) -> str:
 def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, Any],
             squares: dict[str, float]) -> str:
     if which:
-        if gap['solved'] >= SOLVED and not evidence.unnamed and _closed_all(evidence):
+        if gap['solved'] >= SOLVED and not evidence.unnamed and closed_all(evidence):
             return 'explained'
         helps = max(gap['solved'], gap['refitted_solved'], *(
             one.shrink_realised for one in which)) > 0.0
@@ -128,14 +118,6 @@ def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, A
     if evidence.findings or any(square > limits(name) for name, square in squares.items()):
         return 'unknown'
     return 'no_gap'
-
-
-def _closed_all(evidence: Evidence) -> bool:
-    """Tell whether no equation is certainly off still, or each by a small part of what it was."""
-    search, best = evidence.found.search, evidence.found.explanation.smallest
-    before, after = search.excess(search.nothing), search.excess(best)
-    quiet = search.power(best) <= search.open_from
-    return bool(np.all(quiet | (after <= (1.0 - SOLVED) * before)))
 
 
 def _gap(evidence: Evidence) -> dict[str, Any]:
