@@ -25,7 +25,7 @@ each_place = pytest.mark.parametrize(
     ('effect', 'site'), PLACES, ids=[placed.name for placed in every_effect.PLACED])
 
 SIGNED = """
-supply_sag
+supply_sag eddy_brake
 coulomb_friction viscous_friction stribeck_friction presliding_friction asymmetric_friction
 load_dependent_friction position_dependent_friction quadratic_drag friction_drift cogging
 torque_ripple torque_saturation current_sensor_offset current_sensor_gain gravity spring_load

@@ -18,6 +18,7 @@ SHOWN_BY = {
     'load_dependent_friction': 'steps of load at constant speed, driving and back-driven',
     'position_dependent_friction': 'slow full turns in both directions',
     'quadratic_drag': 'the highest speeds of the ladder',
+    'eddy_brake': 'a ladder of speeds: it has a peak and falls beyond, and is none at rest',
     'friction_drift': 'the same motion repeated as the machine warms up',
     'cogging': 'slow turns without current: it does not change with the load',
     'torque_ripple': 'slow turns under two loads: it grows with the current',
@@ -34,6 +35,8 @@ SHOWN_BY = {
     'torque_speed_limit': 'the same large command at standstill and at speed: only at speed is '
                           'current missing',
     'command_rate_limit': 'jumps of the command, small and large: only the large ones are late',
+    'supply_sag': 'large currents at standstill and at speed: volts are missing where both the '
+                  'current and the command are large',
     'drive_dead_band': 'small commands: the current does not answer',
     'drive_saturation': 'the largest commands',
     'stiffness_error': 'a ladder of loads at standstill',

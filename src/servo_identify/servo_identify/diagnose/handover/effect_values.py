@@ -72,6 +72,7 @@ def scale_std(curve: Curve | None, placed: Sequence[Placed],
 
 
 SHAPED: dict[str, Callable[[Hypothesis, np.ndarray], dict[str, float]]] = {
+    'eddy_brake': lambda one, a: {'peak': float(a[0]), 'speed': float(one.knots[0])},
     'sensor_lag': lambda one, a: {'lag': float(a[0] * one.knots[0])},
     'command_rate_limit': lambda one, a: {'rate': float(one.knots[0])},
     'torque_speed_limit': lambda one, a: {'limit': float(one.knots[0]),

@@ -18,7 +18,7 @@ from .shape_search import best_shape, SHAPES, taken
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
-STOPS = (0.15, 0.3)  # shares of the travel within which an end of it may push back
+STOPS = (0.04, 0.08, 0.15, 0.3)  # shares of the travel within which an end of it may push back
 FREQUENCIES, DAMPINGS = 48, (0.005, 0.02, 0.08, 0.3)  # of a payload
 REFINED, SIMPLEX = 60, ((0.0, 0.0), (0.05, 0.0), (0.0, 0.5))  # search about the best of the grid
 PERIODS = 3.0  # of the slowest swing that a recording must hold

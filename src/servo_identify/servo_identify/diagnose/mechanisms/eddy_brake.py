@@ -1,0 +1,35 @@
+"""Friction that has a peak over speed, which no sum of curves that rise or fall holds to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..residuals.equation_errors import EquationErrors
+from .builder import Builder
+from .hypothesis import Form, Hypothesis, Mechanism
+from .shape_search import best_shape, SHAPES
+
+PEAKS = (0.05, 0.7)  # shares of the top speed between which the peak must lie to be seen
+
+
+def eddy_brake(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis | None:
+    """Return the drag of eddy currents at a shaft; ``residual`` (samples,) tells its peak."""
+    top = builder.scales.top(f'{site}_speed')
+    if not top > 0.0:
+        return None
+
+    def over(one: EquationErrors) -> np.ndarray:
+        return np.abs(one.motion[f'{site}_speed'])
+
+    def drag(speed: np.ndarray, critical: float) -> np.ndarray:
+        share = speed / critical
+        return (2.0 * share / (1.0 + share**2))[:, None]
+
+    def column(critical: float) -> np.ndarray:  # what friction within its tolerance leaves of it
+        return builder.apart(builder.resisting(
+            site, lambda one: drag(over(one), critical)).table[:, 0])
+
+    critical = best_shape(*(share * top for share in PEAKS), column, builder.apart(residual))
+    form = Form('speed', 'rad/s', 'N m', over, lambda x: drag(x, critical))
+    return builder.resistance(Mechanism('eddy_brake', 'friction', site, ('speed',), 'odd'), form,
+                              [1], (critical,), tried=SHAPES)
