@@ -50,6 +50,8 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
     if first and not (curve and len(first) < len(parameters) and not turn):  # waves: as a curve
         shown = {_last(name): p for name, p in reversed(first)}  # one of each name
         some = [(name, shown[name]) for name in dict.fromkeys(_last(name) for name, _ in first)]
+        some = [some[0], *(one for one in some[1:]  # the rest as far as it is told from nothing
+                           if SURE * (one[1]['std'] or 0.0) <= abs(one[1]['value']))]
         each = [f'{name.replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
                 for name, p in (some[:1] if curve and len(some) > TOLD else some[:TOLD])]
         return listed([one.strip() for one in each])

@@ -29,7 +29,8 @@ def eddy_brake(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis 
         return builder.apart(builder.resisting(
             site, lambda one: drag(over(one), critical)).table[:, 0])
 
-    critical = best_shape(*(share * top for share in PEAKS), column, builder.apart(residual))
+    low, high = PEAKS
+    critical = best_shape(low * top, high * top, column, builder.apart(residual))
     form = Form('speed', 'rad/s', 'N m', over, lambda x: drag(x, critical))
     return builder.resistance(Mechanism('eddy_brake', 'friction', site, ('speed',), 'odd'), form,
                               [1], (critical,), tried=SHAPES)
