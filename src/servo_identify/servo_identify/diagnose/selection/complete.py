@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..decisions import CALIBRATED
+from ..decisions import ALTERNATIVE, CALIBRATED
 from ..mechanisms.hypothesis import BY_RECORDING, Hypothesis, UNKNOWN
 from .choice import Fitted
 from .search import Explanation, Search, SHORT_LIST
@@ -69,8 +69,9 @@ def completed(search: Search, explanation: Explanation) -> tuple[Search, Explana
     alone, more = (len(one.choice.members) for one in (chosen, found))
     whole = (alone == 1 and other.leaves_nothing(known)) or (
         more > alone and not other.off_in(known))
-    if whole and len(found.columns) >= len(known.columns):
-        return search, explanation  # nothing is open that other numbers, as many, could be for
+    likelier = known.total - found.total > -np.log(ALTERNATIVE)
+    if whole and not (likelier and found.numbers < known.numbers):
+        return search, explanation  # nothing is open that other numbers could be for
     for choice in search.choices:  # how the sets known so far fare without a form
         other.fitted(choice)
     return other, Explanation(found, found)
