@@ -12,7 +12,7 @@ NOTEBOOKS = Path(__file__).resolve().parents[2] / 'docs' / 'notebooks'
 @pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(('name', 'said'), [
-    ('own_csv', 'missing quadratic drag at the load shaft (rise 0.0002'),
+    ('own_csv', 'missing quadratic drag at the load shaft (rise 0.0003'),
     ('emulated_bench', 'gravity: 4.0'),
     ('servo_to_mujoco', 'Error that this leaves'),
 ])
