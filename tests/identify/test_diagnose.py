@@ -91,6 +91,18 @@ def test_the_bounded_fit_agrees_with_scipy(seed):
     assert np.sum((target + table @ ours)**2) <= np.sum((target + table @ theirs)**2) + 1e-6
 
 
+def test_a_column_of_which_a_difference_of_sums_leaves_rounding_alone_moves_nothing():
+    table = np.random.default_rng(0).normal(size=(30, 3))
+    gram, slope = np.zeros((4, 4)), np.zeros(4)
+    gram[:3, :3], slope[:3] = table.T @ table, table.T @ np.ones(30)
+    gram[3, :3] = gram[:3, 3] = 1e-15
+    gram[3, 3], slope[3] = -1e-18, 1e-16
+    wide = np.full(4, 10.0)
+    found = bounded(gram, slope, -wide, wide)
+    assert found[:3] == pytest.approx(bounded(gram[:3, :3], slope[:3], -wide[:3], wide[:3]))
+    assert np.isfinite(found).all()
+
+
 def test_the_order_of_a_periodic_residual_is_found():
     angle = np.linspace(0.0, 9.0, 4000)**1.3
     noise = np.random.default_rng(0).normal(0.0, 0.5, len(angle))

@@ -27,15 +27,19 @@ def least(gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray
           near: np.ndarray, sure: bool) -> np.ndarray:
     """Return what :func:`bounded` does, from ``near``; ``sure``: what is at a bound is held."""
     size = len(slope)
-    weight = np.empty(size)
+    weight, pull = np.ones(size), np.zeros(size)
     for i in range(size):
-        weight[i] = np.sqrt(max(gram[i, i], 1e-300))
-    scaled = np.empty((size, size))
+        if gram[i, i] > 0.0:
+            weight[i] = np.sqrt(gram[i, i])
+            pull[i] = slope[i] / weight[i]
+    scaled = np.zeros((size, size))
     for i in range(size):
-        for j in range(size):
-            scaled[i, j] = gram[i, j] / (weight[i] * weight[j])
-        scaled[i, i] += RIDGE
-    found = _active_set(scaled, slope / weight, low * weight, high * weight, near * weight, sure)
+        for j in range(size):  # a column of which a difference of sums leaves rounding is none
+            if gram[i, i] > 0.0 and gram[j, j] > 0.0:
+                share = gram[i, j] / (weight[i] * weight[j])
+                scaled[i, j] = min(max(share, -1.0), 1.0)
+        scaled[i, i] = 1.0 + RIDGE
+    found = _active_set(scaled, pull, low * weight, high * weight, near * weight, sure)
     return np.minimum(np.maximum(found / weight, low), high)
 
 
