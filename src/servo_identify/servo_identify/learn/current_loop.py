@@ -14,11 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from servo_twin.physics import state
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.driven_current import driven_current
 from servo_twin.physics.servo import Placed, Provenance, Servo
-from servo_twin.physics.simulate import substeps_of
 from servo_twin.recording.recording import Recording
 
 from ..fit.estimate import bag_name
@@ -123,14 +121,9 @@ class _Track:
 
     def residual(self, servo: Servo, theta: np.ndarray) -> np.ndarray:
         """Twin minus rig, A, zero where no current was measured."""
-        kernel = kernel_of(servo)
-        x = fresh_state(kernel)
-        x[state.CURRENT] = np.nan_to_num(self.current[0])
-        made = np.empty((len(self.current), 2))
-        substeps, step = substeps_of(servo, self.period)
-        kernel.drive_current(theta, servo.switches, x, self.voltage, self.speed, made, substeps,
-                             step)
-        left = np.nan_to_num(made[:, 0] - self.current)
+        made = driven_current(servo, theta, self.voltage, self.speed, self.period,
+                              float(np.nan_to_num(self.current[0])))[:, 0]
+        left = np.nan_to_num(made - self.current)
         left[:50] = 0.0  # memories that begin at rest
         return left
 

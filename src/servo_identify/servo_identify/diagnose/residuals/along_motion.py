@@ -17,7 +17,7 @@ from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 
-from .driven_current import drive_current
+from .driven_current import drive_current, there_and_around
 from .measured import Measured
 from .motion import bridged, Motion, motion_of, shifted
 from .test_function import TestFunction
@@ -68,7 +68,8 @@ class AlongMotion:
         if key is not None and self._projected.get('drive key') == key:
             return self._projected['drive current']
         command = self.measured.column('voltage', 0.0) if command is None else command
-        current = drive_current(self.servo, theta, command, self.fast_speed, self.measured)
+        current = drive_current(self.servo, theta, command, self.fast_speed,
+                                self.measured.recording)
         if self.measured.recording.has('voltage'):  # a drive without a command is off
             current[~np.isfinite(self.measured.recording['voltage'])] = np.nan
         if key is not None:
@@ -79,7 +80,8 @@ class AlongMotion:
         """Return how the current of the drive changes with the speed some time later, A."""
         command = self.measured.column('voltage', 0.0)
         speed = shifted(self.fast_speed, -time, self.measured.period)
-        ahead = drive_current(self.servo, self.servo.theta, command, speed, self.measured)
+        ahead = drive_current(self.servo, self.servo.theta, command, speed,
+                              self.measured.recording)
         return ahead - self.drive_current(self.servo.theta)
 
     @cached_property
@@ -125,10 +127,10 @@ class AlongMotion:
         if not {'voltage', 'current'} <= self.measured.channels or (
                 'drive.resistance' not in self.slots):
             return None
-        command, theta = self.measured.column('voltage', 0.0), self.servo.theta
-        there, mean = (drive_current(self.servo, theta, command, self.fast_speed, self.measured,
-                                     around) for around in (False, True))
-        return np.nan_to_num(mean - there)
+        there, around = there_and_around(
+            self.servo, self.servo.theta, self.measured.column('voltage', 0.0), self.fast_speed,
+            self.measured.recording)
+        return np.nan_to_num(around - there)
 
     def current_stepped(self) -> np.ndarray | None:
         """

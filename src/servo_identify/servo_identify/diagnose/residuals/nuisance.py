@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..decisions import SAMPLING
+from .equation_errors import EquationErrors
 from .samples import ResidualSamples
 from .sampling_instants import late_channels, sampling_columns
 
@@ -63,16 +64,13 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
         put(f'late:{channel}', column,
             (-SAMPLING, SAMPLING) if channel != 'drive' else READ if measured else ACTS)
-    stepped = {number: one.of_signal('current', series) for number, one in enumerate(
-        samples.errors) for series in [one.current_stepped()] if series is not None}
-    if stepped:
-        put('late:reference', samples.place(stepped, 1)[:, 0], STEPPED)
-    between = {number: one.of_signal('current', series) for number, one in enumerate(
-        samples.errors) for series in [one.current_between()] if series is not None}
-    if between:
-        put('late:current between rows', samples.place({
+    for label, of, bounds in (('reference', EquationErrors.current_stepped, STEPPED),
+                              ('current between rows', EquationErrors.current_between, BETWEEN)):
+        known = {number: one.of_signal('current', series) for number, one in enumerate(
+            samples.errors) for series in [of(one)] if series is not None}
+        put(f'late:{label}', samples.place({  # the drive is held against the reading as it is
             number: {name: column for name, column in several.items() if name != 'drive'}
-            for number, several in between.items()}, 1)[:, 0], BETWEEN)
+            for number, several in known.items()}, 1)[:, 0], bounds)
     for number, one in enumerate(samples.errors):
         for label, equation in (('zero', 'transmission'), ('integral', 'controller')):
             if equation in one.equations and (

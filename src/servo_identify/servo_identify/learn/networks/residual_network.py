@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from servo_twin.physics.catalogue import find
+from servo_twin.physics.driven_current import driven_current
 from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Placed, Provenance, Servo
-from servo_twin.physics.simulate import substeps_of
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import bag_name
@@ -94,9 +94,8 @@ def _missing(servo: Servo, recording: Recording) -> tuple[np.ndarray, ...]:
     motor_speed, load_speed = np.gradient(motor, period), np.gradient(load, period)
     motor_rate, load_rate = np.gradient(motor_speed, period), np.gradient(load_speed, period)
     kernel, theta, on = kernel_of(servo), servo.theta, servo.switches
-    made = np.empty((len(recording), 2))
-    kernel.drive_current(theta, on, fresh_state(kernel), np.nan_to_num(recording['voltage']),
-                   np.nan_to_num(motor_speed), made, *substeps_of(servo, period))
+    made = driven_current(servo, theta, np.nan_to_num(recording['voltage']),
+                          np.nan_to_num(motor_speed), period)
     current = smoothed(made[:, 0], period, CUTOFF)
     torque = smoothed(recording['torque'], period, CUTOFF)
     external = smoothed(np.nan_to_num(recording['external_torque']), period, CUTOFF)
