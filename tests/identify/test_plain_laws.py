@@ -142,9 +142,9 @@ def test_a_weight_beside_a_spring_is_both_and_no_curve_over_the_angle():
     bare = replace(ARM.with_values({'effects.weight.cosine': 0.0, 'effects.weight.sine': 0.0}),
                    tolerance={'mechanism.load_inertia': (0.034, 0.038)})
     several = [driven(rig, seed, sines(seed, 5.0)) for seed in (1, 2, 3)]
-    assert named_by_equations(several, bare) == {
-        (name, 'load') for name in ('parameter:weight.cosine', 'spring_load')} or (
-        named_by_equations(several, bare) == {('gravity', 'load'), ('spring_load', 'load')})
+    weights = ('parameter:weight.cosine', 'gravity')
+    assert named_by_equations(several, bare) in [
+        {(weight, 'load'), ('spring_load', 'load')} for weight in weights]
 
 
 @pytest.mark.slow

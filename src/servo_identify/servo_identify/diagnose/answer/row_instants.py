@@ -12,7 +12,7 @@ from ..decisions import EVEN
 from ..selection.explain import Explained
 from ..splitting import Split
 
-READ = 0.5
+BEFORE = 0.5
 """
 Rows by which the current of a held command is read late, on average: before its row acts.
 
@@ -40,7 +40,7 @@ def command_late(found: Explained) -> float:
         return 0.0
     measured = any('current' in one.measured.channels for one in found.samples.errors)
     winding = 'drive.resistance' in found.samples.servo.numbers
-    on_time = READ if measured and not winding else 0.0
+    on_time = BEFORE if measured and not winding else 0.0
     late = on_time - found.nuisances().get('late:drive', on_time)
     return late if late > EVEN or (late < -0.5 * EVEN and not measured) else 0.0
 

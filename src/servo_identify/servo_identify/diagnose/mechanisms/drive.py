@@ -222,8 +222,6 @@ def _beyond(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
         [np.maximum(np.abs(x) - knot, 0.0) for knot in knots])
 
 
-
-
 def _lagged_twice(command: np.ndarray, settling: float, period: float) -> np.ndarray:
     """The same of second order, as a current loop of its own is: as late in all."""
     return lagged(lagged(command, 0.5 * settling, period), 0.5 * settling, period)

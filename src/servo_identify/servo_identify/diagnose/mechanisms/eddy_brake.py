@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
+from .friction import over_speed
 from .hypothesis import Form, Hypothesis, Mechanism
 from .shape_search import best_shape, SHAPES
 
@@ -18,19 +18,19 @@ def eddy_brake(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis 
     if not top > 0.0:
         return None
 
-    def over(one: EquationErrors) -> np.ndarray:
-        return np.abs(one.motion[f'{site}_speed'])
+    def form(critical: float) -> Form:
+        def drag(speed: np.ndarray) -> np.ndarray:
+            share = speed / critical
+            return (2.0 * share / (1.0 + share**2))[:, None]
 
-    def drag(speed: np.ndarray, critical: float) -> np.ndarray:
-        share = speed / critical
-        return (2.0 * share / (1.0 + share**2))[:, None]
+        return over_speed(site, drag)
 
     def column(critical: float) -> np.ndarray:  # what friction within its tolerance leaves of it
+        peaked = form(critical)
         return builder.apart(builder.resisting(
-            site, lambda one: drag(over(one), critical)).table[:, 0])
+            site, lambda one: peaked.shape(peaked.of(one))).table[:, 0])
 
     low, high = PEAKS
     critical = best_shape(low * top, high * top, column, builder.apart(residual))
-    form = Form('speed', 'rad/s', 'N m', over, lambda x: drag(x, critical))
-    return builder.resistance(Mechanism('eddy_brake', 'friction', site, ('speed',), 'odd'), form,
-                              [1], (critical,), tried=SHAPES)
+    return builder.resistance(Mechanism('eddy_brake', 'friction', site, ('speed',), 'odd'),
+                              form(critical), [1], (critical,), tried=SHAPES)

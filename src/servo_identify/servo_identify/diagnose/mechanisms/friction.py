@@ -47,13 +47,13 @@ def _speed(one: EquationErrors, site: str) -> np.ndarray:
     return np.abs(one.motion[f'{site}_speed'])
 
 
-def _over_speed(site: str, shape: Callable[[np.ndarray], np.ndarray]) -> Form:
+def over_speed(site: str, shape: Callable[[np.ndarray], np.ndarray]) -> Form:
     return Form('speed', 'rad/s', 'N m', lambda one: _speed(one, site), shape)
 
 
 def _coulomb(builder: Builder, site: str) -> Hypothesis | None:
     mechanism = Mechanism('coulomb_friction', 'friction', site, ('direction',), 'odd')
-    form = _over_speed(site, lambda x: np.ones((len(x), 1)))
+    form = over_speed(site, lambda x: np.ones((len(x), 1)))
     return builder.resistance(mechanism, form, [1])
 
 
@@ -62,7 +62,7 @@ def _viscous(builder: Builder, site: str) -> Hypothesis | None:
     top = builder.scales.top(f'{site}_speed')
     knots = (top, *(share * top for share in SPEEDS))
     mechanism = Mechanism('viscous_friction', 'friction', site, ('speed',), 'odd')
-    form = _over_speed(site, lambda x: np.column_stack(
+    form = over_speed(site, lambda x: np.column_stack(
         [np.minimum(x, k) if k < top else x for k in knots]))
     return builder.resistance(mechanism, form, [1] * len(knots), knots)
 
@@ -75,7 +75,7 @@ def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
         return None
     knots = np.geomspace(max(low, 1e-3 * top), 0.4 * top, FADES)
     mechanism = Mechanism('stribeck_friction', 'friction', site, ('speed',), 'odd')
-    form = _over_speed(site, lambda x: np.exp(-(x[:, None] / knots) ** 2))
+    form = over_speed(site, lambda x: np.exp(-(x[:, None] / knots) ** 2))
     falling = any(placed.effect.name in ('stribeck_friction', 'friction_over_speed')
                   for placed in builder.samples.servo.effects)
     return builder.resistance(mechanism, form, [1] * FADES, knots, either=falling)
@@ -91,7 +91,7 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
         return top * np.column_stack((*(share**power for power in POWERS),
                                       np.maximum(share - 0.5, 0.0)))
 
-    return builder.resistance(mechanism, _over_speed(site, budget), [1] * 4, (*POWERS, 0.5))
+    return builder.resistance(mechanism, over_speed(site, budget), [1] * 4, (*POWERS, 0.5))
 
 
 def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
@@ -101,7 +101,7 @@ def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
     About the same mean no direction has less than none: it would drive.
     """
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    form = _over_speed(site, lambda x: np.column_stack(
+    form = over_speed(site, lambda x: np.column_stack(
         (np.ones(len(x)), x, *[np.zeros(len(x))] * level)))
 
     def torque(one: EquationErrors) -> np.ndarray:
@@ -124,7 +124,7 @@ def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
     top = builder.scales.top(f'{site}_speed')
     knots = (0.0, top, top, *(share * top for share in SPEEDS))
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    form = _over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, x**2 / top, *(
+    form = over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, x**2 / top, *(
         np.minimum(x, knot) for knot in knots[3:]))))
 
     def torque(one: EquationErrors) -> np.ndarray:
