@@ -62,3 +62,14 @@ def test_the_travel_of_a_loop_is_held_where_its_level_is(doubt, held):
     fit = SimpleNamespace(values={level: 0.7, travel: 1e-5},
                           std_within={level: doubt, travel: 1e-5})
     assert surer(loop, fit).fitted == (() if held else (level, travel))
+
+
+@pytest.mark.parametrize(('doubt', 'held'), [(0.2, True), (1e-3, False)])
+def test_how_sure_an_amplitude_is_holds_for_the_shape_that_was_searched_alone(doubt, held):
+    """Equations that stopped at another time constant are no surer of the stiffness beside it."""
+    stiffness, time = (f'effects.fading.{name}' for name in ('stiffness', 'time'))
+    fading = Added(None, (Placed('fading', find('relaxing_spring'), 'load'),),
+                   {stiffness: 54.0, time: 0.5}, (stiffness, time), stds={stiffness: 1.5})
+    fit = SimpleNamespace(values={stiffness: 57.0, time: 0.2},
+                          std_within={stiffness: 4.0, time: doubt})
+    assert surer(fading, fit).fitted == (() if held else (stiffness, time))

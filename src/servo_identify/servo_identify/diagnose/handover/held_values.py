@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servo_twin.physics.servo import Placed, Servo
+from servo_twin.physics.servo import Placed, Servo, Value
 
 from ...fit.estimate import Estimate
 from ...fit.free_values import SURE
@@ -51,8 +51,12 @@ def surer(one: Added, fit: Estimate) -> Added:
 
     Where that is so of all that the equations have an amplitude of, what they searched beside it
     (a frequency, a damping) is held too. A shape goes with its amplitude: the travel of a loop is
-    held where its level is.
+    held where its level is. How sure an amplitude is by the equations holds for the shape that
+    they searched: where the fit tells another, it knows both better.
     """
+    sure = {name.partition('[')[0] for name in one.stds}
+    if not all(_agrees(fit, path, one.values[path]) for path in one.fitted if path not in sure):
+        return one
     held = set(one.held)
     for path in one.fitted:
         row = [name for name in one.stds if name.partition('[')[0] == path]
@@ -60,13 +64,21 @@ def surer(one: Added, fit: Estimate) -> Added:
         if row and all(fit.std_within.get(name, 0.0) > max(one.stds[name], abs(
                 fit.values[name] - value) / SURE) for name, value in zip(row, given, strict=True)):
             held.add(path)
-    if one.stds and {name.partition('[')[0] for name in one.stds} <= held:
+    if sure and sure <= held:
         held |= set(one.free)
     for placed in one.placed:
         own = f'effects.{placed.name}.'
         if {own + name for name in placed.effect.amplitudes()} <= held:
             held |= {path for path in one.free if path.startswith(own)}
     return replace(one, held=frozenset(held))
+
+
+def _agrees(fit: Estimate, path: str, given: Value) -> bool:
+    """Tell whether a fit leaves room for the value that the equations searched."""
+    row = np.atleast_1d(given)
+    names = [f'{path}[{k}]' for k in range(len(row))] if isinstance(given, tuple) else [path]
+    return not any(abs(fit.values[name] - value) > SURE * fit.std_within.get(name, 0.0)
+                   for name, value in zip(names, row, strict=True) if name in fit.values)
 
 
 def _order(placed: Placed, one: Added) -> float:

@@ -49,7 +49,7 @@ class Builder:
         return Columns(table if factor == 1.0 else factor * table, signal, of, factor)
 
     def apart(self, x: np.ndarray) -> np.ndarray:
-        """Return what no value within tolerance, zero or instant does of a series, (samples,)."""
+        """Return what no value within tolerance, zero or instant does of (samples, ...)."""
         if self.nuisance is None:
             return x
         table = self.nuisance.columns

@@ -161,8 +161,8 @@ def _rate_limited(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         command = one.regressor_command
         return (within_rate(command, rate * one.measured.period) - command)[:, None]
 
-    rate = best_shape(SLOWEST * top, top, lambda rate: through(
-        builder, lambda one: lost(one, rate)).table[:, 0], residual)
+    rate = best_shape(SLOWEST * top, top, lambda rate: builder.apart(through(
+        builder, lambda one: lost(one, rate)).table[:, 0]), builder.apart(residual))
     mechanism = Mechanism('command_rate_limit', 'drive', 'command', ('command',), 'odd',
                           memory=True)
     return builder.hypothesis(mechanism, through(builder, lambda one: lost(one, rate)), [1],
@@ -193,8 +193,9 @@ def _out_of_voltage(builder: Builder, residual: np.ndarray) -> Hypothesis | None
 
     limit, slope = line(*best_shapes(
         [(fastest * low, fastest * high) for low, high in (BEGINS, ENDS)],
-        lambda *ends: through(builder, lambda one: lost(one, *line(*ends))).table[:, 0],
-        residual))
+        lambda *ends: builder.apart(through(
+            builder, lambda one: lost(one, *line(*ends))).table[:, 0]),
+        builder.apart(residual)))
     mechanism = Mechanism('torque_speed_limit', 'drive', 'command', ('command', 'speed'), 'odd')
     return builder.hypothesis(mechanism, through(builder, lambda one: lost(one, limit, slope)),
                               [1], (limit,), tried=EACH**2, detail={'slope': slope})

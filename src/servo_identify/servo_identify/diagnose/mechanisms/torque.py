@@ -11,7 +11,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import bridged
 from .builder import Builder
 from .friction import shaft_equation
-from .hypothesis import Form, Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism, Series
 from .memory import relaxation, resonator
 from .orders import periodic, waves
 from .shape_search import best_shape, SHAPES, taken
@@ -111,8 +111,11 @@ def _relaxing(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         left = relaxation(bridged(one.angles()[1]), one.measured.period, time)
         return -one.inner(left)[:, None]
 
-    time = best_shape(low, high, lambda time: builder.place(
-        'load_torque', lambda one: torque(one, time)).table[:, 0], residual)
+    def column(time: float) -> np.ndarray:
+        return builder.apart(builder.place(
+            'load_torque', lambda one: torque(one, time)).table[:, 0])
+
+    time = best_shape(low, high, column, builder.apart(residual))
     mechanism = Mechanism('relaxing_spring', 'torque', 'load', ('angle',), 'odd', memory=True)
     return builder.hypothesis(mechanism, builder.place(
         'load_torque', lambda one: torque(one, time)), [1], (time,), tried=SHAPES)
@@ -144,14 +147,19 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     if not high > low:
         return
     pushed = {id(one): shaken(one) for one in builder.samples.errors}
-    fixed = builder.place('load_torque', lambda one: -pushed[id(one)][:, None]).table
+    left = builder.apart(residual)
+
+    def beside(torque: Series) -> np.ndarray:
+        return builder.apart(builder.place('load_torque', torque).table)
+
+    fixed = beside(lambda one: -pushed[id(one)][:, None])
 
     def gain(table: np.ndarray) -> np.ndarray:
-        return taken(table, residual)
+        return taken(table, left)
 
     def swinging(tones: np.ndarray, damping: float) -> np.ndarray:
-        return builder.place('load_torque', lambda one: -np.column_stack([resonator(
-            pushed[id(one)], one.measured.period, tone, damping) for tone in tones])).table
+        return beside(lambda one: -np.column_stack([resonator(
+            pushed[id(one)], one.measured.period, tone, damping) for tone in tones]))
 
     tones = np.geomspace(low, high, FREQUENCIES)
     grid = [(damping, swinging(tones, damping)) for damping in DAMPINGS]
