@@ -11,8 +11,10 @@ from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.by_recording import between
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
+from servo_twin.description.servo_file import loads
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
+from servo_twin.recording.recording import COLUMNS, Recording
 
 LEVEL = 'effects.coulomb.level'
 
@@ -78,6 +80,55 @@ def test_teeth_that_wear_are_a_clearance_that_is_another_in_each_recording():
     assert [one.mechanism.label for one in found.chosen] == ['backlash (mesh)']
     sizes = found.amplitudes(found.explanation.smallest.choice.numbers[0])
     assert sizes == pytest.approx(widths, abs=1e-4)
+
+
+MIXER = """
+servo: mixer
+step: 1.0e-4
+drive: {type: voltage, gain: 1.0, resistance: 0.6, inductance: 0.0, back_emf: 0.04,
+        torque_constant: 0.04}
+mechanism: {type: rigid, rotor_inertia: 2.4e-4, load_inertia: 0.0, ratio: 1.0}
+controller: {type: none}
+sensors: {motor_encoder: {noise: 4.4e-4}, current_sensor: {noise: 0.03}}
+effects:
+  rubs: {effect: coulomb_friction, at: motor, level: 0.04}
+  drags: {effect: viscous_friction, at: motor, slope: 1.2e-3}
+tolerance: {drive.torque_constant: 4 %, mechanism.rotor_inertia: 8 %}
+"""
+
+
+def mixed(seed, cold, more, period=5e-3, rows=4000, fine=50):
+    """Return a motor whose winding warms up evenly, from ``cold`` ohm by ``more``."""
+    time, chance = period * np.arange(rows), np.random.default_rng(seed)
+    volts = sum(3.0 * np.sin(2.0 * np.pi * f * time + seed * f) for f in (0.2, 0.5, 1.1, 2.3))
+    speed, angle, seen = 0.0, 0.0, []
+    for k in range(rows):
+        resistance = cold + more * k / rows
+        seen.append((angle, (volts[k] - 0.04 * speed) / resistance))  # just after it acts
+        for _ in range(fine):
+            push = 0.04 * (volts[k] - 0.04 * speed) / resistance - 1.2e-3 * speed
+            speed += period / fine * (push - 0.04 * np.tanh(speed / 0.05)) / 2.4e-4
+            angle += period / fine * speed
+    angle, current = np.array(seen).T
+    known = {'voltage': volts, 'current': current + 0.03 * chance.standard_normal(rows),
+             'motor_position': angle + 4.4e-4 * chance.standard_normal(rows)}
+    return Recording(f'run_{seed}', period, {name: known.get(name, np.full(rows, np.nan))
+                                             for name in COLUMNS}, family='tones')
+
+
+@pytest.mark.slow
+def test_a_winding_that_warms_up_in_each_recording_is_one_resistance():
+    """It had been a gain of the drive that changes over time, beside a resistance."""
+    several = [mixed(seed, cold, 0.06) for seed, cold in enumerate((0.6, 0.68, 0.75, 0.62))]
+    servo = loads(MIXER)
+    found = explained(residual_samples(several, servo))
+    assert [one.mechanism.label for one in found.chosen] == ['parameter:resistance (drive)']
+    one, number = found.chosen[0], found.explanation.smallest.choice.numbers[0]
+    words = one.detail['told'](one.knots, found.amplitudes(number), servo)
+    low, high, within = map(float, re.fullmatch(
+        r'(\S+) \(run_0\) to (\S+) \(run_2\) ohm, by recording, and by (\S+) ohm within one',
+        words).groups())
+    assert (low, high, within) == pytest.approx((0.63, 0.78, 0.06), abs=0.02)
 
 
 def test_recordings_that_have_one_of_two_values_are_told_by_those_that_are_fewer():

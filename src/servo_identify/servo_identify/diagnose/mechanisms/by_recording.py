@@ -95,7 +95,7 @@ def _viscous(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
 
 
 def _in_time(one: EquationErrors, size: np.ndarray, changes: bool) -> np.ndarray:
-    """Return a size of friction, (samples, 1), and where it ``changes`` that over time as well."""
+    """Return a size (samples,), and where it ``changes`` over time that as well, (samples, n)."""
     time = one.motion.time - one.motion.time.mean()
     return np.column_stack([size, size * time / max(np.ptp(time), 1e-9)][:1 + changes])
 

@@ -44,7 +44,9 @@ def varying(builder: Builder, path: str, step: float, mechanism: Mechanism
     for variable in VARYING[path]:
         yield from filter(None, (_over(builder, path, step, mechanism, variable),))
     if repeated(builder):
-        yield from filter(None, (_by_recording(builder, path, step, mechanism),))
+        ways = (False, True) if 'time' in VARYING[path] else (False,)
+        yield from filter(None, (_by_recording(builder, path, step, mechanism, changes)
+                                 for changes in ways))
 
 
 def _over(builder: Builder, path: str, step: float, mechanism: Mechanism, variable: str
@@ -74,23 +76,36 @@ def _room(samples: ResidualSamples, path: str) -> Room:
     return (-samples.servo.numbers[path], np.inf) if path.endswith('_inertia') else ANY
 
 
-def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism
+def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism, changes: bool
                   ) -> Hypothesis | None:
+    """A value that is another in each recording, and ``changes`` in it, as a winding warms up."""
     samples = builder.samples
-    table = _scaled(samples, path, step, len(samples.errors), lambda one, motion: apart(
-        samples.errors, lambda _: np.ones((len(motion.rows), 1)), one))
+    knots = [k for k in range(len(samples.errors)) for _ in range(1 + changes)]
+
+    def columns(one: EquationErrors, motion: Motion) -> np.ndarray:
+        time = motion.time - motion.time.mean()
+        table = np.column_stack([np.ones(len(time)), time / max(np.ptp(time), 1e-9)])
+        return apart(samples.errors, lambda _: table[:, :1 + changes], one)
+
+    table = _scaled(samples, path, step, len(knots), columns)
     return builder.hypothesis(
-        replace(mechanism, variables=(BY_RECORDING,)), Columns(table),
-        [0] * table.shape[1], tuple(range(table.shape[1])),
+        replace(mechanism, variables=(BY_RECORDING,)), Columns(table), [0] * len(knots),
+        tuple(knots),
         detail={'of': path, 'told': partial(_told, names_of(builder), partial(
             value_of, samples, path), path)})
 
 
 def _told(names: Sequence[str], value: Callable[[float], float], path: str,
           knots: Sequence[int], amplitudes: np.ndarray, servo: Servo) -> str:
-    """Return between what a value lies, in words."""
+    """Return between what a value lies, in words, and how much it changes within a recording."""
     values = np.array([value(float(one)) for one in amplitudes])
-    return between(names, knots, values, servo.unit(path))
+    said = between(names, knots, values, servo.unit(path))
+    if len(set(knots)) == len(knots):
+        return said
+    means, changes = amplitudes[::2], amplitudes[1::2]
+    within = [value(float(mean + 0.5 * change)) - value(float(mean - 0.5 * change))
+              for mean, change in zip(means, changes, strict=True)]
+    return f'{said}, and by {max(within, key=abs):.3g} {servo.unit(path)}'.rstrip() + ' within one'
 
 
 def _along(motion: Motion, variable: str) -> np.ndarray:

@@ -134,8 +134,9 @@ def _scales(samples: ResidualSamples, path: str) -> bool:
     Tell whether a value divides what the other terms explain.
 
     The column is what the motion asks for, so that its amplitude is that of the reciprocal: half
-    the torque constant asks for twice the current, half the stiffness for twice the torsion.
+    the torque constant asks for twice the current, half the stiffness for twice the torsion. Where
+    the current is measured, a command drives twice as much through half the resistance.
     """
     sensed = any('current' in one.measured.channels for one in samples.errors)
     return path in ('drive.torque_constant', 'mechanism.stiffness') or (
-        path == 'drive.gain' and not sensed)
+        path == ('drive.resistance' if sensed else 'drive.gain'))
