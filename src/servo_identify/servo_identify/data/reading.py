@@ -51,12 +51,19 @@ def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
 
 
 def files_of(paths: Iterable[str | Path]) -> list[Path]:
-    """Return the files that paths and patterns name; raises FileNotFoundError for what is not."""
+    """
+    Return the files that paths and patterns name.
+
+    Raises FileNotFoundError for what is not there, ValueError for a pipe.
+    """
     found = [path for named in paths for path in _matching(str(named))]
     for path in found:
         if not path.exists():
             raise FileNotFoundError(f'{path} does not exist; give a bag, an MCAP file, or a table '
                                     f'({", ".join(SUFFIXES)})')
+        if not path.is_file() and not path.is_dir():
+            raise ValueError(f'{path} is a pipe or a device, which can be read once: write what '
+                             'comes from it to a file, and give that')
     return found
 
 
