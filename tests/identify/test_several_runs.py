@@ -40,6 +40,12 @@ def test_a_column_that_numbers_runs_is_known_by_its_name(tmp_path, name, numbers
     assert len(read_recordings([episodes(tmp_path / 'a.parquet', name, numbers)], SERVO)) == 2
 
 
+def test_runs_that_have_texts_for_names_are_numbered(tmp_path):
+    data = episodes(tmp_path / 'a.parquet', 'trial', ('slow', 'fast'))
+    one, two = read_recordings([data], SERVO)
+    assert (one.name, len(one), two.name, len(two)) == ('a_trial_1', 120, 'a_trial_2', 80)
+
+
 @pytest.mark.parametrize('name, numbers', [('run', (0, 1)), ('state', (0, 1)),
                                            ('episode_index', (2, 2))])
 def test_a_flag_and_a_single_number_part_nothing(tmp_path, name, numbers):

@@ -32,7 +32,7 @@ from .messages_in_parts import long_messages, NotInOrder
 from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
-from .several_runs import may_hold_runs
+from .run_labels import may_hold_runs
 from .split_stamps import pairs_of
 from .table import from_arrow, Table
 from .table_import import beside, check_columns, described, Seen, told_begin

@@ -8,18 +8,17 @@ times say: each is a recording of its own.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 import re
 from typing import Any
 
 import numpy as np
 
+from .run_labels import COLUMN, WORDS
 from .table import Table
 
-_WORDS = 'episode|rollout|trajectory|traj|trial|demo|run|take|repetition'
-_COLUMN = re.compile(rf'({_WORDS})(?:_?(?:index|id|no|nr|number|idx))?', re.IGNORECASE)
-_GROUP = re.compile(rf'(?:.*\.)?((?:{_WORDS})_?\d+)\.(.+)', re.IGNORECASE)
+_GROUP = re.compile(rf'(?:.*\.)?((?:{WORDS})_?\d+)\.(.+)', re.IGNORECASE)
 _FLAGS = ('run', 'demo')
 """Names that may also say whether something is switched on."""
 
@@ -32,7 +31,7 @@ def runs_of(table: Table) -> list[Table]:
     rows that follow each other. Each run has the name ``episode_3`` in :attr:`.Table.run`.
     """
     for name, column in table.columns.items():
-        match = _COLUMN.fullmatch(name)
+        match = COLUMN.fullmatch(name)
         if match is None or not np.array_equal(column, np.round(column)):
             continue
         starts = np.flatnonzero(np.diff(column, prepend=np.nan) != 0.0)
@@ -45,11 +44,6 @@ def runs_of(table: Table) -> list[Table]:
                         columns={one: held[first:end] for one, held in table.columns.items()})
                 for number, first, end in zip(numbers, starts, ends, strict=True)]
     return [table]
-
-
-def may_hold_runs(names: Collection[str]) -> bool:
-    """Tell whether one of the columns may tell runs apart."""
-    return any(_COLUMN.fullmatch(name) for name in names)
 
 
 def groups_of(arrays: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

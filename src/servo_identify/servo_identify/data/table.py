@@ -16,6 +16,7 @@ from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .long_form import check_wide
 from .number_texts import plain, without_groups
+from .run_labels import numbered
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _PANDAS = '__index_level_0__'  # the index of a frame that has no name
@@ -110,7 +111,11 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
             if clock is not None:
                 table.begins[name] = str(next(one for one in values if one)).strip()
         except ValueError as problem:
-            table.refused[name] = str(problem)
+            runs = numbered(name, values)
+            if runs is None:
+                table.refused[name] = str(problem)
+            else:
+                table.columns[name] = runs
     check_wide(table.path, table.columns, {name: values for name, values in texts.items()
                                            if name in table.refused})
     return table

@@ -11,8 +11,8 @@ import shlex
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.straight_units import straightened
 
-from ..data.column_names import ANGLE, looks_like, NAMES
-from ..data.column_units import UNIT
+from ..data.column_names import ANGLE, is_share, looks_like, NAMES
+from ..data.column_units import COMMANDS, UNIT
 from ..data.finding import SHOWN
 from .given_columns import judge_unit
 from .machine import ABOUT, example, flag, Machine, SECTIONS
@@ -141,6 +141,9 @@ def _usual(one: Proposal, linear: bool) -> str:
 
 def _refused(column: str, one: Proposal) -> str:
     """Say why a unit cannot be that of a column; '' where it can."""
+    if not one.unit and column in COMMANDS and is_share(one.source):
+        return ('it is a share of the supply: give what 1 of it is, 24 V of a duty, 24/255 V of '
+                'counts up to 255')
     try:
         judge_unit(repr(one.source), column, one.unit)
     except ValueError as problem:
