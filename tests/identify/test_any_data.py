@@ -1,6 +1,7 @@
 """A table where a command takes a bag: the commands ..."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -65,3 +66,9 @@ def test_a_pipe_gets_whole_names_and_no_colours(table, capsys):
     assert main(['info', str(table)]) == 0
     said = capsys.readouterr().out
     assert '\x1b' not in said and '…' not in said and 'reference_position' in said
+
+
+def test_a_pipe_is_refused_with_what_to_give(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with pytest.raises(ValueError, match='pipe or a device.*to a file'):
+        read_recordings([tmp_path / 'pipe'])

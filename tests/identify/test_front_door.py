@@ -3,7 +3,6 @@
 from dataclasses import FrozenInstanceError, replace
 from importlib import import_module
 from inspect import getdoc, signature
-from math import pi
 from pathlib import Path
 import re
 import subprocess
@@ -76,12 +75,6 @@ def test_one_recording_and_a_wrong_family_say_what_there_is(data):
                              'current, motor_position, load_position, torque, external_torque')
     with pytest.raises(ValueError, match="family 'multi_sine'; did you mean 'multisine'"):
         data.of_family('multi_sine')
-
-
-def test_columns_of_different_lengths_are_refused_by_name():
-    time = np.arange(50) * 1e-3
-    with pytest.raises(ValueError, match=r"different lengths.*'t': 50, 'load_position': 49"):
-        si.read({'t': time, 'load_position': time[1:]}, BENCH)
 
 
 def test_it_says_its_version_and_its_names():
@@ -161,60 +154,6 @@ def test_a_package_that_is_not_there_is_named_with_how_to_get_it(data, monkeypat
         getattr(data, call.partition('.')[2])(0)
 
 
-def test_columns_in_memory_are_read_with_their_units():
-    time = np.arange(2000) * 1e-3
-    columns = {'t': time, 'voltage': np.sin(time),
-               'load_position [deg]': 5.0 * np.sin(3.0 * time)}
-    (one,) = si.read(columns, BENCH, name='mine', family='sine')
-    assert one['load_position'] == pytest.approx(5.0 * pi / 180.0 * np.sin(3.0 * time))
-    assert (one.name, one.family, one.servo_file) == ('mine', 'sine', BENCH.text)
-    with pytest.raises(ValueError, match='has no column t'):
-        si.read({'voltage': time, 'load_position': time}, BENCH)
-
-
-def test_it_reads_stamps_of_a_calendar_and_several_tables_in_memory():
-    stamps = np.datetime64('2026-05-04T10:00:00') + (np.arange(500) * 4).astype('timedelta64[ms]')
-    columns = {'t': stamps, 'load_position': np.sin(0.1 * np.arange(500))}
-    two = si.read([columns, columns], BENCH)
-    assert [one.name for one in two] == ['table_1', 'table_2']
-    assert two[0].period == pytest.approx(0.004)
-
-
-def test_it_reads_a_structured_array_and_an_arrow_table_and_leaves_text_out():
-    import pyarrow
-    time = np.arange(500) * 4e-3
-    columns = {'t': time, 'voltage': np.cos(time), 'load_position': np.sin(time)}
-    rows = np.array(list(zip(*columns.values(), strict=True)), [(name, float) for name in columns])
-    for held in (rows, pyarrow.table(columns), {**columns, 'state': ['run'] * 500}):
-        (one,) = si.read(held, BENCH)
-        assert np.array_equal(one['load_position'], np.sin(time))
-
-
-def test_columns_in_memory_are_read_by_a_mapping_file_too(tmp_path):
-    mapping = tmp_path / 'mapping.yaml'
-    mapping.write_text('time: {source: clock, unit: ms}\n'
-                       'columns: {load_position: {source: q, unit: deg}}\n')
-    held = {'clock': np.arange(0.0, 500.0, 4.0), 'q': np.arange(125.0)}
-    (one,) = si.read(held, BENCH, mapping)
-    assert one.period == pytest.approx(0.004)
-    assert one['load_position'] == pytest.approx(np.radians(np.arange(125.0)))
-
-
-class Frame(dict):
-    """Stands for a pandas frame: its columns, and an index that may have a name."""
-
-    class index:
-        name = None
-        values = np.arange(0, 400, 4).astype('timedelta64[ms]')
-
-    columns = property(dict.keys)
-
-
-def test_an_index_of_times_is_the_time_whatever_its_name():
-    (one,) = si.read(Frame(load_position=np.arange(100.0) / 8), BENCH)
-    assert one.period == pytest.approx(0.004)
-
-
 @pytest.mark.parametrize('held', [np.zeros((5, 3)), None, [np.zeros(3)]])
 def test_it_says_what_it_reads_where_something_else_is_given(held):
     with pytest.raises(TypeError, match='read takes names of files, or columns by name'):
@@ -248,21 +187,6 @@ def test_an_argument_of_another_kind_is_refused_in_a_sentence(data, call, words)
 def test_a_reach_that_is_none_is_refused(data, reach, words):
     with pytest.raises(ValueError, match=words):
         si.diagnose(data, BENCH, reach=reach)
-
-
-def test_a_column_of_one_column_is_read_and_several_tables_by_name_are_refused():
-    columns = {'t': np.arange(9.0) / 8, 'load_position': np.arange(9.0)[:, None]}
-    assert len(si.read(columns, BENCH)[0]) == 9
-    columns['load_position'] = np.zeros((9, 2))
-    with pytest.raises(ValueError, match=r"'load_position' has the shape \(9, 2\)"):
-        si.read(columns, BENCH)
-
-
-def test_columns_without_a_row_and_of_text_are_refused_by_name():
-    with pytest.raises(ValueError, match='table has no rows'):
-        si.read({'t': [], 'load_position': []}, BENCH)
-    with pytest.raises(ValueError, match="column 'load_position' holds no numbers"):
-        si.read({'t': [0.0, 0.1], 'load_position': ['a', 'b']}, BENCH)
 
 
 def test_a_recording_is_given_out_as_columns_and_read_back(data):
@@ -304,20 +228,6 @@ def test_a_recording_goes_out_to_pandas_and_xarray_and_comes_back(data, way):
     assert again.period == pytest.approx(data[1].period)
     for name in ('voltage', 'motor_position', 'load_position'):
         assert again[name] == pytest.approx(data[1][name])
-
-
-def test_units_of_an_xarray_and_durations_of_an_index_are_obeyed(data):
-    xarray, pandas = pytest.importorskip('xarray'), pytest.importorskip('pandas')
-    table = data.table(1)
-    degrees = xarray.Dataset({'voltage': ('t', table['voltage']), 'load_position': (
-        't', table['load_position'] * 180.0 / pi, {'units': 'deg'})}, coords={'t': table['t']})
-    lasting = pandas.DataFrame({'voltage': table['voltage'],
-                                'load_position': table['load_position']},
-                               index=pandas.to_timedelta(table['t'], unit='s').rename('t'))
-    for held in (degrees, lasting):
-        (one,) = si.read(held, BENCH)
-        assert one['load_position'] == pytest.approx(table['load_position'])
-        assert one.period == pytest.approx(data[1].period)
 
 
 @pytest.mark.long

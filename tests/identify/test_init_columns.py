@@ -265,3 +265,15 @@ def test_a_rollout_with_one_state_more_is_told_what_to_cut(run, tmp_path, capsys
     ('UTC_s', 't'), ('wheel_rate', ''), ('case_temp_deg', 'temperature')])
 def test_it_knows_an_angle_by_its_unit_and_a_speed_by_the_word_rate(name, column):
     assert looks_like(name) == column
+
+
+@pytest.mark.parametrize('name', ['duty', 'pwm_out', 'duty_cycle'])
+def test_a_share_of_the_supply_is_asked_for_and_never_taken_for_volts(tmp_path, capsys, name):
+    motor = gear_motor()
+    data = write(tmp_path / 'a.csv', {'t': motor['time'], name: motor['u'] / 24.0,
+                                      'motor_position': motor['theta']})
+    assert init(data, tmp_path, '--si') == 2
+    assert 'it is a share of the supply: give what 1 of it is, 24 V' in capsys.readouterr().err
+    assert init(data, tmp_path, '--si', '--column', f'voltage={name}:24 V') == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one['voltage'] == pytest.approx(motor['u'], abs=1e-6)

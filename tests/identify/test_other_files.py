@@ -4,8 +4,11 @@ from datetime import datetime, timedelta
 import sys
 
 import numpy as np
+import pyarrow
+from pyarrow import ipc
 import pytest
 
+from servo_identify.data.reading import read_one
 from servo_identify.data.tables import read_table
 
 TIME = np.arange(100) * 2e-3
@@ -138,8 +141,29 @@ def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch, name
 @pytest.mark.parametrize(('name', 'advice'), [
     ('a.tdms', 'with nptdms: TdmsFile.read'), ('a.MF4', 'with asammdf: MDF'),
     ('a.xls', 'save the sheet as XLSX or CSV'), ('a.pkl', 'a pickle may run code'),
-    ('a.svdx', 'export it from the Scope of TwinCAT as CSV')])
+    ('a.svdx', 'export it from the Scope of TwinCAT as CSV'), ('a.csv.gz', 'unpack it first'),
+    ('a.joblib', 'may run code')])
 def test_of_a_kind_that_is_not_read_it_says_what_to_do(tmp_path, name, advice):
     (tmp_path / name).write_bytes(b'x')
-    with pytest.raises(ValueError, match=advice):
-        read_table(tmp_path / name)
+    for read in (read_table, read_one):
+        with pytest.raises(ValueError, match=advice):
+            read(tmp_path / name)
+
+
+def test_objects_of_numpy_are_refused_without_the_advice_to_run_them(tmp_path):
+    np.save(tmp_path / 'a.npy', {'t': ANGLE}, allow_pickle=True)
+    np.savez(tmp_path / 'a.npz', t=ANGLE, run={'u': ANGLE})
+    with pytest.raises(ValueError, match=r'numpy\.savez') as said:
+        read_table(tmp_path / 'a.npy')
+    assert 'allow_pickle' not in str(said.value)
+    assert 'numpy.savez' in read_table(tmp_path / 'a.npz').refused['run']
+
+
+def test_a_stream_of_arrow_is_read_as_a_file_is(tmp_path):
+    held = pyarrow.table({'voltage': ANGLE})
+    with ipc.new_stream(tmp_path / 'a.arrow', held.schema) as stream:
+        stream.write_table(held)
+    with ipc.new_file(tmp_path / 'b.ipc', held.schema) as file:
+        file.write_table(held)
+    for name in ('a.arrow', 'b.ipc'):
+        assert read_table(tmp_path / name)['voltage'] == pytest.approx(ANGLE)

@@ -7,6 +7,7 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.commands import import_table
+from servo_identify.data.column_units import factor_of
 from servo_identify.data.table_import import import_table as imported
 from servo_identify.data.unwrapping import doubts, unwrapped
 from servo_twin.bag import read_recording
@@ -128,3 +129,9 @@ def test_a_large_whole_number_alone_is_no_negative_one(tmp_path):
     np.savetxt(path, np.stack([TIME, 65500.0 + np.round(9.0 * np.sin(TIME)), ANGLE], 1), '%.12g',
                ',', header='t,voltage [mV],motor_position', comments='')
     assert convert(path) == 0
+
+
+@pytest.mark.parametrize('unit', ['%', '0.1 %', '\u2030', 'per thousand of rated torque'])
+def test_a_share_of_the_rated_torque_is_asked_for_as_its_part(unit):
+    with pytest.raises(ValueError, match='0.00127 N m for a per mille of 1.27 N m'):
+        factor_of('a.csv: torque', 'torque', unit, None)

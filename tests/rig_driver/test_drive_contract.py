@@ -1,10 +1,10 @@
 """One contract for all protocols: each drive is led, sampled, limited and stopped alike."""
 
 import logging
-from threading import Event, Thread
+from threading import Event
 from time import monotonic, sleep
 
-from drive_bench import bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters, STOPS
+from drive_bench import ASKED, bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters, turning
 from driver_bench import wait_for
 from held_up import held_up_since
 import numpy as np
@@ -16,27 +16,14 @@ from servo_rig_driver.devices.drive_master import DriveState, Order
 from servo_rig_driver.devices.on_request import OnRequest
 from servo_rig_driver.driver.rig_link import ForeignDriver
 from servo_rig_driver.driver.setpoints import Mode
-from servo_rig_driver.emulated.rig_process import EmulatedRig
 
 DOWN_WITHIN = 3.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
-ASKED = tuple(name for name in NAMES if name != 'canopen')
 logging.getLogger('canopen').setLevel(logging.WARNING)
 
 
 @pytest.fixture(params=NAMES)
 def name(request):
     return request.param
-
-
-def turning(link, speed=1.0):
-    """Let the motor turn, and wait until its samples say so."""
-    speed = min(speed, link.of['limit.velocity'])
-
-    def turns():
-        link.play(Mode.VELOCITY, speed)
-        angle = link.column('motor_position')[-60:]
-        return np.ptp(angle) > 0.02
-    wait_for(turns, 'the motor turns')
 
 
 def went_down(made, link, since):
@@ -284,170 +271,6 @@ def test_another_driver_is_left_alone(name, tmp_path):
         second = Link(made.channel, made.of | {'listen_time': 10.0})
         with pytest.raises(ForeignDriver, match='another driver is on this bus, it sends'):
             second.link.open()
-
-
-def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_path):
-    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
-        turning(link)
-        made.tap.wire.send([(0x22, b'')])  # Estop, from anybody on the bus
-        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
-        made.tap.said.clear()
-        sleep(0.5)
-        assert not made.pushes
-        assert 'clear' not in made.tap.said and 'enable' not in made.tap.said
-        assert link.link.stop()
-        link.link.start()
-        link.enabled()
-
-
-def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
-    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
-        made.tap.wire.send([(0x22, b'')])
-        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
-        made.tap.wire.send([(0x38, bytes(1))])  # Clear_Errors
-        link.says('another driver is on this bus')
-        link.says('the drive is stopped, and stays in switch on disabled, not reset; deactivate')
-        made.tap.said.clear()
-        sleep(0.5)
-        assert not made.pushes
-        assert 'enable' not in made.tap.said
-        link.link.start()
-        link.enabled()
-
-
-def stays_down(made, link):
-    """Check that nobody enables a drive that another than the driver has stopped, until asked."""
-    link.says('the drive was told to give no torque, by another than this driver')
-    wait_for(lambda: not made.pushes, 'the motor has no torque')
-    made.tap.said.clear()
-    begun = len(link.blocks)
-    link.play(Mode.VELOCITY, 0.5)
-    wait_for(lambda: len(link.blocks) > begun + 200, 'samples come')
-    assert all(np.isnan(block.columns['reference_velocity']).all()
-               for block in link.blocks[begun:])
-    assert not made.pushes
-    assert set(made.tap.said) <= {'off'}
-    assert link.link.stop()
-    link.link.start()
-    link.enabled()
-    wait_for(lambda: not link.health.has('drive.stopped'), 'it is over')
-
-
-def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_it(name, tmp_path):
-    with driven(name, tmp_path) as (made, link):
-        turning(link)
-        made.tap.wire.send([STOPS[name]])
-        stays_down(made, link)
-
-
-@pytest.mark.parametrize('told', ['canopen', 'odrive', 'robstride'])  # those that tell of it
-def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_it(told, tmp_path):
-    with driven(told, tmp_path) as (made, link):
-        turning(link)
-        nodes = made.rig.nodes
-        if told == 'canopen':
-            nodes.drive.switch_off()
-        elif told == 'odrive':
-            nodes.state = 1  # idle
-        else:
-            nodes.running = False
-        stays_down(made, link)
-
-
-def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(tmp_path):
-    with driven('robstride', tmp_path) as (made, link):
-        port = link.link._port
-        send, port.send = port.send, lambda *_: None
-        wait_for(lambda: not made.pushes, 'its watchdog ran out')
-        port.send = send
-        link.enabled()
-        assert not link.health.has('drive.stopped')
-
-
-@pytest.mark.parametrize('asked', ASKED)
-def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
-    with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:
-        other.rig.stop()
-        other._serving.join(5.0)
-        second = EmulatedRig(other.rig.rig_file, other.rig.bus, driver=other.of)
-        second.bus = BusSettings('unix_bus', made.channel, fd=other.rig.bus.fd)
-        second.listens = 0.0
-        serving = Thread(target=second.serve, daemon=True)
-        serving.start()
-        link = Link(made.channel, made.of)
-        try:
-            wait_for(lambda: second._wire is not None, 'both are on the bus')
-            link.link.open()
-            link.link.start()
-
-            def refused():  # one of two that answers late on a busy machine is not there yet
-                if link.link.state == 'streaming':
-                    link.link.stop()
-                    link.link.start()
-                return link.link.state == 'refusing a bus with two nodes of one id'
-            wait_for(refused, 'the driver refuses the bus')
-            link.says('two nodes of one id')
-            assert not made.pushes and not second.nodes.gives_torque
-            wait_for(lambda: 'end it, or give one' in caplog.text, 'a rig hears the other one')
-        finally:
-            link.link.close()
-            second.stop()
-            serving.join(5.0)
-
-
-@pytest.mark.parametrize('asked', ASKED)
-def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tmp_path):
-    with bench(asked, tmp_path) as made:
-        link = Link(made.channel, made.of)
-        receive = link.link._port.receive
-
-        def hears_an_answer(timeout):
-            receive(min(timeout, 0.005))
-            link.device._answers += 1
-        link.link._port.receive = hears_an_answer
-        try:
-            link.link.open()
-            link.link.start()
-            wait_for(lambda: link.link.state == 'waiting for the rig', 'it starts')
-            sleep(0.5)
-            begun = monotonic()
-            assert link.link.stop()
-            assert monotonic() - begun < 2.0 + held_up_since(begun)
-        finally:
-            link.link.close()
-
-
-@pytest.mark.parametrize('asked', ASKED)
-def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_off(asked, tmp_path):
-    with driven(asked, tmp_path) as (made, link):
-        second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel,
-                                                            fd=made.rig.bus.fd), driver=made.of)
-        second.listens = 0.0  # hardware listens to nobody
-        serving = Thread(target=second.serve, daemon=True)
-        serving.start()
-        try:
-            link.says('requests are answered twice')
-            wait_for(lambda: link.link.state == 'refusing a bus with two nodes of one id',
-                     'the driver refuses the bus', 120.0)
-            wait_for(lambda: not made.pushes and not second.nodes.gives_torque, 'both are off')
-        finally:
-            link.link.close()
-            second.stop()
-            serving.join(5.0)
-
-
-@pytest.mark.parametrize('asked', ASKED)
-def test_a_rig_that_comes_to_a_bus_with_another_of_its_id_leaves_and_says_why(asked, tmp_path,
-                                                                             caplog):
-    with driven(asked, tmp_path) as (made, link):
-        second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel),
-                             driver=made.of)
-        second.listens = 10.0  # until the first answer on a busy machine
-        assert second.serve() is False
-        assert 'end the other rig, or give one of the two another --channel or id' in caplog.text
-        said = len(link.blocks)
-        wait_for(lambda: len(link.blocks) > said + 20, 'the first rig goes on')
-        assert made.rig.nodes.gives_torque
 
 
 @pytest.mark.parametrize('asked', ASKED)

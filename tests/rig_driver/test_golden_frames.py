@@ -1,45 +1,20 @@
 """Frames of the vendors' documents, with their arithmetic: what goes out, and what is read."""
 
-from math import isnan, nan, pi, tau
+from math import isnan, pi, tau
 import struct
 
-from drive_bench import CONFIG
 from hypothesis import given
 from hypothesis import strategies as st
+from made_device import made
 import pytest
-import yaml
 
-from servo_rig_driver.can_bus.unix_frames import EXTENDED, FD, REMOTE
-from servo_rig_driver.devices.device import DeviceError
+from servo_rig_driver.can_bus.unix_frames import EXTENDED, REMOTE
 from servo_rig_driver.devices.drive_master import DriveState, Order
-from servo_rig_driver.devices.drive_settings import DriveSettings
 from servo_rig_driver.devices.mit_mode import MitMode
 from servo_rig_driver.devices.mit_table import load_mit_table
-from servo_rig_driver.devices.moteus import Moteus
-from servo_rig_driver.devices.moteus_registers import (
-    identifier,
-    MoteusTable,
-    padded,
-    read_varuint,
-    varuint,
-)
 from servo_rig_driver.devices.odrive import load_odrive, Odrive
 from servo_rig_driver.devices.pdo_table import FrameError
-from servo_rig_driver.devices.protocols import PROTOCOLS
-from servo_rig_driver.devices.tables import SHIPPED
-from servo_rig_driver.driver.driver_parameters import contradiction, DECLARED
-from servo_rig_driver.driver.rig_health import RigHealth
-from servo_rig_driver.driver.rig_watch import RigWatch
 from servo_rig_driver.driver.setpoints import Mode, Setpoint
-from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
-
-
-def made(kind, table, node=1, host=0, **changed):
-    """Return a device with a gear of 10:1 and a motor of 0.1 N m/A: 1 N m/A at the load."""
-    values = {'ratio': 10.0, 'torque_constant': 0.1, 'rest_speed': 0.1, 'kp': 60.0, 'kd': 3.0,
-              'brake': 1.0} | changed
-    watch = RigWatch({node: 'drive'}, RigHealth(), 1.0)
-    return kind(table, DriveSettings(node, host, **values), watch)
 
 
 def point(mode, reference):
@@ -203,125 +178,6 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     assert drive.fault == 'over-temperature of the motor'
 
 
-# moteus.
-
-def doc_table(folder, **types):
-    """Return the shipped registers under other types, as the documents' examples have them."""
-    content = yaml.safe_load((SHIPPED / 'moteus.yaml').read_text())
-    for name, kind in types.items():
-        content['registers'][name][2] = kind
-    path = folder / 'moteus.yaml'
-    path.write_text(yaml.safe_dump(content))
-    return MoteusTable(str(path))
-
-
-def test_moteus_writes_the_frame_of_its_documentation(tmp_path):
-    table = doc_table(tmp_path, command_position='int16', command_velocity='int16',
-                      feedforward_torque='int16', mode='int8')
-    # 01 00 0a: mode 10; 07 20: three int16 from 0x020: 96 * 0.0001 rev, 288 * 0.00025 rev/s,
-    # -176 * 0.01 N m
-    written = table.write({'mode': 10, 'command_position': 0.0096, 'command_velocity': 0.072,
-                           'feedforward_torque': -1.76})
-    assert written.hex() == '01000a07206000200150ff'
-    assert written.hex() + '140400' + '130d' == '01000a07206000200150ff140400130d'
-
-
-def test_moteus_asks_as_the_vendors_library_does(tmp_path):
-    table = doc_table(tmp_path, position='float', velocity='float', torque='float')
-    reads = [table.registers[name] for name in ('mode', 'position', 'velocity', 'torque',
-                                                'voltage', 'temperature', 'fault')]
-    assert table.read(reads).hex() == '11001f01130d'  # moteus_protocol_test.cc, QueryMake
-
-
-def test_moteus_replies_are_read_as_in_its_documentation():
-    table = MoteusTable('moteus')
-    told, asked = table.parse(bytes.fromhex('2404000a005000000170ff230d181400'))
-    assert asked == []
-    # 80 * 0.0001 rev, 256 * 0.00025 rev/s, -144 * 0.01 N m, 24 * 0.5 V
-    assert told == pytest.approx({'mode': 10, 'position': 0.008, 'velocity': 0.064,
-                                  'torque': -1.44, 'voltage': 12.0, 'temperature': 20.0,
-                                  'fault': 0})
-    # moteus_protocol_test.cc, QueryMinimal
-    told, _ = table.parse(bytes.fromhex('2404000a00100200fe2000230d203040'))
-    assert told == pytest.approx({'mode': 10, 'position': 0.0528, 'velocity': -0.128,
-                                  'torque': 0.32, 'voltage': 16.0, 'temperature': 48.0,
-                                  'fault': 64})
-    assert table.parse(bytes([0x21, 0x03, 0x96]))[0] == {'torque': -106 * 0.5}  # multiplex_test.py
-    assert isnan(table.parse(bytes([0x25, 0x01, 0x00, 0x80]))[0]['position'])
-    assert [one.number for one in table.parse(bytes([0x17, 0x01]))[1]] == [1, 2, 3]
-    assert table.parse(b'\x50\x50') == ({}, [])
-
-
-@pytest.mark.parametrize('data, words', [
-    ('2404000a00', 'a frame of 5 bytes ends within register 0x001'),
-    ('24', 'a frame of 1 bytes ends within a number'),
-    ('31 81 03 07', 'refuses register 0x181, error 7'),
-    ('70', 'subframe 0x70 is unknown'),
-])
-def test_moteus_frames_that_are_none_are_named(data, words):
-    with pytest.raises(FrameError, match=words):
-        MoteusTable('moteus').parse(bytes.fromhex(data))
-
-
-def test_moteus_identifiers_and_padding_are_those_of_its_documentation():
-    assert identifier(0, 1, reply=True) == 0x8001 | FD | EXTENDED
-    assert identifier(1, 0) == 0x100 | FD
-    assert padded(bytes(9)) == bytes(9) + b'\x50' * 3  # CAN FD has 12 bytes, not 9
-    assert varuint(0x181) == b'\x81\x03'
-    assert read_varuint(b'\x81\x03', 0) == (0x181, 2)
-
-
-def test_moteus_brakes_by_zero_velocity_and_lets_go_by_stopped():
-    drive = made(Moteus, MoteusTable('moteus'))
-    drive._state = DriveState.OPERATION_ENABLED
-    (name, data), = drive.frames(Order.QUICK_STOP, None, 0)
-    assert name == 0x8001 | FD | EXTENDED
-    # mode 12, and 0x027: int16, 0.1 s = 100 counts of a millisecond
-    assert data.startswith(bytes.fromhex('01000c 0527 6400'))
-    (_, data), = drive.frames(Order.NO_TORQUE, None, 0)
-    assert data.startswith(bytes.fromhex('010000'))
-    # no torque: feed-forward 0 with both gains scaled to 0, position "not given"
-    (_, data), = drive.frames(Order.ENABLE, None, 0)
-    told, asked = drive.table.parse(data)
-    assert told['mode'] == 10 and isnan(told['command_position'])
-    assert [told[key] for key in ('feedforward_torque', 'kp_scale', 'kd_scale')] == [0, 0, 0]
-    assert [one.name for one in asked] == [one.name for one in drive.table.reads]
-
-
-@pytest.mark.parametrize('load, name', [
-    (load_mit_table, 'robstride'), (load_odrive, ''), (MoteusTable, 'nothing')])
-def test_a_table_that_is_missing_is_named_with_the_choice(load, name):
-    with pytest.raises(DeviceError, match=f"device.table = '{name}' is neither a file nor one of"):
-        load(name)
-
-
-@pytest.mark.parametrize('change, words', [
-    (lambda c: c['frames'].pop('stop'), "has no frame .'stop'."),
-    (lambda c: c['frames']['stop'].update(identifier=['drive 9']), 'its identifier has 9 bits'),
-    (lambda c: c['frames']['stop'].update(data=['all the bits']), "must read 'name bits'"),
-    (lambda c: c['frames']['stop'].update(data=['odd 5']), 'its data has 5 bits'),
-    (lambda c: c.pop('ranges'), 'is no table of an actuator in MIT mode'),
-    (lambda c: c['ranges'].pop('torque'), 'ranges are given of .*; they are needed of'),
-    (lambda c: c['ranges'].update(torque=[0, 18]), 'of torque has no 0 within'),
-    (lambda c: c['ranges'].update(kp=[-5, 500]), 'range of kp begins at -5'),
-    (lambda c: c['frames']['control'].update(data=['position 16', 'kp 16', 'kd 16', 'torque 16']),
-     "frame 'control' lacks .'velocity'."),
-    (lambda c: c['frames']['feedback'].update(data=['position 16', 'position 16', 'torque 16']),
-     'are there twice'),
-    (lambda c: c['frames']['stop'].update(identifier=['all 11 = 1']), "'stop' lacks .'drive'."),
-    (lambda c: c['faults'].update(by='bits'), "faults: by = 'bits'; it is one of"),
-    (lambda c: c.update(position_wraps='no'), "position_wraps = 'no'; it is one of"),
-    (lambda c: c.update(range={}), "has no entry .'range'."),
-    (lambda c: c['frames'].update(watchdog={'identifier': ['drive 11'], 'data': ['time 32']}),
-     'watchdog_rate = 0 counts a second'),
-])
-def test_a_table_that_is_none_is_named(change, words, tmp_path):
-    content = yaml.safe_load((SHIPPED / 'cubemars_ak80_9.yaml').read_text())
-    change(content)
-    path = tmp_path / 'own.yaml'
-    path.write_text(yaml.safe_dump(content))
-    with pytest.raises(DeviceError, match=words):
-        load_mit_table(str(path))
 
 
 @given(st.sampled_from(['robstride_rs02', 'cybergear', 'cubemars_ak80_9']), st.data())
@@ -337,47 +193,3 @@ def test_numbers_come_back_within_a_count_and_are_held_at_the_ends(name, data):
             count = (field.range.high - field.range.low) / ((1 << field.bits) - 1)
             held = min(max(given_[field.name], field.range.low), field.range.high)
             assert -1e-6 * count <= held - told[field.name] <= count * (1 + 1e-6)
-
-
-@given(st.binary(max_size=64))
-def test_any_bytes_are_registers_or_refused(data):
-    try:
-        values, asked = MoteusTable('moteus').parse(data)
-    except FrameError:
-        return
-    assert len(values) + len(asked) <= 3 * 16384
-
-
-@pytest.mark.parametrize('file', sorted(CONFIG.glob('drivers/*.yaml')), ids=lambda file: file.stem)
-def test_every_driver_file_names_parameters_that_there_are_and_a_device_that_can_be_made(file):
-    of = {one.name: one.default for one in DECLARED}
-    given_ = driver_parameters(file)
-    assert set(given_) <= set(of)
-    assert not contradiction(of | given_)
-    device, _ = PROTOCOLS[given_.get('protocol', 'canopen')](of | given_, RigHealth())
-    assert device.modes()
-
-
-@pytest.mark.parametrize('name, given_, words', [
-    ('odrive', {'device.id': 64}, 'device.id = 64; an ODrive axis has one up to 63'),
-    ('moteus', {'device.host': 128}, 'device.host = 128; a moteus answers hosts up to 127'),
-    ('robstride', {'device.kd': 6.0}, r'device.kd = 6 is beyond what .* carries, \[0, 5\]'),
-    ('cubemars', {'device.brake': 6.0}, 'device.brake = 6 is beyond')])
-def test_what_the_frames_of_a_drive_do_not_carry_is_refused_before_it_moves(name, given_, words):
-    of = {one.name: one.default for one in DECLARED}
-    of |= driver_parameters(CONFIG / 'drivers' / f'{name}.yaml')
-    with pytest.raises(DeviceError, match=words):
-        PROTOCOLS[of['protocol']](of | given_, RigHealth())
-
-
-@pytest.mark.parametrize('what', ['mode', 'fault'])
-def test_a_moteus_that_does_not_tell_its_mode_is_left_out_with_a_word(what):
-    drive = made(Moteus, MoteusTable('moteus'))
-    told = {one.name: 0.0 for one in drive.table.reads} | {what: nan}
-    with pytest.raises(FrameError, match=f'the drive tells .*{what} nan'):
-        drive.hear(identifier(1, 0), drive.table.reply(told))
-
-
-def test_what_a_data_sheet_has_to_say_has_no_default():
-    with pytest.raises(DeviceError, match='device.ratio = 0; it must be given, above 0'):
-        DriveSettings(1, 0, 0.0, 0.1, 0.1)

@@ -126,7 +126,7 @@ def test_measured_rows_take_the_place_of_their_system_and_others_come_below(tmp_
     known, extra = (next(line for line in text.splitlines() if said in line)
                     for said in (name, 'one more'))
     assert f'[{name}](geared_dc.md) | all | RMSE 0.012' in known and known.endswith('`make x` |')
-    assert '| 7 | 0.5 N m | `servo-identify results --parts geared_dc` |' in extra
+    assert '| 7 | 0.5 N m | `servo-identify results --parts geared_dc --force` |' in extra
     assert text.index(name) < text.index('one more') < text.index('| 004 |')
     with pytest.raises(ValueError, match='geared_dc has .* it needs'):
         keep(tmp_path, 'geared_dc', [{'system': name}])
@@ -192,7 +192,7 @@ def test_a_page_that_is_written_by_hand_is_linked_and_never_written(tmp_path, ca
                  '--parts']) == 0
     line = next(line for line in (tmp_path / 'comparison.md').read_text().splitlines()
                 if '(fmu.md)' in line)
-    assert line.endswith('| `servo-identify results --parts fmu` |')
+    assert line.endswith('| `servo-identify results --parts fmu --force` |')
     assert '2.0 (FMI 2) times the 30 ns' in line
     assert not (tmp_path / 'fmu.md').exists()
 

@@ -7,6 +7,7 @@ import numpy as np
 
 STATUSES = ('no_gap', 'explained', 'partly_explained', 'unknown')
 PERIOD, LASTING = 0.01, 12.0  # s
+BARE = {'report': {'verdict': {'status': 'unknown', 'sentence': 'Nothing is known.'}}}
 HOSTILE = '</script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
 
 
@@ -211,3 +212,26 @@ PATCH = """\
 +    excess: {value: 6.214, unit: N m, std: 0.21}, fade: {value: 0.1503, unit: rad/s, std: 0.012}}
 -  viscous: {effect: viscous_friction, at: load, slope: {value: 30.0, unit: N m s/rad}}
 """
+
+
+def hostile_document() -> dict:
+    """Return a document in which every name that a user can choose is hostile."""
+    one = document()
+    report = one['report']
+    report['servo'] = report['verdict']['sentence'] = HOSTILE
+    report['warnings'] = report['confirm'] = [HOSTILE]
+    report['recordings'] = {HOSTILE: [HOSTILE]}
+    report['moved'][0]['path'] = report['defaults'][0]['path'] = HOSTILE
+    report['which'][0] |= {'effect': HOSTILE, 'site': HOSTILE, 'change': HOSTILE}
+    report['which'][0]['curve'] |= {'variable': HOSTILE, 'y_unit': HOSTILE}
+    report['findings'] = [{'level': HOSTILE, 'sentence': HOSTILE, 'action': HOSTILE}]
+    report['next_experiment']['command'] = one['patch'] = HOSTILE
+    report['where'].append({'balance': HOSTILE, 'verdict': 'gap', 'gap_to_noise': 3.0})
+    one['correlations']['names'][0] = HOSTILE
+    one['facts'] = {'command': HOSTILE, 'version': HOSTILE, 'inputs': {HOSTILE: HOSTILE}}
+    first = one['series'][3]
+    first |= {'recording': HOSTILE, 'family': HOSTILE, 'purpose': '__proto__'}
+    channel = first['channels']['torsion']
+    first['channels'] = {'steps': channel, HOSTILE: {**channel, 'unit': HOSTILE}}
+    one['equations'] = [{**one['equations'][0], 'recording': HOSTILE, 'equation': HOSTILE}]
+    return one

@@ -28,7 +28,7 @@ from servo_rig_driver.driver.driver_parameters import DECLARED, limits
 from servo_rig_driver.driver.rig_health import RigHealth
 from servo_rig_driver.driver.rig_link import LinkSettings, RigLink
 from servo_rig_driver.driver.sampler import Sampler
-from servo_rig_driver.driver.setpoints import SetpointPlayer
+from servo_rig_driver.driver.setpoints import Mode, SetpointPlayer
 from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 from servo_rig_driver.emulated.rig_process import EmulatedRig
 
@@ -45,6 +45,8 @@ OVER_TEMPERATURE = {'canopen': (0x4310, 'over-temperature of the motor'),
 """A fault of each drive, and its words."""
 NAMES = tuple(name for name in OVER_TEMPERATURE if name != 'cybergear')
 """One of each class; CyberGear is RobStride with another table."""
+ASKED = tuple(name for name in NAMES if name != 'canopen')
+"""Drives that are asked for each sample."""
 _channels = itertools.count()
 
 
@@ -263,3 +265,14 @@ def driven(name: str, folder: Path, **changed: Any) -> Iterator[tuple[Bench, Lin
             yield made, link
         finally:
             link.link.close()
+
+
+def turning(link, speed=1.0):
+    """Let the motor turn, and wait until its samples say so."""
+    speed = min(speed, link.of['limit.velocity'])
+
+    def turns():
+        link.play(Mode.VELOCITY, speed)
+        angle = link.column('motor_position')[-60:]
+        return np.ptp(angle) > 0.02
+    wait_for(turns, 'the motor turns')

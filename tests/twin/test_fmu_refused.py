@@ -1,6 +1,7 @@
 """What of an FMU cannot be used, and the reason that is given."""
 
 from pathlib import Path
+import struct
 import zipfile
 
 from fmu_maker import made, mapped, servo_of
@@ -48,6 +49,26 @@ REFUSED = {
     'load': (lambda d: mapped(made(d), '{motor_torque: tau_m}'),
              'acts on the load, and the FMU is mapped without an input external_torque'),
 }
+
+
+@pytest.mark.parametrize('name', ['../beside.txt', '/etc/beside', r'resources\..\..\beside'])
+def test_an_archive_with_a_name_outside_of_its_folder_is_refused_unread(tmp_path, name):
+    archive = _zip(tmp_path / 'a.fmu', modelDescription__xml='<x')
+    with zipfile.ZipFile(archive, 'a') as more:
+        more.writestr(name, 'x')
+    with pytest.raises(ServoError, match='lies outside of its folder'):
+        servo_of(mapped(archive))
+    assert [one.name for one in tmp_path.iterdir()] == ['a.fmu']
+
+
+def test_an_archive_that_claims_more_than_2_gb_is_refused_unread(tmp_path):
+    archive = _zip(tmp_path / 'a.fmu', modelDescription__xml='<x')
+    content = archive.read_bytes()
+    entry = content.rindex(b'PK\x01\x02')  # of its directory, whose byte 24 begins the size
+    archive.write_bytes(content[:entry + 24] + struct.pack('<I', 2_000_000_001)
+                        + content[entry + 28:])
+    with pytest.raises(ServoError, match='unpacked it has 2000000001 bytes'):
+        servo_of(mapped(archive))
 
 
 @pytest.mark.parametrize('case', REFUSED)

@@ -97,7 +97,7 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
         stdout.flush()
     except BrokenPipeError:  # who reads has left, as `head` does: what is left is for nobody
         os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
-        return 1
+        return 141  # as of a program that SIGPIPE ended; 1 is an answer of some commands
     except (ValueError, KeyError, OSError) as problem:
         end['error'] = say(problem)
     except KeyboardInterrupt:

@@ -15,6 +15,8 @@ from ..data.check import check as check_data
 from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
+from ..data.several_runs import runs_of
+from ..data.split_stamps import with_whole_stamps
 from ..data.table_import import recording_of
 from ..fit.output_error import fit as fit_output_error
 from .frames import in_memory, table_in
@@ -62,13 +64,17 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
     for word, value in (('name', name), ('family', family)):
         if not isinstance(value, str):
             raise TypeError(f'{word} is {type(value).__name__}, it must be a text')
+    if hasattr(paths, 'collect') or hasattr(paths, 'read'):
+        raise TypeError(f'read takes names of files or columns; this is {type(paths).__name__}: '
+                        'collect() a lazy frame first, and give the name of an open file')
     if in_memory(paths):
-        return Recordings((_held(paths, machine, mapping, name, family),))
+        return Recordings(tuple(_held(paths, machine, mapping, name, family)))
     several: list[Any] = [paths] if isinstance(paths, str | Path) or not isinstance(
         paths, Iterable) else list(paths)
     if several and all(map(in_memory, several)):
-        return Recordings(tuple(_held(one, machine, mapping, f'{name}_{number}', family)
-                                for number, one in enumerate(several, 1)))
+        numbered = {f'{name}_{number}': one for number, one in enumerate(several, 1)}
+        return Recordings(tuple(run for called, one in numbered.items()
+                                for run in _held(one, machine, mapping, called, family)))
     if not all(isinstance(one, str | Path) for one in several):
         raise TypeError('read takes names of files, or columns by name, such as '
                         "{'t': ..., 'current': ..., 'load_position': ...}; this is "
@@ -176,11 +182,11 @@ def _several(word: str, names: Any) -> None:
 
 
 def _held(columns: Mapping[str, Any], machine: ServoFile, mapping: str | Path | None, name: str,
-          family: str) -> Recording:
-    """Return the recording of columns in memory."""
+          family: str) -> list[Recording]:
+    """Return the recordings of columns in memory: one, or one for each episode."""
     table = table_in(columns, name)
     if not all(map(len, table.columns.values())):
         raise ValueError(f'{name} has no rows')
     plan = read_mapping(Path(mapping)) if mapping else None
-    return recording_of(table, machine.servo, machine.text, {'family': family} if family else {},
-                        plan)
+    return [recording_of(run, machine.servo, machine.text, {'family': family} if family else {},
+                         plan) for run in runs_of(with_whole_stamps(table))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -22,7 +23,8 @@ def table_in(held: Any, name: str) -> Table:
 
     An index or coordinate is the time where its name says so, or where it holds times: in s, as a
     duration or as stamps of a calendar, which count from the first. A unit in the ``units``
-    attribute of an xarray variable goes behind its name, as ``motor_position [deg]``. Columns
+    attribute of an xarray variable goes behind its name, as ``motor_position [deg]``, and so does
+    the second line of a header of two. What a masked array hides is NaN. Columns
     that hold no numbers are refused to whoever asks for them. Columns of shape (samples, 1) are
     (samples,); raises ValueError for one of several.
     """
@@ -40,8 +42,9 @@ def table_in(held: Any, name: str) -> Table:
                              '(samples,): give its parts names of their own, and several tables '
                              'as a list: read([first, second], ...)')
         table.columns[column] = numbers
-        if np.asarray(values).dtype.kind == 'M' and len(numbers):
-            table.begins[column] = str(np.asarray(values)[0])[:23].replace('T', ' ')
+        first = np.asarray(values).flat[0] if len(numbers) else None
+        if isinstance(first, np.datetime64 | datetime):
+            table.begins[column] = str(first)[:23].replace('T', ' ')
     if hasattr(held, 'index') and not time_of(table)[0]:
         table.refused['t'] = (f'{name} has no column t, and its index does not say that it is the '
                               "time: where it is, in s, name it: data.rename_axis('t'); else add "
@@ -54,7 +57,7 @@ def _named(held: Any) -> Iterator[tuple[str, Any]]:
     if hasattr(held, 'data_vars'):
         variables = {str(one): held[one] for one in [*held.coords, *held.data_vars]}
         for name, one in variables.items():
-            yield _with_unit(name, one.attrs.get('units', '')), one.values
+            yield _with_unit(name, one.attrs.get('units') or one.attrs.get('unit', '')), one.values
         return
     names = held.dtype.names if isinstance(held, np.ndarray) else getattr(
         held, 'column_names', None) or getattr(held, 'columns', held)
@@ -64,7 +67,9 @@ def _named(held: Any) -> Iterator[tuple[str, Any]]:
             called in ('t', *TIMES) or index.values.dtype.kind in 'mM'):
         yield 't', index.values
     for one in names:
-        yield str(one), _without_zone(held[one], getattr(held[one], 'dt', None))
+        header = one if isinstance(one, tuple) and len(one) == 2 else (one, '')
+        column = held[one]
+        yield _with_unit(*map(str, header)), _without_zone(column, getattr(column, 'dt', None))
 
 
 def _without_zone(stamps: Any, clock: Any) -> Any:
@@ -115,7 +120,14 @@ def _numbers(name: str, column: Any) -> np.ndarray:
     if hasattr(column, 'dtype') and hasattr(column.dtype, 'na_value'):  # pandas' own, maybe empty
         numeric = getattr(column.dtype, 'kind', 'O') in 'iufb'
         column = column.to_numpy(float, na_value=np.nan) if numeric else column.values
+    if isinstance(column, np.ma.MaskedArray):
+        column = np.ma.filled(column.astype(float), np.nan)
     values = np.asarray(column)
+    if values.dtype.kind == 'O' and all(isinstance(one, datetime) for one in values.flat):
+        values = values.astype('datetime64[us]')
+    if values.dtype.kind == 'c':
+        raise ValueError(f'column {name!r} holds complex numbers; give their real part, or which '
+                         'is meant')
     if values.dtype.kind == 'M':
         values = values - values[:1]
     if values.dtype.kind == 'm':

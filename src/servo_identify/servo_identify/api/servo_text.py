@@ -34,8 +34,17 @@ class ServoFile:
         return self.servo.values
 
     def save(self, path: str | Path) -> Path:
-        """Write the servo file, whole or not at all, and return its path. Raises OSError."""
-        path = Path(path)
+        """
+        Write the servo file, whole or not at all, and return its path.
+
+        Raises OSError that names what cannot be written, or the folder that is not there.
+        """
+        path = Path(path).expanduser()
+        if path.is_dir():
+            raise IsADirectoryError(f'{path} is a folder; give the name of a file, such as '
+                                    f'{path / f"{self.name}.yaml"}')
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f'{path} cannot be written: there is no folder {path.parent}')
         draft = path.with_name(f'.{path.name}.part')
         draft.write_text(self.text, 'utf8')
         draft.replace(path)

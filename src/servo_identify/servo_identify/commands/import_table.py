@@ -62,10 +62,13 @@ def main(arguments: argparse.Namespace) -> int:
     tables = tables_of(arguments.files)
     if len(tables) == 1 and not _in_folder(arguments):
         table, = tables
-        found = _bag_of(table, arguments.output, arguments, arguments.replicate)
-        _say_notes(arguments, {table.stem: found})
-        say(arguments, _sentence(arguments.output, found))
-        tell(arguments, recording=found, written=[arguments.output])
+        made = _bags_of(table, arguments.output, arguments, arguments.replicate)
+        _say_notes(arguments, {output.name: found for output, found in made.items()})
+        for output, found in made.items():
+            say(arguments, _sentence(output, found))
+        told = {'recordings': [*made.values()]} if len(made) > 1 else {
+            'recording': made[arguments.output]}
+        tell(arguments, **told, written=[*made])
         return 0
     return _several(tables, arguments)
 
@@ -95,18 +98,20 @@ def _several(tables: list[Path], arguments: argparse.Namespace) -> int:
     for k, (table, name) in enumerate(zip(tables, names_of(tables), strict=True)):
         number = None if arguments.replicate is None else arguments.replicate + k
         try:
-            made[name] = _bag_of(table, folder / name, arguments, number)
+            bags = _bags_of(table, folder / name, arguments, number)
         except (ValueError, OSError) as problem:
             said = str(problem)
             left[str(table)] = said
             print(f'servo-identify import: {said if str(table) in said else f"{table}: {said}"}',
                   file=sys.stderr)
         else:
-            say(arguments, _sentence(folder / name, made[name]))
+            for output, found in bags.items():
+                say(arguments, _sentence(output, found))
+                made[str(output.relative_to(folder))] = found
     _say_notes(arguments, made)
     written = [folder / name for name in made]
     tell(arguments, recordings=list(made.values()), left_out=left, written=written)
-    summary = f'{len(made)} of {len(tables)} tables are bags in {folder}'
+    summary = f'{len(tables) - len(left)} of {len(tables)} tables are bags in {folder}'
     if left:
         print(f'{summary}; left out, for the reasons above: {", ".join(left)}', file=sys.stderr)
     else:
@@ -114,12 +119,58 @@ def _several(tables: list[Path], arguments: argparse.Namespace) -> int:
     return 2 if not made else int(bool(left))
 
 
-def _bag_of(table: Path, output: Path, arguments: argparse.Namespace,
-            replicate: int | None) -> dict[str, Any]:
-    """Write the bag of one table and return what is in it."""
-    new_bag(output, arguments.force)
+def _bags_of(table: Path, output: Path, arguments: argparse.Namespace,
+             replicate: int | None) -> dict[Path, dict[str, Any]]:
+    """
+    Write the bag of a table, and return what is in it by its path.
+
+    Of a table of several recordings, ``output`` is the folder of a bag for each.
+    """
+    from servo_twin.bag import write_recording
+
+    from ..data.import_memory import memory_of
+    from ..data.message_files import holds_messages
+    from ..data.table_import import import_tables
+
+    folder = output.is_dir() and not holds_messages(output)  # of the bags of several runs, maybe
+    if not folder:
+        new_bag(output, arguments.force)
+    said = {'mapping': arguments.mapping, 'family': arguments.family, 'replicate': replicate,
+            'note': arguments.note, 'period': arguments.period}
+    needed = memory_of(table) if table.exists() else 0.0
+    if needed > IN_PARTS_FROM and not folder:
+        found = _in_parts(table, output, arguments, said)
+        if found:
+            return {output: found}
+    if needed > SAID_FROM:
+        print(f'note: {table} is held whole while it is imported, which takes about '
+              f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
+    recordings, made = import_tables(table, arguments.servo, **said), dict[Path, dict[str, Any]]()
+    for one in recordings:
+        bag = output if len(recordings) == 1 else output / one.name
+        new_bag(bag, arguments.force)
+        with whole_bag(bag) as place:
+            write_recording(place, one, arguments.block_size)
+        made[bag] = _facts(bag, one, arguments.servo)
+    return made
+
+
+def _in_parts(table: Path, output: Path, arguments: argparse.Namespace, said: dict[str, Any]
+              ) -> dict[str, Any] | None:
+    """Write the bag part by part and return what is in it; None where that cannot be."""
+    from servo_twin.bag import open_recording
+
+    from ..data.import_in_parts import import_in_parts, NotPlain
+
     with whole_bag(output) as place:
-        return _written(table, place, output, arguments, replicate)
+        try:
+            head = import_in_parts(table, arguments.servo, place, arguments.block_size, **said)
+            with open_recording(place) as whole:
+                return _facts(output, whole, arguments.servo) | {
+                    'warnings': list(head.warnings), 'sha256': head.digest}
+        except NotPlain:
+            shutil.rmtree(place, ignore_errors=True)
+    return None
 
 
 def _sentence(output: Path, found: dict[str, Any]) -> str:
@@ -150,34 +201,6 @@ def _say_notes(arguments: argparse.Namespace, made: dict[str, dict[str, Any]]) -
         if warned or not arguments.quiet:
             print(('warning: ' if warned else 'note: ') + said[0][1]
                   + (f' ({names}{first})' if len(made) > 1 else ''), file=sys.stderr)
-
-
-def _written(table: Path, place: Path, output: Path, arguments: argparse.Namespace,
-             replicate: int | None) -> dict[str, Any]:
-    """Write the bag, part by part where that can be, and return what is in it."""
-    from servo_twin.bag import open_recording, write_recording
-
-    from ..data.import_in_parts import import_in_parts, NotPlain
-    from ..data.import_memory import memory_of
-    from ..data.table_import import import_table
-
-    said = {'mapping': arguments.mapping, 'family': arguments.family, 'replicate': replicate,
-            'note': arguments.note, 'period': arguments.period}
-    needed = memory_of(table) if table.exists() else 0.0
-    if needed > IN_PARTS_FROM:
-        try:
-            head = import_in_parts(table, arguments.servo, place, arguments.block_size, **said)
-            with open_recording(place) as whole:
-                return _facts(output, whole, arguments.servo) | {
-                    'warnings': list(head.warnings), 'sha256': head.digest}
-        except NotPlain:
-            shutil.rmtree(place, ignore_errors=True)
-    if needed > SAID_FROM:
-        print(f'note: {table} is held whole while it is imported, which takes about '
-              f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
-    recording = import_table(table, arguments.servo, **said)
-    write_recording(place, recording, arguments.block_size)
-    return _facts(output, recording, arguments.servo)
 
 
 def _facts(output: Path, recording: Long, servo: Path) -> dict[str, Any]:

@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a table a bag; 2 when one of them cannot be read, after the others."""
-    from ..data.reading import open_one
+    from ..data.reading import open_all
     from ..data.recording_facts import facts_of
 
     console = terminal(quiet=arguments.quiet)
@@ -29,10 +29,11 @@ def main(arguments: argparse.Namespace) -> int:
     for named in arguments.bags:
         try:
             for path in files([named]):
-                with open_one(path, None, arguments.mapping, arguments.namespace) as recording:
-                    facts = facts_of(path, recording)
-                _show(console, facts)
-                found.append(facts)
+                with open_all(path, None, arguments.mapping, arguments.namespace) as several:
+                    for recording in several:
+                        facts = facts_of(path, recording)
+                        _show(console, facts)
+                        found.append(facts)
         except (ValueError, OSError) as error:
             print(f'servo-identify info: {error}', file=sys.stderr)
             failed.append(str(error))

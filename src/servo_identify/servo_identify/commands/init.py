@@ -47,8 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     columns = parser.add_argument_group('the columns')
     columns.add_argument('--column', action='append', default=[], metavar='COLUMN=SOURCE:UNIT',
                          help='which source is which column, such as motor_position=theta:deg '
-                              'or motor_position=enc:1/4096 rev, current=raw:2.69 mA; may be '
-                              'repeated')
+                              'or motor_position=enc:1/4096 rev, current=raw:2.69 mA; '
+                              'load_position=-q turns the sign, t=:2 ms counts rows without '
+                              'times; may be repeated')
     columns.add_argument('--joint', default='', help='which joint, of messages with several')
     columns.add_argument('--si', action='store_true',
                          help='what has no unit in its header is in SI units')
@@ -75,8 +76,9 @@ def main(arguments: argparse.Namespace) -> int:
 
     from ..data.check import check
     from ..data.plausibility import doubt_of_ratio
-    from ..init.asking import choose_columns, complete, given_columns, not_asked_for, with_command
+    from ..init.asking import choose_columns, complete, not_asked_for, with_command
     from ..init.files import mapping_text, servo_text, write
+    from ..init.given_columns import given_columns
     from ..init.left_out import left_out, remarks
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed, sampled_less_often
@@ -108,21 +110,23 @@ def main(arguments: argparse.Namespace) -> int:
         asked = doubt_of_ratio(servo_file.loads(draft, str(arguments.output)))
     except ServoError as problem:
         raise ValueError(f'{problem}{doubt_of_ratio(machine.servo())}') from None
-    recording = _read(arguments, draft, mapping_text(of, columns))
+    recording, *others = _read(arguments, draft, mapping_text(of, columns))
     wrapped = with_turns(columns, recording, machine.servo())
     if wrapped != columns:
         columns = wrapped
         if arguments.mapping_out is None:
             arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
-        recording = _read(arguments, draft, mapping_text(of, columns))
+        recording, *others = _read(arguments, draft, mapping_text(of, columns))
     servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
-    findings = check([recording], servo_file.loads(servo, str(arguments.output)))
+    findings = check([recording, *others], servo_file.loads(servo, str(arguments.output)))
     for column, one in columns.items():
         turn = f', and wraps around at each {one.wraps:.6g} of them' if one.wraps else ''
         turn += f', read as unsigned of {one.signed} bit' if one.signed else ''
         turn += ', which stands for A' if one.was else ''
+        turn += ', with the other sign' if one.negate else ''
         unit = one.was or one.unit or 'SI units'
-        say(arguments, f'{column:<20} is {one.source!r} in {unit}{turn}')
+        say(arguments, f'{column:<20} is {one.source!r} in {unit}{turn}' if one.source else
+            f'{column:<20} is counted, {one.every:.6g} s from row to row')
     rare = sampled_less_often(of, columns)
     if rare:
         say(arguments, f'joined               {", ".join(rare)}: sampled less often than other '
@@ -157,17 +161,16 @@ def main(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _read(arguments: argparse.Namespace, servo: str, mapping: str) -> Recording:
-    """Read the recording by drafts of both files; by its own names where no mapping is needed."""
+def _read(arguments: argparse.Namespace, servo: str, mapping: str) -> list[Recording]:
+    """Read the recordings by drafts of both files; by its own names where no mapping is needed."""
     from ..data.reading import read_recordings
 
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         draft, plan = Path(scratch) / 'servo.yaml', Path(scratch) / 'mapping.yaml'
         draft.write_text(servo, 'utf8')
         plan.write_text(mapping, 'utf8')
-        recording, = read_recordings([arguments.data], draft,
-                                     plan if arguments.mapping_out else None)
-    return recording
+        return read_recordings([arguments.data], draft,
+                               plan if arguments.mapping_out else None)
 
 
 def _beside(servo: Path) -> Path:

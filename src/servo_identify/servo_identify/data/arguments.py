@@ -50,11 +50,11 @@ def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None
 def opened(arguments: argparse.Namespace, stack: ExitStack,
            paths: Iterable[str | Path] | None = None) -> list[Long]:
     """Return the recordings named as of :func:`recordings`, of any length, open in the stack."""
-    from .reading import files_of, open_one
+    from .reading import files_of, open_all
     several = arguments.bags if paths is None else paths
-    return [stack.enter_context(open_one(path, getattr(arguments, 'servo', None),
-                                         arguments.mapping, arguments.namespace))
-            for path in files_of(several)]
+    return [one for path in files_of(several)
+            for one in stack.enter_context(open_all(path, getattr(arguments, 'servo', None),
+                                                    arguments.mapping, arguments.namespace))]
 
 
 def recordings_looked_at(arguments: argparse.Namespace, paths: Iterable[str | Path]

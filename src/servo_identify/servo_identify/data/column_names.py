@@ -131,6 +131,11 @@ def _words(name: str) -> set[str]:
     return parts | {bare for part in parts if (bare := part.rstrip('0123456789')) in _ARRAYS}
 
 
+def is_share(source: str) -> bool:
+    """Tell whether a command is a share of the supply by its name: a duty, or counts of a PWM."""
+    return bool(_words(split(source)[0]) & {'pwm', 'duty'})
+
+
 def likely(name: str, missing: list[str]) -> str:
     """Return the missing column that a name looks like, misspelt or in other words, or ''."""
     lower = name.lower()

@@ -21,6 +21,8 @@ UNIT = {'t': 's'} | COLUMNS
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
 CURRENTS = ('current', 'current_reference')
+_OF_RATED = r'(?i)(0\.1 ?)?(%|percent).*|(\u2030|per ?mille|per thousand|1/1000).*'
+"""Units of a share of what a drive is rated for, as CiA 402 has torque and current."""
 EFFECTIVE = ('arms', 'aeff')
 """Units of a current by its effective value, in small letters."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
@@ -103,7 +105,10 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
         hint = ('; the motor of this axis turns, since its ratio is in rad/m'
                 if servo is not None and servo.linear else
                 '; a linear axis says so in its servo file: travel: linear')
-    if unit in ('%', 'percent'):
+    if name in (*CURRENTS, 'torque') and re.fullmatch(_OF_RATED, unit):
+        hint += (f'; a share of the rated value is given as its part: 0.00127 {wanted} for a per '
+                 f'mille of 1.27 {wanted}')
+    elif unit in ('%', 'percent'):
         hint += ('; leave the unit out and give scale: in the mapping, what 1 % is in '
                  f'{wanted}: scale: 0.08 where the whole is 8 {wanted}')
     if name in (*CURRENTS, *COMMANDS) and re.sub('[ _]', '', unit.lower()) in EFFECTIVE:

@@ -64,8 +64,8 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
                 f'and {MOST_REPEATED:.0%} may at most: '
                 + ('the stamps are of whole seconds alone' if (time == np.round(time)).all() else
                    'the stamps are coarser than the rows')
-                + '. Write the time with more digits; or count the rows, and map the count as the '
-                'time, in periods: t=COUNT:2 ms')
+                + '. Write the time with more digits; or count the rows in their period: time: '
+                '{every: 0.002} in a mapping file, t=:2 ms of init')
         warnings.append(f'{len(repeated)} rows repeat the time of the row before, the first is '
                         f'row {repeated[0] + 1} at t = {time[repeated[0]]:.9g} s; they are left '
                         'out')

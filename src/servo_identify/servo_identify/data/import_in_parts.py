@@ -32,6 +32,8 @@ from .messages_in_parts import long_messages, NotInOrder
 from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
+from .run_labels import may_hold_runs
+from .split_stamps import pairs_of
 from .table import from_arrow, Table
 from .table_import import beside, check_columns, described, Seen, told_begin
 
@@ -57,7 +59,7 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
     """
     machine = servo_file.load(servo)
     plan = read_mapping(mapping) if mapping else None
-    if plan and (plan.join or plan.drive_on or plan.rows or any(
+    if plan and ('every' in plan.columns['t'] or plan.join or plan.drive_on or plan.rows or any(
             {'zero', 'wraps'} & set(steps) for steps in plan.columns.values())):
         raise NotPlain
     facts = (dict(plan.recording) if plan else {}) | beside(path)
@@ -72,6 +74,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
 
         def parts() -> Iterator[Columns]:
             for table in tables():
+                if may_hold_runs(table.columns) or pairs_of(table.columns):
+                    raise NotPlain
                 again = list[str]()
                 yield plan.apply(table, machine, again) if plan else named_columns(
                     table, machine, again)

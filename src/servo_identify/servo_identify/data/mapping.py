@@ -5,6 +5,7 @@ A mapping is YAML. ``time`` and every entry of ``columns`` takes one ``source`` 
 these steps, in this order, each of which may be left out::
 
     source: load         the file's own column; or value: 0.0 for a constant one
+                         (of the time alone, every: 0.002 counts the rows, s from one to the next)
     above: 32767         where the value is above this,
     subtract: 65536      subtract this (signed numbers read as unsigned)
     plus: fine           add another column of the file, in the same numbers; or minus: load
@@ -39,9 +40,10 @@ from .unwrapping import doubts, unwrapped
 
 KEYS = {'rows': str, 'names': list, 'join': bool, 'time': dict, 'columns': dict,
         'recording': dict, 'period': (int, float), 'drive_on': str}
-STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
-         'plus': str, 'minus': str, 'wraps': (int, float), 'scale': (int, float),
-         'offset': (int, float), 'times': str, 'unit': str, 'negate': bool, 'zero': str}
+STEPS = {'source': str, 'value': (int, float), 'every': (int, float), 'above': (int, float),
+         'subtract': (int, float), 'plus': str, 'minus': str, 'wraps': (int, float),
+         'scale': (int, float), 'offset': (int, float), 'times': str, 'unit': str, 'negate': bool,
+         'zero': str}
 BESIDE = ('plus', 'minus', 'times')
 """Steps that take another column of the file."""
 FACTS = {'family': str, 'replicate': int, 'note': str}
@@ -124,6 +126,9 @@ class Mapping:
         time = self.columns['t'].get('source', '')
         if not (self.join or time == '__time'):  # the latter is PlotJuggler's
             return table
+        if not time:
+            raise ValueError(f"{self.path}: join: true needs a 'source' of the time: rows that "
+                             'are counted are all of one topic')
         leading = next((self.columns[name]['source'] for name in LEADING
                         if 'source' in self.columns.get(name, {})), time)
         return joined(table, time, leading, self.sources(), self.sources(*HELD))
@@ -191,8 +196,12 @@ def _check_steps(path: Path, name: str, steps: Any) -> None:
     if not isinstance(steps, dict):
         raise ValueError(f'{path}: {name}: {steps!r} is no set of steps; known are {list(STEPS)}')
     _check(path, name, steps, STEPS)
-    if ('source' in steps) == ('value' in steps):
-        raise ValueError(f"{path}: {name}: give either 'source' or 'value'")
+    if sum(one in steps for one in ('source', 'value', 'every')) != 1:
+        raise ValueError(f"{path}: {name}: give either 'source' or 'value'"
+                         + (", or 'every' for rows without times" if name == 't' else ''))
+    if 'every' in steps and (name != 't' or not steps['every'] > 0.0):
+        raise ValueError(f"{path}: {name}: every = {steps['every']!r}: it is the s from row to "
+                         'row of the time, more than 0')
     if ('above' in steps) != ('subtract' in steps):
         raise ValueError(f"{path}: {name}: 'above' and 'subtract' go together")
     if not steps.get('wraps', 1.0) > 0.0:
@@ -202,8 +211,11 @@ def _check_steps(path: Path, name: str, steps: Any) -> None:
 
 
 def _follow(table: Table, steps: dict[str, Any], factor: float) -> np.ndarray:
+    rows = len(next(iter(table.columns.values())))
+    if 'every' in steps:
+        return float(steps['every']) * np.arange(rows)
     if 'value' in steps:
-        column = np.full(len(next(iter(table.columns.values()))), float(steps['value']))
+        column = np.full(rows, float(steps['value']))
     else:
         column = _signed(table[steps['source']], steps)
     for step, sign in (('plus', 1.0), ('minus', -1.0)):

@@ -23,7 +23,9 @@ _MEANINGS = {
     'period': 'The grid to resample to, s.',
     'drive_on': 'A column that is 0 while the drive is switched off.',
     'source': 'A column of the file, or TOPIC.field[index] of messages.',
-    'value': 'A constant in place of a source.', 'above': 'Where the value is above this ...',
+    'value': 'A constant in place of a source.',
+    'every': 'From row to row of a file without times, s.',
+    'above': 'Where the value is above this ...',
     'subtract': '... subtract this.', 'scale': 'Multiply.', 'offset': 'Add.',
     'wraps': 'A turn of the numbers, where an encoder wraps around.',
     'plus': 'Add another column, in the same numbers.',
@@ -40,10 +42,13 @@ def schema() -> dict[str, Any]:
              'additionalProperties': False,
              'oneOf': [{'required': ['source']}, {'required': ['value']}]}
     steps['properties']['zero']['enum'] = list(ZEROS)
+    every = steps['properties'].pop('every')
     columns = {name: {'description': f'in {UNIT[name]}', **steps} for name in NAMES if name != 't'}
     properties = {name: _kind(name, kind) for name, kind in KEYS.items()}
     properties |= {
-        'time': {'description': 'in s', **steps},
+        'time': {'description': 'in s', **steps,
+                 'properties': {**steps['properties'], 'every': every},
+                 'oneOf': [*steps['oneOf'], {'required': ['every']}]},
         'columns': {'type': 'object', 'properties': columns, 'additionalProperties': False,
                     'minProperties': 1},
         'recording': {'type': 'object', 'additionalProperties': False, 'properties': {

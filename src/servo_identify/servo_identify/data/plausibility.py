@@ -123,7 +123,8 @@ def _compare(path: Path, name: str, value: np.ndarray, other: str, base: np.ndar
     factor = float(np.std(value[known]) / np.std(base[known]))
     if together < 0.0:
         raise ValueError(f'{path}: {name} runs against {other}; positive must be the same way on '
-                         'both shafts: negate one, by a mapping file or in the table')
+                         'both shafts. Turn the sign of one: negate: true in a mapping file, '
+                         "which --column 'motor_position=-SOURCE' of init writes")
     meanings = {180.0 / pi: f'{name} looks like degrees',
                 pi / 180.0: f'{other} looks like degrees'}
     if ratio > 1.0 + 2.0 * _NEAR:

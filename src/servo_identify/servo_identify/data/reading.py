@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, ExitStack
 from glob import glob, has_magic
 from pathlib import Path
+from typing import TypeVar
 
 from servo_twin.bag import BagError, open_recording, read_recording
 from servo_twin.recording.recording import Recording
@@ -13,8 +14,10 @@ from servo_twin.recording.recording import Recording
 from .long_bags import all_of, Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
-from .table_import import import_table, LISTING
+from .table_import import import_tables, LISTING
 from .tables import SUFFIXES
+
+One = TypeVar('One', Recording, Long)
 
 
 def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None,
@@ -28,7 +31,7 @@ def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None
     against each other. ``namespace`` picks one rig of a bag with several. Raises ValueError (of a
     bag BagError) or OSError, which name the file; all are looked for before one is read.
     """
-    return [read_one(path, servo, mapping, namespace) for path in files_of(paths)]
+    return [one for path in files_of(paths) for one in _read(path, servo, mapping, namespace)]
 
 
 def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
@@ -42,18 +45,25 @@ def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
     """
     found = []
     for path in files_of(paths):
-        with open_one(path, servo, mapping, namespace) as one:
-            found.append(all_of(one))
+        with open_all(path, servo, mapping, namespace) as several:
+            found += map(all_of, several)
     return found
 
 
 def files_of(paths: Iterable[str | Path]) -> list[Path]:
-    """Return the files that paths and patterns name; raises FileNotFoundError for what is not."""
+    """
+    Return the files that paths and patterns name.
+
+    Raises FileNotFoundError for what is not there, ValueError for a pipe.
+    """
     found = [path for named in paths for path in _matching(str(named))]
     for path in found:
         if not path.exists():
             raise FileNotFoundError(f'{path} does not exist; give a bag, an MCAP file, or a table '
                                     f'({", ".join(SUFFIXES)})')
+        if not path.is_file() and not path.is_dir():
+            raise ValueError(f'{path} is a pipe or a device, which can be read once: write what '
+                             'comes from it to a file, and give that')
     return found
 
 
@@ -78,31 +88,56 @@ def read_looked_at(paths: Iterable[str | Path], servo: str | Path | None = None,
     """
     found = []
     for path in files_of(paths):
-        with open_one(path, servo, mapping, namespace) as one:
-            found += looked_at(one)
+        with open_all(path, servo, mapping, namespace) as several:
+            found += [part for one in several for part in looked_at(one)]
     return found
 
 
 def read_one(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
              namespace: str | None = None) -> Recording:
-    """Return the recording of one path; raises as :func:`read_recordings` does."""
+    """Return the recording of one path; raises as :func:`open_one` does."""
+    return _single(path, _read(path, servo, mapping, namespace))
+
+
+def _read(path: Path, servo: str | Path | None, mapping: str | Path | None,
+          namespace: str | None) -> list[Recording]:
     if _to_import(path, mapping):
-        return import_table(path, _path(servo), mapping=_path(mapping))
+        return import_tables(path, _path(servo), mapping=_path(mapping))
     with _known(path):
-        return read_recording(path, namespace)
+        return [read_recording(path, namespace)]
+
+
+def _single(path: Path, several: list[One]) -> One:
+    one, *more = several
+    if more:
+        raise ValueError(f'{path} holds {len(several)} recordings, {one.name} to {more[-1].name}, '
+                         'and one is wanted here: `servo-identify import` makes a bag of each')
+    return one
 
 
 @contextmanager
 def open_one(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
              namespace: str | None = None) -> Iterator[Long]:
-    """Open the recording of one path, of any length; raises as :func:`read_recordings` does."""
+    """Open the recording of one path, of any length; raises ValueError for one of several."""
+    with open_all(path, servo, mapping, namespace) as several:
+        yield _single(path, several)
+
+
+@contextmanager
+def open_all(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
+             namespace: str | None = None) -> Iterator[list[Long]]:
+    """
+    Open the recordings of one path, of any length; raises as :func:`read_recordings` does.
+
+    A bag holds one; a table may hold several, as the episodes of LeRobot.
+    """
     if _to_import(path, mapping):
-        yield import_table(path, _path(servo), mapping=_path(mapping))
+        yield [*import_tables(path, _path(servo), mapping=_path(mapping))]
         return
     with ExitStack() as opened:
         with _known(path):
             bag = opened.enter_context(open_recording(path, namespace))
-        yield bag
+        yield [bag]
 
 
 def _path(named: str | Path | None) -> Path | None:
@@ -111,7 +146,7 @@ def _path(named: str | Path | None) -> Path | None:
 
 def _to_import(path: Path, mapping: str | Path | None) -> bool:
     """Tell whether a path is that of a table, or of messages of which a mapping speaks."""
-    if path.is_file() and path.suffix.lower() in SUFFIXES:
+    if path.is_file() and not holds_messages(path):  # a table, or what says how to make it one
         return True
     return mapping is not None and holds_messages(path) and speaks_of_topics(Path(mapping))
 

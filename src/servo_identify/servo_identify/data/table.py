@@ -16,12 +16,14 @@ from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .long_form import check_wide
 from .number_texts import plain, without_groups
+from .run_labels import numbered
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _PANDAS = '__index_level_0__'  # the index of a frame that has no name
 _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the file: 1081.6, or '
           '1081,6 where semicolons or tabs part the columns')
 """Why a number with a comma or an apostrophe is none."""
+_AGAIN = '; the line of names stands there again: a second recording begins, cut the file there'
 _ARROW = ' -> '
 _SERIAL = ('; the monitor of a serial port wrote its own stamps in front: cut all up to '
            "' -> ' off, or log without them")
@@ -36,7 +38,8 @@ class Table:
     says of columns that hold text why they are no numbers; whoever asks for one is told.
     ``warnings`` say what was left out of the file. ``zeros`` is what was taken off whole numbers
     that float64 cannot hold, stamps of a clock: their first, by column. ``begins`` is the first
-    stamp of a calendar or a clock as the file shows it, by column.
+    stamp of a calendar or a clock as the file shows it, by column. ``run`` is the name of this
+    recording in a file of several.
     """
 
     path: Path
@@ -46,6 +49,7 @@ class Table:
     warnings: tuple[str, ...] = ()
     zeros: dict[str, int] = field(default_factory=dict)
     begins: dict[str, str] = field(default_factory=dict)
+    run: str = ''
 
     def __post_init__(self) -> None:
         lengths = {name: len(column) for name, column in self.columns.items()}
@@ -107,7 +111,11 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
             if clock is not None:
                 table.begins[name] = str(next(one for one in values if one)).strip()
         except ValueError as problem:
-            table.refused[name] = str(problem)
+            runs = numbered(name, values)
+            if runs is None:
+                table.refused[name] = str(problem)
+            else:
+                table.columns[name] = runs
     check_wide(table.path, table.columns, {name: values for name, values in texts.items()
                                            if name in table.refused})
     return table
@@ -123,7 +131,7 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
         except (TypeError, ValueError):
             at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
             shown = str(values[at])
-            why = _SERIAL if _ARROW in shown else (
+            why = _AGAIN if shown.strip() == name else _SERIAL if _ARROW in shown else (
                 _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else '')
             raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
                              f'which is no number{why}') from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from .messages import read_messages
 from .plausibility import check_angles
 from .raw_encoder import check_counts
 from .table import Table
-from .tables import read_table
+from .tables import read_tables
 from .time_units import unit_of_times
 
 MANY = 0.3
@@ -38,10 +39,28 @@ def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
                  family: str | None = None, replicate: int | None = None, note: str | None = None,
                  period: float = 0.0) -> Recording:
     """
-    Return a table as a recording of the machine of a servo file.
+    Return a table of one recording; raises ValueError for one of several.
 
-    Without one its angles are not held against each other, and are in rad. What was changed or
-    left out stands in its note, and what to mind in its ``warnings``. Raises ValueError for
+    Arguments and errors are those of :func:`import_tables`.
+    """
+    found, *more = import_tables(path, servo, mapping=mapping, family=family, replicate=replicate,
+                                 note=note, period=period)
+    if more:
+        raise ValueError(f'{path} holds {1 + len(more)} recordings, {found.name} to '
+                         f'{more[-1].name}, and one is wanted here: `servo-identify import` makes '
+                         'a bag of each')
+    return found
+
+
+def import_tables(path: Path, servo: Path | None, *, mapping: Path | None = None,
+                  family: str | None = None, replicate: int | None = None,
+                  note: str | None = None, period: float = 0.0) -> list[Recording]:
+    """
+    Return the recordings of a table, of the machine of a servo file; mostly it is one.
+
+    Of several, each has the name of its run behind that of the file, and their replicates count
+    on. Without a servo file angles are not held against each other, and are in rad. What was
+    changed or left out stands in a note, and what to mind in ``warnings``. Raises ValueError for
     a table whose columns, units, times or numbers cannot be those of a recording, and for one
     that the memory cannot hold; OSError for files that cannot be read.
     """
@@ -51,12 +70,17 @@ def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
         raise ValueError(f'--period = {period} s, it must be positive')
     if path.exists():
         check_memory(path)
-    table = _table(path, plan)
-    facts = (plan.describe(table) if plan else {}) | beside(path)
-    facts |= {name: value for name, value in
-              (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
     text = servo.read_text('utf8') if servo else ''
-    return recording_of(table, machine, text, facts, plan, period)
+    given = {name: value for name, value in
+             (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
+    found = list[Recording]()
+    for number, table in enumerate(_tables(path, plan)):
+        facts = (plan.describe(table) if plan else {}) | beside(path) | given
+        if facts.get('replicate'):
+            facts['replicate'] += number
+        facts |= beside(path.with_name(f'{path.stem}_{table.run}')) if table.run else {}
+        found.append(recording_of(table, machine, text, facts, plan, period))
+    return found
 
 
 def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
@@ -67,8 +91,17 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     ``facts`` may hold family, replicate and note; ``plan`` says which column is which channel,
     without it they carry the names of channels; ``period`` in s, 0 takes it from the times. What
     was converted or left out stands in the note, and what to mind in the warnings as well.
-    Raises ValueError as :func:`import_table` does.
+    Raises ValueError as :func:`import_tables` does.
     """
+    try:
+        found = _recording_of(table, machine, servo_text, facts, plan, period)
+    except ValueError as problem:
+        raise ValueError(f'{problem} ({table.run})' if table.run else str(problem)) from None
+    return replace(found, name=f'{found.name}_{table.run}') if table.run else found
+
+
+def _recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
+                  plan: ColumnMapping | None, period: float) -> Recording:
     path, warnings, told = table.path, list(table.warnings), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))
@@ -106,14 +139,15 @@ def described(path: Path, machine: Servo | None, servo_text: str, facts: Mapping
                      warnings=tuple(warnings), **facts)
 
 
-def _table(path: Path, plan: ColumnMapping | None) -> Table:
+def _tables(path: Path, plan: ColumnMapping | None) -> list[Table]:
     if not holds_messages(path):
-        return read_table(path, plan.rows if plan else '', plan.names if plan else ())
+        return read_tables(path, plan.rows if plan else '', plan.names if plan else ())
     if plan is None or 'source' not in plan.columns['t']:
         raise ValueError(f'{path}: a file of messages needs a mapping file (--mapping) whose time '
                          'has a source, such as /joint_states.stamp; config/imports has some, and '
                          f'`servo-identify init {path} -o S.yaml` writes one')
-    return read_messages(path, plan.sources(), plan.columns['t']['source'], plan.sources(*HELD))
+    return [read_messages(path, plan.sources(), plan.columns['t']['source'],
+                          plan.sources(*HELD))]
 
 
 class Seen:

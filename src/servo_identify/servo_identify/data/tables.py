@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 import tempfile
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -18,7 +17,10 @@ from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
 from .lerobot import named_parts
 from .mat_file import load_mat
+from .numpy_file import load_numpy
 from .rows_in_time import on_one_timeline
+from .several_runs import groups_of, runs_of
+from .split_stamps import with_whole_stamps
 from .spreadsheet import sheet_text
 from .table import from_arrow, Table, with_texts, without_end
 
@@ -32,17 +34,33 @@ _ELSEWHERE = {
                     'MDF(FILE).to_dataframe(raster=0.001, time_from_zero=True).to_csv(NEW), with '
                     'the period of yours'),
     **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
-    **dict.fromkeys(('.pkl', '.pickle'), 'a pickle may run code and is not read: save the frame '
-                    'as Parquet or CSV')}
+    **dict.fromkeys(('.pkl', '.pickle', '.p', '.joblib', '.pt', '.pth'), 'a pickle may run code '
+                    'and is not read: save the frame as Parquet or CSV, arrays by numpy.savez'),
+    **dict.fromkeys(('.gz', '.bz2', '.xz', '.zst', '.zip', '.7z', '.tar'), 'unpack it first')}
 """Kinds of files that are not read, and what to do about each."""
 
-SUFFIXES = (*TEXTS, '.parquet', '.feather', '.arrow', '.npz', '.npy', '.mat', *_HDF5,
-            *_SHEETS, '.json', *LINES)
+_ARROWS = ('.feather', '.arrow', '.arrows', '.ipc')
+SUFFIXES = (*TEXTS, '.parquet', *_ARROWS, '.npz', '.npy', '.mat', *_HDF5, *_SHEETS, '.json',
+            *LINES)
 
 
 def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
     """
-    Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON.
+    Read a file of one recording; raises ValueError for one of several, and as read_tables() does.
+
+    Arguments are those of :func:`read_tables`.
+    """
+    table, *more = read_tables(path, rows, names)
+    if more:
+        raise ValueError(f'{path} holds {1 + len(more)} recordings, {table.run} to '
+                         f'{more[-1].run}, and one is wanted here: `servo-identify import` makes '
+                         'a bag of each')
+    return table
+
+
+def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[Table]:
+    """
+    Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON; a table each run.
 
     ``rows`` names the list of records in a JSON file, where it is not the whole, or the sheet of a
     spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
@@ -64,23 +82,23 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
                          'give the frame to servo_identify.read')
     if not path.is_file():
         raise FileNotFoundError(f'{path} does not exist')
-    readers = {'.parquet': _parquet, '.feather': _feather, '.arrow': _feather, '.npz': _numpy,
-              '.npy': _numpy} | dict.fromkeys(('.mat', *_HDF5), _mat)
-    reader = readers.get(suffix)
     try:
-        if reader is not None:
-            table = reader(path)
+        if suffix in _OF_ARRAYS:
+            tables = _OF_ARRAYS[suffix](path)
+        elif suffix in _OF_ARROW:
+            tables = [_OF_ARROW[suffix](path)]
         else:
-            table = (_json(path, rows) if suffix in ('.json', *LINES) else
-                     _sheet(path, rows, names) if suffix in _SHEETS else _csv(path, names))
+            tables = [_json(path, rows) if suffix in ('.json', *LINES) else
+                      _sheet(path, rows, names) if suffix in _SHEETS else _csv(path, names)]
     except (ValueError, OSError):
         raise
     except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
         raise ValueError(f'{path} is damaged or no {suffix[1:].upper()} file: '
                          f'{type(error).__name__} {error}') from None
-    if not (table.columns or table.refused) or not all(map(len, table.columns.values())):
-        raise ValueError(f'{path} has no rows')
-    return table
+    for table in tables:
+        if not (table.columns or table.refused) or not all(map(len, table.columns.values())):
+            raise ValueError(f'{path} has no rows')
+    return [run for table in tables for run in runs_of(with_whole_stamps(table))]
 
 
 def _csv(path: Path, names: Sequence[str]) -> Table:
@@ -103,23 +121,17 @@ def _sheet(path: Path, named: str, names: Sequence[str]) -> Table:
         name: why.replace(str(scratch), str(path)) for name, why in table.refused.items()})
 
 
-def _numpy(path: Path) -> Table:
-    arrays, refused = dict[str, Any](), dict[str, str]()
-    try:
-        found = np.load(path, allow_pickle=False)
-        if isinstance(found, np.ndarray):
-            arrays = {name: found[name] for name in found.dtype.names or ()} or {path.stem: found}
-        else:
-            with found:
-                for name in found.files:
-                    try:
-                        arrays[name] = found[name]
-                    except ValueError as problem:  # objects, whose reading would run code
-                        refused[name] = f'{path}: {name!r} is no plain array: {problem}'
-    except (ValueError, OSError, EOFError, BadZipFile) as error:
-        raise ValueError(f'{path} is no NPZ file of plain arrays: {error}') from None
-    table = _longest(path, *_parted(arrays))
-    return replace(table, refused={**table.refused, **_deep(path, arrays), **refused})
+def _numpy(path: Path) -> list[Table]:
+    return _of_arrays(path, *load_numpy(path))
+
+
+def _of_arrays(path: Path, arrays: dict[str, Any], refused: dict[str, str]) -> list[Table]:
+    found = list[Table]()
+    for run, inner in groups_of(arrays).items():
+        table = _longest(path, *_parted(inner))
+        found.append(replace(table, run=run, refused={
+            **table.refused, **_deep(path, inner), **refused}))
+    return found
 
 
 def _parted(arrays: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -156,15 +168,20 @@ def _parquet(path: Path) -> Table:
 
 
 def _feather(path: Path) -> Table:
-    from pyarrow import ArrowException, feather
+    from pyarrow import ArrowException, feather, ipc
 
     try:
-        return from_arrow(path, feather.read_table(path))
+        with path.open('rb') as file:
+            stream = not file.read(6).startswith((b'ARROW1', b'FEA1'))
+        if not stream:
+            return from_arrow(path, feather.read_table(path))
+        with ipc.open_stream(path) as read:
+            return from_arrow(path, read.read_all())
     except ArrowException as error:
-        raise ValueError(f'{path} is no Feather file: {error}') from None
+        raise ValueError(f'{path} is no Feather file or stream of Arrow: {error}') from None
 
 
-def _mat(path: Path) -> Table:
+def _mat(path: Path) -> list[Table]:
     found = load_mat(path)
     if not any(np.ndim(value) for value in found.values()):
         raise ValueError(f'{path} holds no array of numbers. Objects of MATLAB (timeseries, '
@@ -172,8 +189,7 @@ def _mat(path: Path) -> Table:
                          'log.Data')
     arrays = {name: value for name, value in found.items()
               if isinstance(name, str) and not name.startswith('__')}
-    table = _longest(path, *_parted(arrays))
-    return replace(table, refused=table.refused | _deep(path, arrays))
+    return _of_arrays(path, arrays, {})
 
 
 def _json(path: Path, rows: str) -> Table:
@@ -215,3 +231,7 @@ def _deep(path: Path, arrays: dict[str, Any]) -> dict[str, str]:
               if isinstance(value, np.ndarray) and value.dtype.kind in 'fiub'}
     return {name: f'{path}: {name!r} has the shape {shape}: save one run, of shape (rows,) or '
             '(rows, joints)' for name, shape in shapes.items() if len(shape) > 2}
+
+
+_OF_ARROW = {'.parquet': _parquet} | dict.fromkeys(_ARROWS, _feather)
+_OF_ARRAYS = dict.fromkeys(('.npz', '.npy'), _numpy) | dict.fromkeys(('.mat', *_HDF5), _mat)

@@ -11,42 +11,19 @@ import shlex
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.straight_units import straightened
 
-from ..data.column_names import ANGLE, looks_like, NAMES
-from ..data.column_units import factor_of, UNIT
+from ..data.column_names import ANGLE, is_share, looks_like, NAMES
+from ..data.column_units import COMMANDS, UNIT
 from ..data.finding import SHOWN
+from .given_columns import judge_unit
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import may_be_angle, Proposal, rises
 from .sources import Offered
-from .torques import choose_torques, shaft_of, stands_for_current
+from .torques import choose_torques
 
 Ask = Callable[[str, str], str]
 """Asks a question with the answer that Enter stands for ('' for none); returns the answer."""
 
 ENCODERS = ('motor_position', 'load_position')
-
-
-def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
-    """Return columns that are given as COLUMN=SOURCE or COLUMN=SOURCE:UNIT; COLUMN= has none."""
-    found = {}
-    for text in texts:
-        column, equals, rest = text.partition('=')
-        if not equals:
-            raise ValueError(f'--column {text}: write COLUMN=SOURCE:UNIT')
-        if column not in NAMES:
-            raise ValueError(f'--column {text}: there is no column {column!r}; '
-                             f'{or_what(column, NAMES)}')
-        if not rest:  # left out
-            found[column] = Proposal(column, '', '')
-            continue
-        source, colon, unit = rest.rpartition(':')
-        if not colon or rest in of.sources:
-            source, unit = rest, of.units.get(rest, '')
-        if source not in of.sources:
-            raise ValueError(f'--column {text}: {of.path} has no {source!r}; '
-                             f'{or_what(source, of.sources, "it has")}')
-        _judge(f'--column {text}', column, unit)
-        found[column] = Proposal(column, source, unit, shaft=shaft_of(of, column, source))
-    return found
 
 
 def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
@@ -81,7 +58,7 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         chosen, untold = choose_torques(of, proposals, chosen, pick)
         missing += untold
     taken |= {one.source for one in chosen.values()}
-    chosen = {column: one for column, one in chosen.items() if one.source}
+    chosen = {column: one for column, one in chosen.items() if one.source or one.every}
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
         if ask:
@@ -115,7 +92,7 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
                 continue
             missing.append(f'--column {names[0]}=SOURCE (of {free[:12]}'
                            + ''.join(f'; {one}' for one in meant)
-                           + ('; a number of the row counts in its period: t=SOURCE:2 ms'
+                           + ('; or count the rows in their period: t=:2 ms'
                               if names == ('t',) and not of.messages else '') + ')')
     for column, one in chosen.items():
         refused = _refused(column, one)
@@ -164,17 +141,14 @@ def _usual(one: Proposal, linear: bool) -> str:
 
 def _refused(column: str, one: Proposal) -> str:
     """Say why a unit cannot be that of a column; '' where it can."""
+    if not one.unit and column in COMMANDS and is_share(one.source):
+        return ('it is a share of the supply: give what 1 of it is, 24 V of a duty, 24/255 V of '
+                'counts up to 255')
     try:
-        _judge(repr(one.source), column, one.unit)
+        judge_unit(repr(one.source), column, one.unit)
     except ValueError as problem:
         return str(problem)
     return ''
-
-
-def _judge(where: str, column: str, unit: str) -> None:
-    """Raise ValueError for what can be no unit of a column; a torque may stand for a current."""
-    if not stands_for_current(column, unit):
-        factor_of(where, column, unit, None, either=True)
 
 
 def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None) -> list[str]:
@@ -233,7 +207,7 @@ def _one_of(ask: Ask, question: str, choices: Sequence[str], usual: str | None =
 def _judge_answer(column: str, unit: str) -> None:
     if not unit:
         raise ValueError(f'a unit is needed, such as {UNIT[column]}')
-    _judge('the unit', column, unit)
+    judge_unit('the unit', column, unit)
 
 
 def _until(ask: Ask, question: str, default: str, judge: Callable[[str], object]) -> str:

@@ -120,7 +120,10 @@ def _steps(one: Proposal) -> str:
     wraps = f', wraps: {one.wraps:.12g}' if one.wraps else ''
     signed = f', {steps_of(one.signed)}' if one.signed else ''
     scale = '' if one.scale == 1.0 else f', scale: {one.scale:.12g}'
-    return f'{{source: {_quoted(one.source)}{signed}{wraps}{scale}{unit}}}'
+    if one.every:
+        return f'{{every: {one.every:.12g}}}'
+    negate = ', negate: true' if one.negate else ''
+    return f'{{source: {_quoted(one.source)}{signed}{wraps}{scale}{unit}{negate}}}'
 
 
 def _origin(machine: Machine, path: str) -> str:

@@ -37,7 +37,8 @@ class Proposal:
     ``wraps``: the round in this unit by which the source wraps around; 0 where it does not.
     ``signed``: the bits of its signed numbers, which were read as unsigned; 0 where they were not.
     ``shaft`` is 'motor' or 'load' for a torque that stands for amperes and is counted there;
-    it is multiplied by ``scale`` and ``was`` in another unit.
+    it is multiplied by ``scale`` and ``was`` in another unit. ``negate`` turns the sign.
+    ``every``, s, counts the rows of a file that has no ``source`` of the time.
     """
 
     column: str
@@ -48,6 +49,8 @@ class Proposal:
     shaft: str = ''
     scale: float = 1.0
     was: str = ''
+    negate: bool = False
+    every: float = 0.0
 
 
 def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
@@ -182,7 +185,7 @@ def needs_mapping(of: Offered, chosen: Mapping[str, Proposal]) -> bool:
     if of.messages or of.names or of.rows or sampled_less_often(of, chosen):
         return True
     for column, one in chosen.items():
-        if one.wraps or one.signed or one.was:
+        if one.wraps or one.signed or one.was or one.negate or one.every:
             return True
         name, unit = split(one.source)
         if name != column and not (column == 't' and name.lower() in TIMES):

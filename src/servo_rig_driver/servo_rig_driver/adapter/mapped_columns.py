@@ -26,6 +26,7 @@ from typing import Any
 import yaml
 
 from ..driver.sample_blocks import COLUMNS
+from ..plain_yaml import read_yaml
 from .message_field import Field, FieldError, STAMP
 
 _STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
@@ -90,7 +91,7 @@ def read_mapping(path: Path, joint: str = '') -> MappedColumns:
     Raises MappingError naming what is wrong in it, such as a joint that has no name.
     """
     try:
-        content = yaml.safe_load(path.read_text('utf8'))
+        content = read_yaml(path.read_text('utf8'))
     except OSError as error:
         raise MappingError(f'{path}: cannot be read: {error.strerror}') from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -285,12 +285,12 @@ class Driver(ManagedNode):
         facts['drive'] = link.sampler.master.state.words
         facts['fault resets'] = str(link.sampler.master.tries)
         facts['samples'] = str(link.sampler.samples)
-        facts['latest SYNC'] = f'{link.latest * 1e-6:.3f} ms'
+        facts['latest SYNC'] = f'{link.requests.latest * 1e-6:.3f} ms'
         facts |= {f'readers of {topic.topic_name.rpartition("/")[2]}':
                   str(topic.get_subscription_count()) for topic in self._topics}
         facts['set-points waiting'] = str(self._player.waiting)
         facts['command'] = 'playing' if self._player.playing else 'none, motor at zero'
-        link.latest = 0
+        link.requests.latest = 0
         return facts
 
 

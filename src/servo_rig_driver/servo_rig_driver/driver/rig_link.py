@@ -1,5 +1,5 @@
 """
-The thread between the driver and the bus: brings the rig up, paces requests, takes the answers.
+The thread between the driver and the bus: brings the rig up, keeps it asked, takes the answers.
 
     reopen ----> listen ----> wake ----> stream ----> idle
        ^            |           |          |           |
@@ -8,16 +8,13 @@ The thread between the driver and the bus: brings the rig up, paces requests, ta
 
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the
 device is started as its protocol has it; where two nodes have one id, ``refuse`` until stop().
-Request k goes out at ``origin + k * period``, an absolute deadline on the steady clock, in one
-packet with what the drive shall hold from then on. The age of a set-point is judged at the instant
-of sending, and the packet says until when it may be passed on.
+While it streams, paced_requests.py says when each request is due.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 import os
 import random
 from threading import Event, Thread
@@ -28,9 +25,10 @@ import can
 from ..can_bus.bus_opening import Wire
 from ..can_bus.bus_port import BusPort, Frames
 from ..devices.device import Outcome
+from .paced_requests import LinkSettings, PacedRequests
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
-from .sample_blocks import BlockBuilder, SampleBlock
+from .sample_blocks import SampleBlock
 from .sampler import Sampler
 from .steady_clock import SteadyClock
 
@@ -39,19 +37,6 @@ CHECK_EVERY = SECOND // 50
 FOREIGN_SILENCE = SECOND
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
-UNANSWERED_AT_MOST = 2 * SECOND
-
-
-@dataclass(frozen=True)
-class LinkSettings:
-    """How the link keeps time; ``period`` in ns, all others in s."""
-
-    period: int
-    block_size: int
-    late_limit: float
-    listen_time: float
-    retry_period: float
-    priority: int = 0
 
 
 class ForeignDriver(RuntimeError):
@@ -74,12 +59,9 @@ class RigLink:
         self.watch = watch
         self.health = health
         self.state = 'closed'
-        self.latest = 0
-        self._publish = publish
         self._port = BusPort(open_wire, self._take, self._came_back, self._controller)
         self._clock = SteadyClock(clock)
-        self._origin: int | None = None
-        self._next = 0
+        self.requests = PacedRequests(settings, sampler, health, self._port, self._clock, publish)
         self._checked = 0
         self._active = False
         self._closing = False
@@ -153,7 +135,7 @@ class RigLink:
                 self.health.trouble('bus.thread', f'the link has stopped: {error!r}; configure '
                                     'the driver again', self.now())
                 with suppress(Exception):
-                    self._rest()
+                    self.requests.rest()
                 self._idle.set()
                 raise
 
@@ -199,7 +181,7 @@ class RigLink:
                 self._unheard = False
                 return self._yielding if self.watch.foreign else self._waking
             if not self.watch.foreign:
-                self._rest()  # the drive may have gone on without the bus
+                self.requests.rest()  # the drive may have gone on without the bus
             self._unheard = False
             self.health.over('bus.gone', self.now())
             return self._idling
@@ -224,7 +206,7 @@ class RigLink:
         self._idle.clear()
         outcome = self.sampler.device.start(self._port, self.now, lambda: self._active)
         if outcome is Outcome.CALLED_OFF:
-            self._rest()
+            self.requests.rest()
             return self._idling
         if outcome is Outcome.FOREIGN:
             return self._yielding
@@ -248,23 +230,14 @@ class RigLink:
         return self._idling
 
     def _streaming(self) -> Callable:
-        period = self.settings.period
-        if self._origin is None:
-            self._origin = self.now() + period
-            self.sampler.blocks = BlockBuilder(self.settings.block_size, self._origin, period,
-                                               self._publish)
-        else:
-            self._skip_to(self.now())
+        self.requests.begin()
         self.state = 'streaming'
         self.sampler.master.enable = True
         while self._active:
             now = self.now()
-            if self._waits(now):
+            if self.requests.wait(now):
                 continue
-            due = self._origin + self._next * period
-            if now - due > period:
-                self._port.receive(0.0)
-            self._tick(due)
+            self.requests.send(now)
             if now - self._checked > CHECK_EVERY:
                 leave = self._check(now)
                 if leave is not None:
@@ -272,76 +245,45 @@ class RigLink:
         self._wind_down()
         return self._idling
 
-    def _waits(self, now: int) -> bool:
-        """Wait for the next instant, or for frames, where it is not yet time to ask."""
-        due = self._origin + self._next * self.settings.period
-        if now < due:
-            self._port.receive((due - now) * 1e-9)
-        return now < due
-
-    def _tick(self, due: int) -> None:
-        now = self.now()
-        late = now - due
-        if late > self.settings.late_limit * SECOND:
-            self._skip_to(now)
-            return
-        self.latest = max(self.latest, late)
-        number, self._next = self._next, self._next + 1
-        frames = self.sampler.tick(number, due, now)
-        if frames is None:
-            return
-        frames, until = self.sampler.judged(frames, self.now())
-        self._port.send(frames, until and self._clock.steady(until), number)
-
-    def _skip_to(self, now: int) -> None:
-        ahead = -(-(now - self._origin) // self.settings.period)
-        if ahead > self._next:
-            self.health.count('samples.not_asked', ahead - self._next)
-            self.health.event('samples.skipped', f'{ahead - self._next} samples were not taken, '
-                              f'up to number {ahead}', now)
-            self._next = ahead
-
     def _check(self, now: int) -> Callable | None:
         self._checked = now
         self.sampler.check(now)
         if self.watch.foreign:
-            self._rest()
+            self.requests.rest()
             return self._yielding
+        if self._must_wake(now):
+            self.requests.rest()
+            return self._waking
+        return None
+
+    def _must_wake(self, now: int) -> bool:
+        """Tell whether the device has to be started again, and say why."""
         if self.watch.restarted:
             self.health.event('nodes.restart', f'{self.watch.restarted} has restarted', now)
-            self._rest()
-            return self._waking
-        if self.watch.silent(now):
-            self._rest()
-            return self._waking
+            return True
+        if self.watch.silent(now):  # which it has named
+            return True
         if self.sampler.answered_twice(now):
             self.health.event('nodes.twice', 'requests are answered twice: a second node of one '
                               'id has come, or the drive sends unasked; it is started again', now)
             self.watch.doubtful = True
-            self._rest()
-            return self._waking
-        if self.sampler.waiting * self.settings.period > UNANSWERED_AT_MOST:
+            return True
+        if self.requests.stuck:
             self.health.event('samples.stuck', f'{self.sampler.waiting} requests are not '
                               'answered in full; the device is started again', now)
-            self._rest()
-            return self._waking
-        return None
+        return self.requests.stuck
 
     def _wind_down(self) -> None:
-        master = self.sampler.master
-        master.enable = False
+        self.sampler.master.enable = False
         until = self.now() + round(self._down_within * SECOND)
         while self.now() < until:
             now = self.now()
-            if self._waits(now):
+            if self.requests.wait(now):
                 continue
-            self._tick(self._origin + self._next * self.settings.period)
+            self.requests.send(now)
             if self.sampler.down:
                 break
-        self._rest()
-
-    def _rest(self) -> None:
-        self._port.send(self.sampler.rest(self._next, self.now()))
+        self.requests.rest()
 
     def _listen(self) -> None:
         self.watch.foreign = ''

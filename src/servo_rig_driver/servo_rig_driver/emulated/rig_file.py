@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 
 from ..nearest_name import or_what
+from ..plain_yaml import read_yaml
 from .rig_physics import World, WORLDS
 
 STEP = 2e-5  # s
@@ -72,7 +73,7 @@ def load_rig(path: str | Path, overrides: Sequence[str] = ()) -> RigSettings:
     """
     path = rig_at(path)
     try:
-        content = yaml.safe_load(path.read_text())
+        content = read_yaml(path.read_text())
     except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
         raise RigFileError(f'{path} cannot be read: {error}') from error
     try:

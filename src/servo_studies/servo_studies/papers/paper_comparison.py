@@ -25,10 +25,14 @@ command that makes the part).
 
 _HEAD = """# The systems of the five papers
 
-Made by `make results` (`servo-identify results`); nothing here is written by hand. Each row comes
-from the figures that its command measured on the emulated rig, which shares no law with the
-models; the papers' figures are of their own rigs. *Not run* is a system whose figures have not
-been measured yet. [papers.md](papers.md) has titles and DOIs of the papers.
+Made by `make results`; the column *here* is not written by hand. Its figures are of emulated rigs,
+which share no law with the models, and of times of the machine that ran them. Only the FMU is
+compared with our own mechanism. The papers' figures are of their own rigs; they are typed from the
+papers, whose titles and DOIs are in [papers.md](papers.md).
+
+The command of a row makes its figures again, after `make training`. It writes them over these
+pages; with `-o new/results.md`, in a folder that is there, it writes beside them. *Not run* is a
+system whose figures have not been measured yet.
 
 """
 
@@ -73,5 +77,5 @@ def _line(system: System, row: Mapping[str, str] | None, pages: Mapping[str, str
         return [system.paper, system.name, 'not run', figure, 'not run', '']
     page = pages.get(system.part)
     name = f'[{system.name}]({page})' if page else system.name
-    command = row['command'] or f'servo-identify results --parts {system.part}'
+    command = row['command'] or f'servo-identify results --parts {system.part} --force'
     return [system.paper, name, row['runs'], row['paper'] or figure, row['ours'], f'`{command}`']

@@ -20,8 +20,15 @@ WIDE = 200  # columns of what is no terminal: names stay whole
 def terminal(stderr: bool = False, quiet: bool = False) -> Any:
     """Return a console: the terminal in its width, or lines without colours in a pipe."""
     from rich.console import Console
+
+    class Plain(Console):
+        """A console that leaves it to the command how to end where nobody reads on."""
+
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError
+
     stream = sys.stderr if stderr else sys.stdout
-    return Console(stderr=stderr, quiet=quiet, width=None if stream.isatty() else WIDE)
+    return Plain(stderr=stderr, quiet=quiet, width=None if stream.isatty() else WIDE)
 
 
 def add_usual(parser: argparse.ArgumentParser, version: str = '') -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import yaml
 
+from ...plain_yaml import read_yaml
 from ..device import DeviceError
 
 SHIPPED = Path(__file__).parent
@@ -28,7 +29,7 @@ def read_table(name: str, ending: str) -> dict:
     """Return a YAML table; raises DeviceError for one that is no mapping."""
     path = table_path(name, ending)
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+        content = read_yaml(path.read_text(encoding='utf-8'))
     except (OSError, yaml.YAMLError, ValueError, RecursionError) as error:
         raise DeviceError(f'{path} cannot be read: {error}') from error
     if not isinstance(content, dict):

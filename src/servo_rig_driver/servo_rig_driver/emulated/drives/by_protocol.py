@@ -14,6 +14,7 @@ from ...devices.mit_table import load_mit_table
 from ...devices.moteus_registers import MoteusTable
 from ...devices.odrive import load_odrive
 from ...devices.tables import MALFORMED
+from ...plain_yaml import read_yaml
 from ..emulated_bench import Bench
 from .mit_mode import EmulatedMit
 from .moteus import EmulatedMoteus
@@ -35,7 +36,7 @@ def driver_parameters(path: str | Path) -> dict[str, Any]:
     Raises DeviceError for a file that is none.
     """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+        content = read_yaml(Path(path).read_text(encoding='utf-8'))
         given = {}
         for node in content.values():
             given.update(_flat(node['ros__parameters']))

@@ -1,0 +1,89 @@
+"""A drive that somebody else stops, on the bus or at its panel, stays without torque."""
+
+from time import sleep
+
+from drive_bench import driven, NAMES, STOPS, turning
+from driver_bench import wait_for
+import numpy as np
+import pytest
+
+from servo_rig_driver.driver.setpoints import Mode
+
+
+def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_path):
+    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
+        turning(link)
+        made.tap.wire.send([(0x22, b'')])  # Estop, from anybody on the bus
+        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
+        made.tap.said.clear()
+        sleep(0.5)
+        assert not made.pushes
+        assert 'clear' not in made.tap.said and 'enable' not in made.tap.said
+        assert link.link.stop()
+        link.link.start()
+        link.enabled()
+
+
+def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
+    with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
+        made.tap.wire.send([(0x22, b'')])
+        link.says('(emergency stop requested), not reset; deactivate and activate the driver')
+        made.tap.wire.send([(0x38, bytes(1))])  # Clear_Errors
+        link.says('another driver is on this bus')
+        link.says('the drive is stopped, and stays in switch on disabled, not reset; deactivate')
+        made.tap.said.clear()
+        sleep(0.5)
+        assert not made.pushes
+        assert 'enable' not in made.tap.said
+        link.link.start()
+        link.enabled()
+
+
+def stays_down(made, link):
+    """Check that nobody enables a drive that another than the driver has stopped, until asked."""
+    link.says('the drive was told to give no torque, by another than this driver')
+    wait_for(lambda: not made.pushes, 'the motor has no torque')
+    made.tap.said.clear()
+    begun = len(link.blocks)
+    link.play(Mode.VELOCITY, 0.5)
+    wait_for(lambda: len(link.blocks) > begun + 200, 'samples come')
+    assert all(np.isnan(block.columns['reference_velocity']).all()
+               for block in link.blocks[begun:])
+    assert not made.pushes
+    assert set(made.tap.said) <= {'off'}
+    assert link.link.stop()
+    link.link.start()
+    link.enabled()
+    wait_for(lambda: not link.health.has('drive.stopped'), 'it is over')
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_it(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
+        turning(link)
+        made.tap.wire.send([STOPS[name]])
+        stays_down(made, link)
+
+
+@pytest.mark.parametrize('told', ['canopen', 'odrive', 'robstride'])  # those that tell of it
+def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_it(told, tmp_path):
+    with driven(told, tmp_path) as (made, link):
+        turning(link)
+        nodes = made.rig.nodes
+        if told == 'canopen':
+            nodes.drive.switch_off()
+        elif told == 'odrive':
+            nodes.state = 1  # idle
+        else:
+            nodes.running = False
+        stays_down(made, link)
+
+
+def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(tmp_path):
+    with driven('robstride', tmp_path) as (made, link):
+        port = link.link._port
+        send, port.send = port.send, lambda *_: None
+        wait_for(lambda: not made.pushes, 'its watchdog ran out')
+        port.send = send
+        link.enabled()
+        assert not link.health.has('drive.stopped')
