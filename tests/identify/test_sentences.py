@@ -1,5 +1,7 @@
 """The verdict as a person is told it."""
 
+from dataclasses import replace
+
 import pytest
 
 from servo_identify.diagnose.answer.report import MissingEffect
@@ -30,3 +32,12 @@ def test_it_tells_of_a_pattern_without_a_name_beside_effects_that_have_one(held)
     assert ('What else is missing has no name in the list. It depends on the angle of the shaft '
             'and is even in the direction of motion. Its size is 0.22 N m.') in told
     assert ('The new file holds it as a curve. Adding them' in told) == held
+
+
+@pytest.mark.parametrize(('taken', 'so'), [(0.95, True), (0.58, False)])
+def test_a_setting_that_leaves_most_of_a_gap_is_not_said_to_be_the_controllers(taken, so):
+    gain = replace(missing('controller_mismatch', 'controller'), parameters={'kv': {}},
+                   shrink_realised=taken)
+    told = sentence('partly_explained', [gain], 'controller', {'solved': 0.0, 'shrink': 0.0}, {})
+    assert ('Set the controller of the servo file so.' in told) == so
+    assert ('This setting takes 58 % of what the controller deviates from its law' in told) != so

@@ -8,7 +8,10 @@ from test_selection import named_by_equations
 
 from servo_identify.data.rows_in_time import at_rows, held_over
 from servo_identify.data.table_import import import_table
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
+from servo_twin.recording.recording import COLUMNS, Recording
 
 SERVO = """
 servo: hobby
@@ -103,3 +106,47 @@ def test_a_command_just_after_its_row_acts_with_it_and_not_a_row_later():
     assert at_rows(rows, rows, steps, ahead=0.1).tolist() == steps.tolist()
     gap = held_over(np.array([0.0, 0.2]), 0.1, np.array([0.0, 0.05]), np.array([np.nan, 3.0]))
     assert np.isnan(gap[0]) and gap[1] == 3.0
+
+
+AGV = """
+servo: agv
+step: 1.0e-4
+drive: {type: voltage, gain: 1.0, resistance: 1.0, inductance: 0.0005, back_emf: 0.035,
+        torque_constant: 0.035}
+mechanism: {type: rigid, rotor_inertia: 3.3e-5, load_inertia: 0.0, ratio: 1.0}
+controller: {type: none}
+sensors: {motor_encoder: {noise: 4.4e-4}, current_sensor: {noise: 0.02}}
+effects:
+  rubs: {effect: coulomb_friction, at: motor, level: 6.3e-3}
+  drags: {effect: viscous_friction, at: motor, slope: 1.0e-4}
+tolerance: {drive.resistance: 6 %, drive.back_emf: 4 %, mechanism.rotor_inertia: 8 %}
+"""
+
+
+@pytest.mark.slow
+def test_a_command_that_comes_two_rows_and_a_half_late_is_no_lag():
+    """Lags of more than all of a command, one against the other, do what a delay does."""
+    def run(seed, period=2e-3, rows=5000, fine=40):
+        time, chance = period * np.arange(rows), np.random.default_rng(seed)
+        volts = sum(np.sin(2.0 * np.pi * f * time + seed * f) for f in (0.5, 1.7, 4.3, 9.0))
+        current = speed = angle = 0.0
+        seen, late, step = [], int(2.5 * fine), period / fine
+        for tick in range(rows * fine):
+            if tick % fine == 0:
+                seen.append((angle, current))
+            acts = 4.0 * volts[(tick - late) // fine] if tick >= late else 0.0
+            current = (current + step / 5e-4 * (acts - 0.035 * speed)) / (1.0 + step / 5e-4)
+            speed += step * (0.035 * current - 1e-4 * speed - 6.3e-3 * np.tanh(
+                speed / 0.05)) / 3.3e-5
+            angle += step * speed
+        angle, current = np.array(seen).T
+        known = {'voltage': 4.0 * volts, 'current': current + 0.02 * chance.standard_normal(rows),
+                 'motor_position': angle + 4.4e-4 * chance.standard_normal(rows)}
+        return Recording(f'run_{seed}', period, {name: known.get(name, np.full(rows, np.nan))
+                                                 for name in COLUMNS}, family='tones')
+
+    found = explained(residual_samples([run(seed) for seed in (1, 2)], servo_file.loads(AGV)))
+    assert [one.mechanism.name for one in found.chosen] == ['command_delay']
+    late = np.dot(found.chosen[0].knots, found.amplitudes(
+        found.explanation.smallest.choice.numbers[0]))
+    assert late == pytest.approx(0.005, abs=1.2e-3)  # but for when a row is read

@@ -143,6 +143,18 @@ def _pattern(unknown: dict[str, Any]) -> str:
             + (f' Its size is {unknown["size"]}.' if unknown.get('size') else ''))
 
 
+def _of_controller(one: MissingEffect) -> str:
+    """Return what to do about a controller: no setting of its law does what another law does."""
+    if not one.parameters:
+        return 'No controller of a twin has that.'
+    if one.shrink_realised >= SOLVED:
+        return 'Set the controller of the servo file so.'
+    return (f'This setting takes {round(100.0 * one.shrink_realised)} % of what the controller '
+            'deviates from its law, so that it is not the cause by itself. Look for a '
+            'feed-forward in the firmware, or for a command added behind the controller '
+            '(added_command).')
+
+
 def _remedy(one: MissingEffect) -> str:
     """Return what to do about what no effect of a twin can hold; '' of others."""
     if one.effect == EXTERNAL:
@@ -152,10 +164,8 @@ def _remedy(one: MissingEffect) -> str:
     if one.added:  # a wave behind the controller
         return 'Record it as the column added_command, and it counts as part of the loop.'
     if one.site == 'controller':
-        so = 'Set the controller of the servo file so.' if one.parameters else (
-            'No controller of a twin has that.')
-        return (f'{so} The comparison by simulation runs under the recorded command and does not '
-                'show it.')
+        return (f'{_of_controller(one)} The comparison by simulation runs under the recorded '
+                'command and does not show it.')
     if one.mechanism['driving']:
         return (f'The {one.site} drives the twin: take the filter off it, or log it without, '
                 'before it is simulated.')

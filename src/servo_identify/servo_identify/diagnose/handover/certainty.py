@@ -17,20 +17,25 @@ from .added import Added
 
 SOURCE = 'gap diagnosis'
 
+SENSOR_GAIN = 'torque_sensor_gain'
+
 TORQUE = re.compile(r'\bN\b|\bkg\b')
 """Units of what grows with all torques alike: torques and forces, inertias, stiffnesses."""
 
 
-def torque_scale(servo: Servo, recordings: Sequence[Recording]) -> float:
+def torque_scale(servo: Servo, recordings: Sequence[Recording],
+                 several: Sequence[Added] = ()) -> float:
     """
     Return how sure the common factor of all torques is, a relative standard deviation.
 
     Twice the torques, inertias and torque constant move a shaft alike. Without a torque that is
     measured the tolerances of the servo file alone tell that factor; 0.0 where one is, or where a
-    value is exact.
+    value is exact. A sensor whose gain is one of the missing effects (``several``) tells none.
     """
-    if any(np.any(np.nan_to_num(one[name])) for one in recordings
-           for name in ('torque', 'external_torque')):
+    told = {'torque', 'external_torque'}
+    told -= {placed.site for one in several for placed in one.placed
+             if placed.effect.name == SENSOR_GAIN}
+    if any(np.any(np.nan_to_num(one[name])) for one in recordings for name in told):
         return 0.0
     known = 0.0
     for path, value in servo.numbers.items():
@@ -63,8 +68,8 @@ def spread(several: Sequence[Added], joint: Estimate, scale: float = 0.0) -> dic
             k = int(index.rstrip(']')) if index else 0
             if len(there) == len(here) and k < len(here):
                 apart = 0.5 * abs(float(here[k] - there[k]))
-        value = joint.values[name] if TORQUE.search(joint.units[name]) else 0.0
-        spread[name] = max(std, apart, scale * abs(value))
+        grows = _torques(path, joint.values[name], joint.units[name])
+        spread[name] = max(std, apart, scale * grows)
     return spread
 
 
@@ -81,9 +86,15 @@ def held_spread(several: Sequence[Added], servo: Servo, scale: float) -> dict[st
             if path in one.held:
                 row = np.atleast_1d(servo.values[path])
                 value = float(row[int(index.rstrip(']')) if index else 0])
-                torque = TORQUE.search(servo.unit(path))
-                found[name] = max(std, scale * abs(value)) if torque else std
+                found[name] = max(std, scale * _torques(path, value, servo.unit(path)))
     return found
+
+
+def _torques(path: str, value: float, unit: str) -> float:
+    """Return what of a value grows with all torques alike, in its ``unit``: all of it or none."""
+    if path.endswith('.excess') and SENSOR_GAIN in path:
+        return abs(1.0 + value)
+    return abs(value) if TORQUE.search(unit) else 0.0
 
 
 def within_spread(several: Sequence[Added], joint: Estimate) -> dict[str, tuple[float, float]]:

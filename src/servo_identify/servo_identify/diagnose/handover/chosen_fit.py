@@ -78,7 +78,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     if others:
         warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
                         'that, what is added brings the simulation nearer in some recordings only')
-    scale, patch = torque_scale(servo, fitting), servo_with(base, added)
+    scale, patch = torque_scale(servo, fitting, added), servo_with(base, added)
     stds = {} if chosen is None else spread(several, chosen, scale)
     held = {path for one in added for path in one.held}  # what was searched has none of its own
     stds = {name: std for name, std in stds.items() if name.partition('[')[0] not in held}

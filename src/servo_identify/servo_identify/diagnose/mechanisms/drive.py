@@ -24,6 +24,7 @@ CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 
 KNEES = (0.003, 0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
+SHARES = (0.0, 1.0)  # of a command that comes late: more than all of it would be turned round
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 BEGINS, ENDS = (0.02, 1.0), (0.05, 10.0)
 """Shares of the top speed at which the top command begins to be cut, and over which it is."""
@@ -88,7 +89,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
         times = tuple(share * period for share in shares)
         one = builder.hypothesis(mechanism, through(builder, partial(_change, late, times)),
-                                 [1] * len(times), times)
+                                 [1] * len(times), times, room=SHARES)
         if one:
             yield one
 

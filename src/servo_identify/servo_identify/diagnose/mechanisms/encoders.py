@@ -12,7 +12,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .clocks import delay_by, late_reading, smooth_angle
-from .drive import delay_of_command, DELAYS
+from .drive import delay_of_command, DELAYS, SHARES
 from .friction import shaft_equation
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .orders import periodic, waves
@@ -125,7 +125,7 @@ def _only_encoder_late(builder: Builder, channel: str) -> Iterator[Hypothesis]:
     mechanism = Mechanism('sensor_delay', 'sensor', channel, ('time',), 'none', memory=True)
     times = tuple(share * builder.scales.period for share in DELAYS)
     columns = (_through_the_angle if sensed else delay_of_command)(builder, times)
-    one = builder.hypothesis(mechanism, columns, [1] * len(times), times)
+    one = builder.hypothesis(mechanism, columns, [1] * len(times), times, room=SHARES)
     if one:
         yield one
 
