@@ -39,7 +39,7 @@ from .control_chart import Chart
 BEYOND = 0.1
 """How far a covariate may leave what was learned, as a share of its largest size there."""
 
-MAKING = 4
+MAKING = 2
 """Blocks for which one chart is made, after learning: the samples must not wait for them."""
 
 FEATURES = ('mean', 'power')
