@@ -1,7 +1,7 @@
 """
 The change detector of the identify node, judged: false changes an hour, and changes found.
 
-    python tests/benchmarks/bench_detector.py [SEED] [--hours 2] [--times 1] [--jobs 1]
+    python tests/benchmarks/bench_detector.py [SEED] [--hours 2] [--times 1] [--most N] [--jobs 1]
 
 The emulated rigs of detector_cases.py work at 1 kHz, warm up and drift as they do; the shipped
 servo file of each runs beside as its twin. The detector has the settings of the identify node.
@@ -144,9 +144,17 @@ def changed(rigs: Iterable[str], times: int, seed: int) -> list[Case]:
     return found
 
 
+def drawn(cases: list[Case], most: int | None, seed: int) -> list[Case]:
+    """Return ``most`` of the cases, drawn by the seed, all without ``most``."""
+    order = np.random.default_rng(seed).permutation(len(cases))
+    return cases if most is None else [cases[k] for k in order[:most]]
+
+
 def wilson(right: int, of: int) -> str:
     """Return a share and its interval of 95 %, in percent."""
-    z, share = 1.96, right / max(of, 1)
+    if not of:
+        return 'none'
+    z, share = 1.96, right / of
     middle = (share + z * z / 2 / of) / (1 + z * z / of)
     half = z / (1 + z * z / of) * (share * (1 - share) / of + z * z / 4 / of / of) ** 0.5
     return f'{right} of {of}, {100 * share:.0f} % [{100 * (middle - half):.0f}, ' \
@@ -202,6 +210,8 @@ def main() -> None:
     parser.add_argument('seed', type=int, nargs='?', default=1)
     parser.add_argument('--hours', type=float, default=2.0, help='in which nothing changes')
     parser.add_argument('--times', type=int, default=1, help='each change, rig and speed')
+    parser.add_argument('--most', type=int, metavar='N',
+                        help='judge N of the changes, drawn by the seed')
     parser.add_argument('--rigs', nargs='+', choices=MACHINES, default=list(MACHINES))
     parser.add_argument('--jobs', type=int, default=1)
     parser.add_argument('--keep', type=Path, metavar='FOLDER', help='for recordings, to use again')
@@ -209,7 +219,8 @@ def main() -> None:
     if told.keep:
         told.keep.mkdir(parents=True, exist_ok=True)
     cases = (quiet(told.rigs, told.hours, told.seed) if told.hours else []) + (
-        changed(told.rigs, told.times, told.seed) if told.times else [])
+        drawn(changed(told.rigs, told.times, told.seed), told.most, told.seed)
+        if told.times else [])
     outcomes = []
     with ProcessPoolExecutor(told.jobs) as pool:
         for one in pool.map(judged, cases, [told.keep] * len(cases)):

@@ -60,3 +60,13 @@ def test_a_change_that_the_detector_names_in_calm_is_a_miss_and_one_of_a_fault_i
         assert f'in {calm} s' in said and is_kept is kept
     rows[1]['at'] = 115.0
     assert _changes({'rows': rows, 'events': []})[1] is None
+
+
+def test_its_noise_is_not_taken_for_what_the_driver_told_the_drive(tmp_path):
+    sys.path.insert(0, str(SOAK))
+    from wire_proxy import WireProxy
+    proxy = WireProxy('rig', 'driver', str(tmp_path / 'log'))
+    proxy.mode = {'mode': 'noise'}
+    made = [frame for _ in range(40_000) for frame in proxy._spoilt('rig', [])]
+    proxy._note('driver', made, 0.0)
+    assert len(made) > 30_000 and (tmp_path / 'log').read_bytes() == b''

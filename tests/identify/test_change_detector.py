@@ -28,14 +28,14 @@ def detector(false_alarms, **more):
 @pytest.mark.slow
 @pytest.mark.parametrize('memory', [0.0, 0.9, 0.98])
 def test_it_keeps_the_stated_rate_of_false_alarms_on_autocorrelated_noise(memory):
-    rate, seconds, streams = 6.0, 300.0, 30
+    rate, seconds, streams = 6.0, 150.0, 20
     alarmed = 0
     for seed in range(streams):
         watch = detector(rate)
         alarmed += bool(watch.push(0, noise(seed, LEARN + seconds, memory)))
         assert watch.state == 'watching'
     expected = 1.0 - np.exp(-rate / 3600.0 * seconds)
-    assert 0 < alarmed < streams * (expected + 3.0 * np.sqrt(expected / streams))
+    assert alarmed < streams * (expected + 3.0 * np.sqrt(expected / streams))
 
 
 @pytest.mark.parametrize(('column', 'change'), [
@@ -51,8 +51,8 @@ def test_it_names_the_balance_that_changed_within_seconds(column, change):
         if found:
             break
     assert [alarm.balance for alarm in found] == [watch.balances[column]]
-    assert 0.0 < (found[0].sequence - switched) * PERIOD < 6.0
-    assert found[0].sequence - found[0].since <= 32 * watch.size
+    assert 0.0 < (found[0].sequence - switched) * PERIOD < 30.0
+    assert found[0].sequence - found[0].since <= 128 * watch.size
 
 
 def test_it_says_an_alarm_once_until_it_learns_anew():
@@ -77,6 +77,26 @@ def test_it_takes_out_what_an_imperfect_twin_owes_to_the_motion():
     rows[15_000:] += 2.0
     found = watch.push(0, rows + 20.0 * speed, speed)
     assert found and 15_000 < found[0].sequence < 15_500
+
+
+def moves(seed, seconds):
+    """Return speed and direction, (n, 2), of moves between rests, and the begin of each part."""
+    random, speed, begins = np.random.default_rng(seed), [], []
+    while sum(map(len, speed)) * PERIOD < seconds:
+        for top in (random.uniform(0.5, 1.0) * random.choice([-1.0, 1.0]), 0.0):
+            begins.append(sum(map(len, speed)))
+            speed.append(np.full(round(random.uniform(1.0, 3.0) / PERIOD), top))
+    speed = np.concatenate(speed)
+    return np.column_stack([speed, np.sign(speed)]), begins
+
+
+@pytest.mark.parametrize('seed', [4, 5])
+def test_it_takes_moves_that_each_err_in_their_own_way_for_no_change(seed):
+    driven, begins = moves(seed, 300.0)
+    rows = noise(seed, len(driven) * PERIOD, columns=2)
+    own = np.random.default_rng(100 + seed).standard_normal(len(begins))
+    rows[:, 1] += np.repeat(own, np.diff([*begins, len(rows)]))
+    assert detector(0.1).push(0, rows, driven) == []
 
 
 def test_it_does_not_judge_a_rig_that_is_driven_as_never_seen():

@@ -200,6 +200,28 @@ def test_it_keeps_what_is_on_disk_when_the_disk_is_full(tmp_path):
     assert len(read_recording(recording.bag)) > 100
 
 
+@pytest.mark.ros
+def test_it_keeps_what_is_on_disk_and_says_so_when_no_memory_is_left_at_its_end(tmp_path):
+    short = ('import sys\nfrom servo_rig_driver.record import growing_bag, recorder_node\n'
+             'def close(_):\n    raise MemoryError("no room for a chunk")\n'
+             'growing_bag.RecordingFile.close = close\nsys.exit(recorder_node.main())')
+    bag = tmp_path / 'bag'
+    with subprocess.Popen(
+            [sys.executable, '-c', short, '--ros-args', '-p', f'output:={bag}', '-p', TOPICS, '-p',
+             'chunk_seconds:=0.1'],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert 'recording to' in process.stdout.readline()
+        with subprocess.Popen([sys.executable, SOURCE, '100000', '2000', '1']) as source:
+            file = bag / 'bag.mcap'
+            wait_for(lambda: file.exists() and file.stat().st_size > 60_000, 'a grown bag')
+            process.send_signal(signal.SIGINT)
+            err = process.communicate(timeout=60)[1]
+            source.terminate()
+    assert process.returncode == 1
+    assert f'recording to {bag} stopped: no room for a chunk' in err and 'Traceback' not in err
+    assert len(read_recording(bag)) > 100
+
+
 def test_it_reads_the_sequence_off_the_bytes():
     from servo_twin.bag.message_definitions import own_types
     types = own_types()

@@ -136,8 +136,11 @@ class WireProxy:
         if kind == 'flip':
             return [(i, self._flipped(d) if d and hit() < share else d) for i, d in frames]
         if kind == 'noise':
-            return [*frames, (self.random.randrange(0x800), self.random.randbytes(
-                self.random.randrange(9)))]
+            made = (self.random.randrange(0x800), self.random.randbytes(self.random.randrange(9)))
+            told = self.table.by_id.get(made[0])
+            if side == 'rig' and told and not told.transmitted:
+                return frames  # the witness would take it for what the driver told the drive
+            return [*frames, made]
         if kind in ('stuck', 'nan', 'turn') and side == 'rig':
             return [(i, self._sensed(kind, d) if i == self.encoder.cob_id else d)
                     for i, d in frames]

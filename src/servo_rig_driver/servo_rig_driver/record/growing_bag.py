@@ -21,6 +21,9 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from .chunk_index import ChunkIndex
 from .message_definitions import commented, typestore
 
+NO_ROOM = (OSError, MemoryError)
+"""What writing raises where the disk or the memory is full."""
+
 _FOREVER = QosTime(9223372036, 854775807)
 _HEAD = 31  # bytes of an MCAP message before its data
 _NUMBER = 11  # bytes before its running number, which rosbags leaves at 0
@@ -89,7 +92,7 @@ class RecordingFile:
 
     def abort(self) -> None:
         """Close without summary, leaving what is on disk; after an error in writing."""
-        with suppress(OSError):
+        with suppress(*NO_ROOM):
             self._writer.abort()
             self._index.close()
 

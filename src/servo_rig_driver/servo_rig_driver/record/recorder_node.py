@@ -36,7 +36,7 @@ from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
-from .growing_bag import RecordingFile
+from .growing_bag import NO_ROOM, RecordingFile
 from .last_messages import take_what_has_come
 from .recorder_parameters import declare, EVENT, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
@@ -113,7 +113,7 @@ class Recorder(Node):
                 return
             try:
                 self.file.write(topic, time_ns(), data)
-            except OSError as error:
+            except NO_ROOM as error:
                 self._fail(error)
                 return
             if watch is not None:
@@ -131,10 +131,10 @@ class Recorder(Node):
         if not self.failure:
             try:
                 self.file.flush()
-            except OSError as error:
+            except NO_ROOM as error:
                 self._fail(error)
 
-    def _fail(self, error: OSError) -> None:
+    def _fail(self, error: OSError | MemoryError) -> None:
         self.failure = f'recording to {self.file.path} stopped: {error}'
         self.stop()
 
@@ -143,7 +143,7 @@ class Recorder(Node):
         try:
             if not self.failure:
                 self.file.close()
-        except OSError as error:
+        except NO_ROOM as error:
             self._fail(error)
         if self.failure:
             self.file.abort()

@@ -1,50 +1,46 @@
 r"""
 A change detector for the balances, with a stated rate of false alarms.
 
-The residual of a balance is cut into blocks. While learning, what it owes to how the rig is driven
-(an imperfect twin has a residual of its own) is regressed on the covariates and their sizes. A
-block then counts by its mean and by the cube root of the mean square of what remains, which is
-nearly normal where the mean square is not (Wilson, Hilferty 1931). That needs some degrees of
-freedom a block, :math:`2\,\mathrm{mean}^2/\mathrm{var}` of the mean squares; where there are too
-few, several blocks count as one. Both are whitened by an autoregression, and so are the
-regressors :math:`g`. Afterwards the innovations :math:`e` of the last :math:`L` blocks are
-matched with each regressor whose share may have changed: the constant, and each covariate (more
-friction is a residual that turns with the direction),
+The residual of a balance is cut into blocks. Each block has two features: the mean of the
+residual, and the logarithm of one and the variance of what a regression on the covariates leaves.
+:mod:`.residual_process` learns what a feature does while nothing changes: how it follows the
+motion, how it differs between moves and rests, how fast it wanders. :mod:`.control_chart` asks
+whether the share of a regressor :math:`g` has changed within the last :math:`L` blocks. A
+regressor is the constant or a covariate: more friction turns with the direction.
 
-.. math:: z = \frac{\sum g_q e}{s\sqrt{P_{qq} + P_q^T M^{-1} P_q}}, \quad P = \sum g g^T
+.. math:: z = \frac{h^T K^{-1} y}{\sqrt{h^T K^{-1} h}}
 
-over the window, :math:`M` the same sum over learning: the generalised likelihood ratio of a change
-within the last L blocks, with what learning left uncertain. :math:`P_{qq}` is widened where
-windows of learning spread more than white innovations would. The threshold is the union bound. A
-window of L blocks is judged every L/2 blocks. Judging all windows of all regressors at
-:math:`P(|t_\nu| > h_L)` gives at most the stated rate of false alarms, if innovations are normal,
-with Student's t for the :math:`\nu` degrees of freedom that learning left. Innovations are cut at
-:data:`.chart.MOST` deviations first, so that one wild block is not taken for a change.
+is the generalised likelihood ratio of such a change. :math:`h` is the regressor within the last L
+blocks and zero before, :math:`K` the covariance of the blocks :math:`y` given learning. K holds
+what learning left uncertain, and that blocks err alike. Innovations are cut at
+:data:`.control_chart.MOST` deviations (Huber 1964): a change needs several that agree. The
+threshold is the union bound. Judging all windows of all regressors at :math:`P(|t_\nu| > h_L)`
+gives at most the stated rate of false alarms. Where windows of the healthy past spread more than
+the process says, deviations are divided by that.
 
 It says nothing of a rig that is driven beyond what was seen while learning: such blocks are
-passed over. A slow drift is followed by nothing here and is found in the end.
+passed over. What changes no faster than it did while learning is no change.
 
-Sources: Basseville, Nikiforov: Detection of Abrupt Changes, 1993, sections 2.4 and 8.2; Lai:
-Sequential changepoint detection in quality control, JRSS B 57 (1995), for windows on a grid.
+Sources: Basseville, Nikiforov: Detection of Abrupt Changes, 1993, sections 2.4 and 7.2; Lai:
+Sequential changepoint detection in quality control, JRSS B 57 (1995), for windows on a grid;
+Huber: Robust estimation of a location parameter, Ann. Math. Stat. 35 (1964).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from .control_chart import Chart
 
-FREEDOM = 8.0
-"""Degrees of freedom that a mean square has at least."""
-
-LEAST = 24
-"""Blocks that learning holds at least, where several count as one."""
-
 BEYOND = 0.1
 """How far a covariate may leave what was learned, as a share of its largest size there."""
+
+MAKING = 2
+"""Blocks for which one chart is made, after learning: the samples must not wait for them."""
 
 FEATURES = ('mean', 'power')
 
@@ -110,7 +106,10 @@ class ChangeDetector:
         self.alarms: dict[str, Alarm] = {}
         self.passed_over = 0
         self._learned: list[tuple[np.ndarray, np.ndarray]] = []
-        self._charts: dict[int, tuple[Chart, ...]] = {}
+        self._learned_at: list[int] = []
+        self._blocks = 0
+        self._charts: dict[int, tuple[np.ndarray, list[Chart]]] = {}
+        self._to_make: list[tuple[int, Callable[[], Chart]]] = []
         self._held: list[np.ndarray] = []
         self._count = 0
         self._next: int | None = None
@@ -120,7 +119,7 @@ class ChangeDetector:
     @property
     def state(self) -> str:
         """What it does: 'learning' or 'watching'."""
-        return 'learning' if self._low is None else 'watching'
+        return 'learning' if self._low is None or self._to_make else 'watching'
 
     @property
     def learned(self) -> float:
@@ -159,27 +158,29 @@ class ChangeDetector:
 
     def _take(self, end: int, rows: np.ndarray) -> list[Alarm]:
         count = len(self.balances)
+        self._blocks += 1
         driven = _basis(rows[:, count:])
         covariates = driven.mean(axis=0)
         if self._low is None:
             if np.isfinite(covariates).all():
                 self._learned.append((rows[:, :count], driven))
+                self._learned_at.append(self._blocks)
             if len(self._learned) * self.size * self.period >= self.settings.learn:
                 self._conclude()
             return []
+        if self._to_make:
+            self._make()
+            return []
         if not ((covariates >= self._low) & (covariates <= self._high)).all():
             self.passed_over += 1
-            for pair in self._charts.values():
-                for chart in pair:
-                    chart.interrupt()
             return []
         found = []
-        for column, charts in self._charts.items():
+        for column, (slopes, charts) in self._charts.items():
             if self.balances[column] in self.alarms:
                 continue
-            values = _features(rows[:, column], driven, charts[0].slopes)
-            told = [(chart.take(value, covariates), feature) for chart, value, feature in zip(
-                charts, values, FEATURES, strict=False)]
+            values = _features(rows[:, column], driven, slopes)
+            told = [(chart.take(value, covariates, self._blocks), feature)
+                    for chart, value, feature in zip(charts, values, FEATURES, strict=True)]
             (deviations, window), feature = max(told, key=lambda one: abs(one[0][0]))
             if window:
                 found.append(Alarm(self.balances[column], feature, deviations,
@@ -204,16 +205,26 @@ class ChangeDetector:
                    if np.abs(covariates[:, k]).max() > 0.0]
         rate = (self.settings.false_alarms / 3600.0 * block
                 / max(1, len(watched) * (len(matched) + 1)))
+        time = np.array(self._learned_at)
         for column in watched:
-            mean = Chart(means[:, column], covariates, rate, matched, least=self.settings.least)
-            powers = np.array([_features(r[:, column], d, mean.slopes)[1]
-                               for r, d in zip(rows, driven, strict=True)])
-            every = _together(powers)
-            usual = float(np.nanmean(powers))
-            least = np.cbrt(usual + self.settings.least ** 2) - np.cbrt(usual)
-            self._charts[column] = (mean,) if not every else (
-                mean, Chart(powers, covariates, rate * every, [0], every, 1.0 / 3.0, float(least)))
+            slopes = _slopes(covariates, means[:, column])
+            values = np.array([_features(r[:, column], d, slopes)
+                               for r, d in zip(rows, driven, strict=True)]).T
+            usual = float(np.nanmean(np.expm1(values[1])))
+            least = float(np.log1p(self.settings.least ** 2 / (1.0 + usual)))
+            self._charts[column] = slopes, []
+            self._to_make += [
+                (column, partial(Chart, values[0], covariates, time, rate, matched,
+                                 self.settings.least)),
+                (column, partial(Chart, values[1], covariates, time, rate, [0], least))]
         self._learned.clear()
+        self._learned_at.clear()
+
+    def _make(self) -> None:
+        """Make the next chart, one each :data:`MAKING` blocks: it takes a quarter of a second."""
+        if not self._blocks % MAKING:
+            column, chart = self._to_make.pop(0)
+            self._charts[column][1].append(chart())
 
 
 def _basis(covariates: np.ndarray) -> np.ndarray:
@@ -221,20 +232,15 @@ def _basis(covariates: np.ndarray) -> np.ndarray:
     return np.hstack([np.ones((len(covariates), 1)), covariates, np.abs(covariates)])
 
 
+def _slopes(covariates: np.ndarray, means: np.ndarray) -> np.ndarray:
+    """Return the shares of the covariates in the means, as far as they are known."""
+    good = np.isfinite(means)
+    size = np.maximum(np.abs(covariates).max(axis=0), 1e-12)
+    basis = covariates[good] / size
+    gram = basis.T @ basis + 1e-6 * len(basis) * np.eye(len(size))
+    return np.linalg.solve(gram, basis.T @ means[good]) / size
+
+
 def _features(rows: np.ndarray, driven: np.ndarray, slopes: np.ndarray) -> tuple[float, float]:
-    """Return the mean, and the mean square of what the slopes leave."""
-    left = rows - driven @ slopes
-    return float(rows.mean()), float(left @ left) / len(left)
-
-
-def _together(powers: np.ndarray) -> int:
-    """Return how many blocks count as one, so that a mean square is nearly normal; 0: too many."""
-    powers = powers[np.isfinite(powers)]
-    for every in (1, 2, 4, 8, 16):
-        whole = len(powers) // every
-        if whole < LEAST:
-            break
-        joined = powers[:whole * every].reshape(whole, every).mean(axis=1)
-        if 2.0 * joined.mean() ** 2 >= FREEDOM * joined.var():
-            return every
-    return 0
+    """Return the mean, and the logarithm of one and the variance of what the slopes leave."""
+    return float(rows.mean()), float(np.log1p((rows - driven @ slopes).var()))

@@ -1,151 +1,112 @@
-"""One chart of the change detector: regression, whitening and windows of a series of blocks."""
+"""One chart of the change detector: windows of a series of blocks against what is usual."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import log, nan, sqrt
+from math import sqrt
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.linalg import cholesky, solve_triangular
+from scipy.special import stdtrit
 
-WINDOWS = (2, 4, 8, 16, 32)
+from .residual_process import ResidualProcess
+
+WINDOWS = (8, 16, 32, 64, 128)
 """Blocks that a change may be spread over."""
 
-ORDERS = (0, 1, 2, 3)
-"""Orders of the autoregression to choose from, by Schwarz's criterion."""
+TOGETHER = 4
+"""Blocks that are taken together, to save time."""
 
-MOST = 6.0
-"""Standard deviations at which an innovation is cut."""
+KEPT = 144
+"""Blocks that are kept, to the newest one: those of the longest window and some before."""
+
+MOST = 2.5
+"""Standard deviations at which an innovation is cut: a window needs several that agree."""
+
+LEARNED = 300
+"""Blocks of learning that are kept at most, evenly spread over it."""
 
 
 class Chart:
     """
-    One feature of one balance: its regression, its whitening, its windows.
+    One feature of one balance: its process while nothing changes, its windows.
 
     ``rate``: false alarms a block of each of the regressors ``matched`` (columns of the
     covariates), of all windows together. A change counts from ``least`` on, in the unit of the
     values: the root mean square of what it adds to them, driven as while learning.
     """
 
-    def __init__(self, values: np.ndarray, covariates: np.ndarray, rate: float,
-                 matched: Sequence[int], every: int = 1, root: float = 1.0,
-                 least: float = 0.0) -> None:
-        good = np.isfinite(values)
-        whole = good.sum() // every
-        values = values[good][:whole * every].reshape(whole, every).mean(axis=1) ** root
-        covariates = covariates[good][:whole * every].reshape(whole, every, -1).mean(axis=1)
-        self._every, self._root, self._matched = every, root, list(matched)
-        size = np.abs(covariates).max(axis=0)
-        self._scale = np.where(size > 0.0, size, 1.0)
-        basis = covariates / self._scale
-        slopes = _solved(basis, values)
-        self._weights = _autoregression(values - basis @ slopes)
-        order = len(self._weights)
-        whitened, answers = self._white(basis), self._white(values[:, None])[:, 0]
-        slopes = _solved(whitened, answers)
-        self.slopes = slopes / self._scale
-        innovations = answers - whitened @ slopes
-        freedom = max(3.0, len(innovations) - basis.shape[1] - order)
-        self._spread = sqrt(float(innovations @ innovations) / freedom)
-        self._doubt = np.linalg.inv(_gram(whitened))
+    def __init__(self, values: np.ndarray, covariates: np.ndarray, time: np.ndarray, rate: float,
+                 matched: Sequence[int], least: float = 0.0) -> None:
+        good = np.flatnonzero(np.isfinite(values))
+        good = good[np.linspace(0, len(good) - 1, min(LEARNED, len(good))).astype(int)]
+        self._process = ResidualProcess(values[good], covariates[good], time[good], matched)
+        self._matched, self._rate = list(matched), rate
+        basis = covariates[good] / self._process.scale
         self._least = least / np.maximum(np.sqrt(np.square(basis).mean(axis=0)), 1e-12)
-        self._wider = {w: self._unsteady(whitened, innovations, w) for w in WINDOWS}
-        self._thresholds = [float(student.isf(rate / len(WINDOWS) * (w // 2) / 2.0, freedom))
-                            for w in WINDOWS]
-        left = values - basis @ slopes
-        self._before = [np.append(b, v) for b, v in zip(
-            basis[whole - order:], left[whole - order:], strict=True)]
-        self._recent = np.empty((0, basis.shape[1] + 2))  # regressors, innovation, the same cut
-        self._waiting: list[tuple[float, np.ndarray]] = []
+        self._rows, self._time = np.empty((0, basis.shape[1])), np.empty(0)
+        self._left, self._known = np.empty(0), np.empty((0, len(good)))
+        self._covariance = np.empty((0, 0))
+        self._waiting: list[tuple[float, np.ndarray, float]] = []
         self._blocks = 0
+        self._judged: list[tuple[int, float]] = []  # block, mean square of its deviations
+        self._seen = self._squares = float(max(3, len(good) - basis.shape[1]))
 
-    def take(self, value: float, covariates: np.ndarray) -> tuple[float, int]:
+    def take(self, value: float, covariates: np.ndarray, time: float) -> tuple[float, int]:
         """Return (deviations, blocks) of the window that tells of a change; (0, 0): none does."""
         if not np.isfinite(value):
-            self.interrupt()
             return 0.0, 0
-        self._waiting.append((value, covariates))
-        if len(self._waiting) < self._every:
+        self._waiting.append((value, covariates / self._process.scale, time))
+        if len(self._waiting) < TOGETHER:
             return 0.0, 0
-        value = (sum(v for v, _ in self._waiting) / self._every) ** self._root
-        covariates = sum(c for _, c in self._waiting) / self._every
+        values, rows, times = (np.array(one) for one in zip(*self._waiting, strict=True))
         self._waiting.clear()
-        row = np.append(covariates / self._scale, value - float(covariates @ self.slopes))
-        self._before.append(row)
-        if len(self._before) <= len(self._weights):
+        left, known = self._process.unforeseen(values, rows, times)
+        old = len(rows) - KEPT
+        self._rows = np.concatenate([self._rows[old:], rows])
+        self._time = np.concatenate([self._time[old:], times])
+        self._left = np.concatenate([self._left[old:], left])
+        self._known = np.concatenate([self._known[old:], known])
+        new = self._process.covariance(rows, times, self._rows, self._time) - known @ self._known.T
+        self._covariance = np.block([
+            [self._covariance[old:, old:], new[:, :-len(rows)].T], [new]])
+        self._blocks += len(rows)
+        return self._judge()
+
+    def _judge(self) -> tuple[float, int]:
+        """Return (deviations, blocks) of the window that tells most of a change."""
+        due = [w for w in WINDOWS if w <= len(self._rows) and not self._blocks % (w // 2)]
+        if not due:
             return 0.0, 0
-        white = self._white(np.array(self._before))[0]
-        del self._before[0]
-        most = MOST * self._spread
-        white = np.append(white, min(max(white[-1], -most), most))
-        self._recent = np.vstack([self._recent[1 - WINDOWS[-1]:], white])
-        self._blocks += 1
-        return self._judged()
+        shapes = np.zeros((len(self._rows), len(due), len(self._matched)))
+        for k, window in enumerate(due):
+            shapes[-window:, k] = self._rows[-window:, self._matched]
+        root = cholesky(self._covariance + 1e-9 * np.eye(len(self._rows)), lower=True)
+        white = solve_triangular(root, np.column_stack(
+            [self._left, shapes.reshape(len(shapes), -1)]), lower=True)
+        shapes = white[:, 1:].reshape(shapes.shape)
+        size = np.sqrt(np.maximum(np.square(shapes).sum(axis=0), 1e-12))
+        whole = np.einsum('nkq,n->kq', shapes, white[:, 0]) / size
+        cut = np.einsum('nkq,n->kq', shapes, np.clip(white[:, 0], -MOST, MOST)) / size
+        wider = self._usual(float(np.square(cut).mean()))
+        told = []
+        for k, window in enumerate(due):
+            chance = self._rate / len(WINDOWS) * (window // 2) / 2.0
+            most = -float(stdtrit(self._seen, chance)) * wider
+            for n, q in enumerate(self._matched):
+                if abs(cut[k, n]) > most and (abs(whole[k, n]) / size[k, n] * self._process.spread
+                                              >= self._least[q]):
+                    told.append((float(cut[k, n]) / wider, window))
+        return max(told, key=lambda one: abs(one[0]), default=(0.0, 0))
 
-    def _judged(self) -> tuple[float, int]:
-        """Return the deviation, not cut, and length of the first window that tells of a change."""
-        for window, threshold in zip(WINDOWS, self._thresholds, strict=True):
-            if window > len(self._recent) or self._blocks % (window // 2):
-                continue
-            rows, errors = self._recent[-window:, :-2], self._recent[-window:, -2:]
-            gram, shares = rows.T @ rows, rows.T @ errors
-            for q in self._matched:
-                spread = self._spread * sqrt(self._wider[window][q] * gram[q, q]
-                                             + gram[q] @ self._doubt @ gram[q])
-                if abs(shares[q, 1]) > threshold * spread > 0.0 and (
-                        abs(shares[q, 0]) >= self._least[q] * gram[q, q]):
-                    return float(shares[q, 0] / spread), window * self._every
-        return 0.0, 0
+    def _usual(self, squares: float) -> float:
+        """
+        Return how much wider windows have spread than the process says, at least 1.
 
-    def _unsteady(self, whitened: np.ndarray, innovations: np.ndarray, window: int) -> np.ndarray:
-        """Return how much wider windows spread while learning than whiteness says, at least 1."""
-        starts = range(0, len(whitened) - window + 1, window // 2)
-        sums, sizes = np.zeros(whitened.shape[1]), np.zeros(whitened.shape[1])
-        for part in (slice(start, start + window) for start in starts):
-            sums += (whitened[part].T @ innovations[part]) ** 2
-            sizes += np.square(whitened[part]).sum(axis=0) * self._spread ** 2
-        return np.maximum(1.0, sums / np.maximum(sizes, 1e-300))
-
-    def _white(self, rows: np.ndarray) -> np.ndarray:
-        """Return rows (n, ...) less what those before foretell of them, shape (n - order, ...)."""
-        order = len(self._weights)
-        white = rows[order:].copy()
-        for k, weight in enumerate(self._weights):
-            white -= weight * rows[order - k - 1:len(rows) - k - 1]
-        return white
-
-    def interrupt(self) -> None:
-        """Forget the last blocks: what comes does not continue them."""
-        self._before, self._recent = [], self._recent[:0]
-        self._waiting.clear()
-
-
-def _gram(basis: np.ndarray) -> np.ndarray:
-    return basis.T @ basis + 1e-6 * len(basis) * np.eye(basis.shape[1])
-
-
-def _solved(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return np.linalg.solve(_gram(basis), basis.T @ values)
-
-
-def _autoregression(left: np.ndarray) -> np.ndarray:
-    """
-    Return the weights, nearest first, of the autoregression that pays.
-
-    One whose weights sum to less than zero is none: it would take a small shift for a large one,
-    and without it the spread is overstated, not understated.
-    """
-    best = (nan, np.empty(0))
-    top = max(ORDERS)
-    for order in ORDERS:
-        if len(left) < 10 * (top + 1) and order:
-            break
-        past = np.column_stack([left[top - k - 1:len(left) - k - 1] for k in range(order)]
-                               or [np.empty((len(left) - top, 0))])
-        weights = np.linalg.lstsq(past, left[top:], rcond=None)[0]
-        innovations = left[top:] - past @ weights
-        variance = max(float(np.square(innovations).mean()), 1e-300)
-        score = len(innovations) * log(variance) + order * log(len(innovations))
-        if not score >= best[0] and weights.sum() >= 0.0:
-            best = (score, weights)
-    return best[1]
+        A window counts as usual once it is so old that a change in it would have been found.
+        """
+        self._judged.append((self._blocks, squares))
+        while self._judged and self._judged[0][0] < self._blocks - KEPT:
+            self._squares += self._judged.pop(0)[1]
+            self._seen += 1.0
+        return sqrt(max(1.0, self._squares / self._seen))

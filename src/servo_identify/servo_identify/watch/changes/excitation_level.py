@@ -6,6 +6,9 @@ import numpy as np
 
 from servo_twin.recording.joined_samples import CHANNELS, LOAD_POSITION, MOTOR_POSITION
 
+DIRECTION = 1
+"""Column of :func:`driving` that holds the direction."""
+
 _WINDOW = 0.02  # s over which speed is measured
 _SLOW = 0.03  # rad/s at the load, in which the direction fades
 _EXTERNAL = CHANNELS.index('external_torque')
