@@ -173,6 +173,7 @@ def test_it_writes_what_it_is_asked_for_and_says_with_its_status_that_a_gap_is_t
     said = capfd.readouterr()
     report = json.loads(said.out)
     assert status == report['exit_status'] == 3
+    assert all(f'warning: {one}\n' in said.err for one in report['warnings'])
     assert json.loads((out / 'report.json').read_text()).items() <= report.items()
     assert report['schema'] == 'servo_gap/2' and report['verdict']['status'] != 'no_gap'
     assert '<html' in (out / 'report.html').read_text()

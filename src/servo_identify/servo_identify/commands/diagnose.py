@@ -107,7 +107,10 @@ def main(arguments: argparse.Namespace) -> int:
                     shlex.join(['servo-identify', *sys.argv[1:]]))
     names = ['report.json', 'augmented.yaml'] + ['report.html'] * (not arguments.no_page)
     tell(arguments, **found.report.as_dict(), written=[output / name for name in names])
-    if not arguments.quiet:
+    if arguments.quiet:
+        for warning in found.report.warnings:
+            print(f'warning: {warning}', file=sys.stderr)
+    else:
         _show(found.report, console)
     console.print(found.report.verdict['sentence'], style='bold', highlight=False)
     if not arguments.quiet:
