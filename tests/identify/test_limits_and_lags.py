@@ -189,3 +189,46 @@ def test_friction_that_no_line_within_tolerance_follows_is_handed_over_as_its_cu
     first = answer.report.which[0]
     assert not first.effect.startswith('parameter:') and first.curve['variable'] == 'speed'
     assert answer.report.gap['solved'] > 0.8
+
+
+SORTER = servo_file.loads("""
+servo: sorter
+step: 1.0e-4
+drive: {type: current, gain: 1.0, torque_constant: 0.6}
+mechanism: {type: rigid, rotor_inertia: 1.0e-3, load_inertia: 6.0e-3, ratio: 1.0}
+sensors: {motor_encoder: {noise: 5.5e-5}, current_sensor: {noise: 0.02}}
+effects:
+  rubs: {effect: coulomb_friction, at: motor, level: 0.03}
+  drags: {effect: viscous_friction, at: motor, slope: 4.0e-3}
+tolerance: {drive.torque_constant: 3 %, mechanism.load_inertia: 5 %}
+""")
+
+
+def sorting(rig, seed, tones):
+    time, chance = np.arange(0.0, 8.0, 1e-3), np.random.default_rng(seed)
+    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    phase = chance.uniform(0.0, 2.0 * np.pi, len(tones))
+    columns['voltage'] = 0.5 * np.sin(2.0 * np.pi * time[:, None] * np.array(tones) + phase).sum(1)
+    y = simulate(rig, inputs_of(columns), 1e-3, initial_state(rig, 0.0, 0.0))
+    return Recording(f'sorting {seed}', 1e-3, columns | {
+        'motor_position': y[:, 0] + chance.normal(0.0, 5.5e-5, len(time)),
+        'current': y[:, 3] + chance.normal(0.0, 0.02, len(time))},
+        family='sorting', replicate=seed, digest=f'{seed:064d}')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('name', 'site', 'value'), [
+    ('current_lag', 'current', {'lag': 0.004}), ('command_delay', 'command', {'delay': 0.003})])
+def test_a_simulation_tells_a_lag_from_a_delay_where_the_equations_do_not(name, site, value):
+    """Slow tones turn by as much of phase in either; the angle drifts apart."""
+    late = SORTER.with_effects(Placed('late', find(name), site), values={
+        f'effects.late.{path}': there for path, there in value.items()})
+    several = [sorting(late, seed, tones) for seed, tones in enumerate((
+        (0.5, 1.3, 3.1, 6.1), (0.6, 1.7, 3.7, 7.1), (0.4, 1.1, 2.9, 5.3)))]
+    report = diagnose(several, SORTER).report
+    first, = report.which
+    assert (first.effect, first.alternatives) == (name, ())
+    assert first.confidence['mechanism'] > 0.9
+    for path, there in value.items():
+        told = first.parameters[path]
+        assert told['value'] == pytest.approx(there, abs=2.0 * told['std']) and told['std'] < 1e-3

@@ -19,6 +19,7 @@ from ..mechanisms.patterns import SPEED_FRICTION
 from .choice import Choice, Fitted
 from .explain import Explained
 from .regression import solve
+from .worth import working
 
 REDRAWN = 60  # fits behind the bands of curves and amplitudes
 
@@ -173,11 +174,13 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     It is a value of the file (or one that hardly varies), or friction over speed of any form, on
     the same variables of the same place, and does in ``fit`` the same to residuals. Two laws are
     two causes, though they do alike: a spring is no weight, and a clearance that grows with the
-    load no softer spring.
+    load no softer spring. A law of which but one term does anything, and that the same, is none
+    beside it: a spring without stiffness is a constant torque.
     """
-    regression, chosen = found.search.regression, found.explanation.smallest
     pair = [found.hypotheses[n] for n in (number, other)]
     one, two = (hypothesis.mechanism for hypothesis in pair)
+    if (one.port, one.site) == (two.port, two.site) and _one_term_alone(found, number, other, fit):
+        return True
     paths = {hypothesis.path for hypothesis in pair}
     if len(paths - {''}) > 1:
         return False
@@ -187,12 +190,27 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
     if one.site != two.site or not alike or not (
             value or SPEED_FRICTION in (one.name, two.name)):
         return False
+    return _do_alike(found, number, other, found.amplitudes(other, fit))
+
+
+def _one_term_alone(found: Explained, number: int, other: int, fit: Fitted) -> bool:
+    """Tell whether one of several terms of a hypothesis does what the member does, others none."""
+    regression, amplitudes = found.search.regression, found.amplitudes(other, fit)
+    gram = regression.of(regression.members[other]).sums(found.explanation.smallest.weight).whole
+    works = working(amplitudes, np.diag(gram))
+    return len(works) > 1 and works.sum() == 1 and _do_alike(
+        found, number, other, np.where(works, amplitudes, 0.0))
+
+
+def _do_alike(found: Explained, number: int, other: int, amplitudes: np.ndarray) -> bool:
+    """Tell whether a hypothesis of some amplitudes does to residuals what a member does."""
+    regression, chosen = found.search.regression, found.explanation.smallest
     several = [regression.members[n] for n in (number, other)]
     gram = regression.of(np.concatenate(several)).sums(chosen.weight).whole
     values = np.zeros((2, len(gram)))
     size = len(several[0])
     values[0, :size] = found.amplitudes(number)
-    values[1, size:] = found.amplitudes(other, fit)
+    values[1, size:] = amplitudes
     (x, xy), (_, y) = values @ gram @ values.T
     return bool(xy > 0.0 and xy**2 > (1.0 - FORM**2) * x * y)
 

@@ -14,15 +14,16 @@ def worth(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
     """Return how many numbers a hypothesis has at work; ``squares`` (n,) of their columns."""
     shared = one.signs == 1  # which of these work is a choice too, also where one does alone
     searched = 1 + len(one.detail) if one.tried > 1 else 0
-    at_work = int((_working(values, squares) & ~shared).sum())
+    at_work = int((working(values, squares) & ~shared).sum())
     return at_work + min(int(shared.sum()), SHAPE) + searched
 
 
 def idle(one: Hypothesis, values: np.ndarray, squares: np.ndarray) -> int:
     """Return how many of its free amplitudes hardly act beside the others."""
-    return int((~_working(values, squares) & (one.signs == 0)).sum())
+    return int((~working(values, squares) & (one.signs == 0)).sum())
 
 
-def _working(values: np.ndarray, squares: np.ndarray) -> np.ndarray:
+def working(values: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """Return which amplitudes do anything beside the others; ``squares`` (n,) of their columns."""
     share = np.abs(values) * np.sqrt(np.maximum(squares, 0.0))
     return share > AT_WORK * share.max(initial=0.0)
