@@ -21,6 +21,7 @@ from .explain import Explained
 from .regression import solve
 from .worth import working
 
+ROUNDING = 1e-4  # share by which columns that are the same differ
 REDRAWN = 60  # fits behind the bands of curves and amplitudes
 
 
@@ -194,16 +195,17 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
 
 
 def _one_term_alone(found: Explained, number: int, other: int, fit: Fitted) -> bool:
-    """Tell whether one of several terms of a hypothesis does what the member does, others none."""
+    """Tell whether one of several terms of a hypothesis is the member's own, and others do nothing."""
     regression, amplitudes = found.search.regression, found.amplitudes(other, fit)
     gram = regression.of(regression.members[other]).sums(found.explanation.smallest.weight).whole
     works = working(amplitudes, np.diag(gram))
     return len(works) > 1 and works.sum() == 1 and _do_alike(
-        found, number, other, np.where(works, amplitudes, 0.0))
+        found, number, other, np.where(works, amplitudes, 0.0), ROUNDING)
 
 
-def _do_alike(found: Explained, number: int, other: int, amplitudes: np.ndarray) -> bool:
-    """Tell whether a hypothesis of some amplitudes does to residuals what a member does."""
+def _do_alike(found: Explained, number: int, other: int, amplitudes: np.ndarray,
+              off: float = FORM) -> bool:
+    """Tell whether a hypothesis does to residuals what a member does, but for a share ``off``."""
     regression, chosen = found.search.regression, found.explanation.smallest
     several = [regression.members[n] for n in (number, other)]
     gram = regression.of(np.concatenate(several)).sums(chosen.weight).whole
@@ -212,7 +214,7 @@ def _do_alike(found: Explained, number: int, other: int, amplitudes: np.ndarray)
     values[0, :size] = found.amplitudes(number)
     values[1, size:] = amplitudes
     (x, xy), (_, y) = values @ gram @ values.T
-    return bool(xy > 0.0 and xy**2 > (1.0 - FORM**2) * x * y)
+    return bool(xy > 0.0 and xy**2 > (1.0 - off**2) * x * y)
 
 
 def _shares(evidence: np.ndarray) -> np.ndarray:
