@@ -33,8 +33,12 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from .control_chart import Chart
+
+ONE_THREAD = ThreadpoolController()
+"""Of linear algebra: threads that wait for each other on a busy machine take many times as long."""
 
 BEYOND = 0.1
 """How far a covariate may leave what was learned, as a share of its largest size there."""
@@ -151,9 +155,10 @@ class ChangeDetector:
         self._held = [rows[whole:]]
         self._count = len(rows) - whole
         found = []
-        for start in range(0, whole, self.size):
-            end = self._next - len(rows) + start + self.size
-            found += self._take(end, rows[start:start + self.size])
+        with ONE_THREAD.limit(limits=1, user_api='blas'):
+            for start in range(0, whole, self.size):
+                end = self._next - len(rows) + start + self.size
+                found += self._take(end, rows[start:start + self.size])
         return found
 
     def _take(self, end: int, rows: np.ndarray) -> list[Alarm]:
