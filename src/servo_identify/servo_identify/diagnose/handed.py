@@ -19,6 +19,7 @@ from .handover.curves import Part
 from .handover.handover import Handover
 from .handover.parts import friction_at_once, parts_of
 from .handover.simulated_gap import Diverged
+from .mechanisms.hypothesis import NEAREST
 from .residuals.added_input import added_input
 from .selection.confidence import redrawn, Rival
 from .selection.explain import Explained
@@ -50,7 +51,8 @@ def rival_answer(found: Explained, known: Mapping[int, tuple[float, list[Rival]]
     """
     Return the answer with its one effect exchanged for a rival, where that is as likely, nearly.
 
-    Of several effects a simulation shows little by itself: each hides in the others.
+    Of several effects a simulation shows little by itself: each hides in the others. Of a form
+    that the twin has not, such as a lag of second order, it shows that of the nearest effect.
     """
     choice = found.explanation.smallest.choice
     if len(choice.members) != 1:
@@ -60,6 +62,8 @@ def rival_answer(found: Explained, known: Mapping[int, tuple[float, list[Rival]]
     if not rivals or rivals[0].confidence < EVEN * confidence:
         return None
     first, *others = rivals
+    if any(NEAREST in found.hypotheses[one].detail for one in (number, first.number)):
+        return None
     fit = found.search.fitted(choice.minus(number).plus(first.number, first.side))
     mine = Rival(number, side, found.hypotheses[number].mechanism, confidence)
     other = replace(found, explanation=replace(found.explanation, smallest=fit))

@@ -195,7 +195,7 @@ def _same(found: Explained, number: int, other: int, fit: Fitted) -> bool:
 
 
 def _one_term_alone(found: Explained, number: int, other: int, fit: Fitted) -> bool:
-    """Tell whether one of several terms of a hypothesis is the member's own, and others do nothing."""
+    """Tell whether one of several terms is the member's own, and the others do nothing."""
     regression, amplitudes = found.search.regression, found.amplitudes(other, fit)
     gram = regression.of(regression.members[other]).sums(found.explanation.smallest.weight).whole
     works = working(amplitudes, np.diag(gram))

@@ -37,8 +37,7 @@ from threadpoolctl import ThreadpoolController
 
 from .control_chart import Chart
 
-ONE_THREAD = ThreadpoolController()
-"""Of linear algebra: threads that wait for each other on a busy machine take many times as long."""
+ONE_THREAD = ThreadpoolController()  # of linear algebra: several wait for each other most of all
 
 BEYOND = 0.1
 """How far a covariate may leave what was learned, as a share of its largest size there."""
