@@ -108,8 +108,7 @@ def nearer(first: Handed, rival: Answer, several: list[set[tuple[str, ...]]], pa
         other = handed_in(rival, several, parts, accepting, without)
     except Diverged:
         return first
-    if not all(one.handover.added and one.handover.helps and one.findings
-               for one in (first, other)):
+    if not all(_shows(one.handover) for one in (first, other)):
         return first
     nats = other.handover.gaps['patch'].evidence(first.handover.gaps['patch'])
     (number, (mine, _)), = first.answer.known.items()
@@ -117,6 +116,12 @@ def nearer(first: Handed, rival: Answer, several: list[set[tuple[str, ...]]], pa
     share = float(expit(nats + np.log(mine / its)))
     best, by, beside = (first, share, against) if share >= 0.5 else (other, 1.0 - share, number)
     return replace(best, findings=tuple(_shared(one, by, beside) for one in best.findings))
+
+
+def _shows(handover: Handover) -> bool:
+    """Tell whether a simulation has all of what is added: it has nothing outside the plant."""
+    return handover.helps and bool(handover.added) and not any(
+        one.part.mechanism.outside for one in handover.added)
 
 
 def _shared(one: Finding, share: float, beside: int) -> Finding:
