@@ -22,7 +22,7 @@ from .answer.verdict import report_of
 from .checks import CannotDiagnose, check, usable
 from .decisions import EVEN
 from .diagnosis import Diagnosis
-from .handed import Answer, Handed, handed_in, nearer, rival_answer, selecting
+from .handed import Handed, handed_in, selecting
 from .handover.cut import Cut
 from .handover.shortened import judging
 from .handover.simulated_gap import Diverged, Simulated, simulated
@@ -62,16 +62,12 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     found = explained(samples, without, stages.share)
     stages.begin('confidence')
     found, rivals = preferred(found)
-    other = rival_answer(found, rivals)
-    found = found.slim(other.found.explanation.smallest.choice.numbers if other else ())
+    found = found.slim()
     stages.begin('stability')
     several = halves(found)
     stages.begin('refit')
     try:
-        handed = handed_in(Answer(found, rivals), several, parts, bool(accepting), without,
-                           stages.share)
-        if other:
-            handed = nearer(handed, other, several, parts, bool(accepting), without)
+        handed = handed_in(found, rivals, several, parts, bool(accepting), without, stages.share)
         stages.begin('comparison')
         evidence = _compared(servo, handed, several)
     except Diverged as problem:
@@ -155,7 +151,7 @@ def _compared(servo: Servo, handed: Handed, several: list[set[tuple[str, ...]]])
         accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
     by_part = {id(one.part): one for one in handover.added}
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in handed.findings]
-    return Evidence(servo, handed.parts, handed.answer.found, tuple(findings), several, handover,
+    return Evidence(servo, handed.parts, handed.found, tuple(findings), several, handover,
                     reported, dropped, accepted)
 
 

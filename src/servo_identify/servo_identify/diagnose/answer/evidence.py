@@ -24,7 +24,6 @@ class Finding:
     A missing effect of the answer: its part, its confidence and rivals, what is added.
 
     ``wave`` is what somebody adds behind the controller, where that is what its equation shows.
-    ``excluded`` are rivals that the equations leave and the simulation does not.
     """
 
     part: Part
@@ -32,7 +31,6 @@ class Finding:
     rivals: tuple[Rival, ...]
     added: Added
     wave: AddedInput | None = None
-    excluded: tuple[Rival, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -102,12 +102,11 @@ def stable(evidence: Evidence, one: Finding) -> float:
     Return in how many of the halves a finding came out.
 
     By its own name, by that of the hypothesis that it is a part of, or by that of a rival: what
-    these recordings do not tell apart, its confidence says already, and what the equations do not,
-    the simulation.
+    these recordings do not tell apart, its confidence says already.
     """
     whole = evidence.found.hypotheses[one.part.number].mechanism
     return share_of(evidence.halves, one.part.mechanism, whole,
-                    *(rival.mechanism for rival in (*one.rivals, *one.excluded)))
+                    *(rival.mechanism for rival in one.rivals))
 
 
 def _turn(added: Added, servo: Servo) -> str:

@@ -12,7 +12,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .driven_columns import of_current, through
-from .hypothesis import Columns, Form, Hypothesis, Mechanism, NEAREST
+from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import lagged, within_rate
 from .shape_search import best_shape, best_shapes, EACH, SHAPES
 
@@ -89,8 +89,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         mechanism = Mechanism(name, 'drive', site, ('time',), 'none', memory=True)
         times = tuple(share * period for share in shares)
         one = builder.hypothesis(mechanism, through(builder, partial(_change, late, times)),
-                                 [1] * len(times), times, room=SHARES,
-                                 detail={NEAREST: name} if late is _lagged_twice else {})
+                                 [1] * len(times), times, room=SHARES)
         if one:
             yield one
 

@@ -20,9 +20,6 @@ CLOCK = 'clock_drift'
 BY_RECORDING = 'recording'
 """Variable of what is another in each recording: no value of a servo file."""
 
-NEAREST = 'nearest'
-"""In the detail of a hypothesis: the effect of the twin that is near it, and no more than near."""
-
 TURN = 2.0 * np.pi
 
 Room = tuple[float | np.ndarray, float | np.ndarray]

@@ -42,13 +42,9 @@ class Explained:
         """The hypotheses of the smallest set, in the order in which they were found."""
         return [self.hypotheses[n] for n in self.explanation.smallest.choice.numbers]
 
-    def slim(self, also: Collection[int] = ()) -> Explained:
-        """
-        Return the same without the columns of what is not in the smallest set: much memory.
-
-        ``also`` are numbers of hypotheses whose columns are kept beside those.
-        """
-        chosen = {*self.explanation.smallest.choice.numbers, *also}
+    def slim(self) -> Explained:
+        """Return the same without the columns of what is not in the smallest set: much memory."""
+        chosen = self.explanation.smallest.choice.numbers
         several = [one if number in chosen else replace(one, columns=one.columns.summed())
                    for number, one in enumerate(self.hypotheses)]
         self.search.regression.hypotheses = several
