@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from synthetic_recordings import run_of
 from test_selection import recorded, SERVO
 
 from servo_identify.diagnose.diagnose import diagnose
@@ -14,7 +15,6 @@ from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description.servo_file import loads
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
-from servo_twin.recording.recording import COLUMNS, Recording
 
 LEVEL = 'effects.coulomb.level'
 
@@ -112,8 +112,7 @@ def mixed(seed, cold, more, period=5e-3, rows=4000, fine=50):
     angle, current = np.array(seen).T
     known = {'voltage': volts, 'current': current + 0.03 * chance.standard_normal(rows),
              'motor_position': angle + 4.4e-4 * chance.standard_normal(rows)}
-    return Recording(f'run_{seed}', period, {name: known.get(name, np.full(rows, np.nan))
-                                             for name in COLUMNS}, family='tones')
+    return run_of(seed, period, known, 'tones')
 
 
 @pytest.mark.slow

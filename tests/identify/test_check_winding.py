@@ -5,10 +5,10 @@ import re
 from init_bench import gear_motor
 import numpy as np
 import pytest
+from synthetic_recordings import run_of
 
 from servo_identify.data.check import check
 from servo_twin.description.servo_file import loads
-from servo_twin.recording.recording import COLUMNS, Recording
 
 FILE = """
 servo: m
@@ -27,8 +27,7 @@ def run(number, resistance=2.1, emf=0.045, zero=0.0, drive=WINDING, family='sine
     command = (resistance * made['i'] + emf * speed if drive == WINDING else 2.0 * made['i'])
     current = made['i'] + zero + 0.002 * chance.standard_normal(len(speed))
     known = {'voltage': command, 'current': current, 'motor_position': made['theta']}
-    columns = {name: known.get(name, np.full(len(speed), np.nan)) for name in COLUMNS}
-    return Recording(f'run_{number}', 0.002, columns, family=family)
+    return run_of(number, 0.002, known, family)
 
 
 def said(several, words, drive=WINDING):

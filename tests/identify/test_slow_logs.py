@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 import numpy as np
 import pytest
+from synthetic_recordings import run_of
 from test_selection import named_by_equations
 
 from servo_identify.data.rows_in_time import at_rows, held_over
@@ -11,7 +12,6 @@ from servo_identify.data.table_import import import_table
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
-from servo_twin.recording.recording import COLUMNS, Recording
 
 SERVO = """
 servo: hobby
@@ -142,8 +142,7 @@ def test_a_command_that_comes_two_rows_and_a_half_late_is_no_lag():
         angle, current = np.array(seen).T
         known = {'voltage': 4.0 * volts, 'current': current + 0.02 * chance.standard_normal(rows),
                  'motor_position': angle + 4.4e-4 * chance.standard_normal(rows)}
-        return Recording(f'run_{seed}', period, {name: known.get(name, np.full(rows, np.nan))
-                                                 for name in COLUMNS}, family='tones')
+        return run_of(seed, period, known, 'tones')
 
     found = explained(residual_samples([run(seed) for seed in (1, 2)], servo_file.loads(AGV)))
     assert [one.mechanism.name for one in found.chosen] == ['command_delay']

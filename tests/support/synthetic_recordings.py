@@ -26,3 +26,10 @@ def sampled(servo: Servo, voltage: np.ndarray, *, seed: int = 0, external: float
         clean = np.interp(grid - (late or {}).get(name, 0.0), grid, y[:, i])
         columns[name] = clean + servo.noise(name) * rng.standard_normal(samples)
     return Recording(f'synthetic {seed}', period, columns, digest=f'{seed:064d}')
+
+
+def run_of(number: int, period: float, known: Mapping[str, np.ndarray], family: str) -> Recording:
+    """Return a recording ``run_NUMBER`` of the columns that a logger had; the others are NaN."""
+    samples = len(next(iter(known.values())))
+    return Recording(f'run_{number}', period, {
+        name: known.get(name, np.full(samples, np.nan)) for name in COLUMNS}, family=family)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -14,6 +14,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance
 from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
+from .shape_search import best_shape
 from .signal_scales import Scales
 
 VANISHING, NOTHING = 1e-6, 1e-12  # share of the largest column, and noise units: moves nothing
@@ -54,6 +55,12 @@ class Builder:
             return x
         table = self.nuisance.columns
         return x - table @ (self._inverse @ (table.T @ x))
+
+    def best_shape(self, low: float, high: float, column: Callable[[float], np.ndarray],
+                   residual: np.ndarray) -> float:
+        """Return what :func:`.shape_search.best_shape` does, beside what may move."""
+        return best_shape(low, high, lambda number: self.apart(column(number)),
+                          self.apart(residual))
 
     @cached_property
     def _inverse(self) -> np.ndarray:

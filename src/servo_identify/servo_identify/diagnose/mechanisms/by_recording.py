@@ -12,6 +12,7 @@ from servo_twin.physics.servo import Servo
 
 from ..decisions import SOLVED
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import Motion
 from .builder import Builder
 from .hypothesis import BY_RECORDING, Hypothesis, Mechanism, Series
 from .orders import waves
@@ -69,7 +70,7 @@ def _friction(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
 
     def more(one: EquationErrors) -> np.ndarray:
         size = np.abs(one.of_file[f'{site}_resistance']) if own else np.ones(len(one.motion.rows))
-        return _in_time(one, size, changes)
+        return with_changes(one.motion, size, changes)
 
     mechanism = Mechanism('friction_drift', 'friction', site, (BY_RECORDING,), 'odd')
     knots = [k for k in range(len(errors)) for _ in range(1 + changes)]
@@ -85,7 +86,7 @@ def _viscous(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
     errors, unit = builder.samples.errors, 'N m s/rad'
 
     def more(one: EquationErrors) -> np.ndarray:
-        return _in_time(one, np.abs(one.motion[f'{site}_speed']), changes)
+        return with_changes(one.motion, np.abs(one.motion[f'{site}_speed']), changes)
 
     mechanism = Mechanism('friction_drift', 'friction', site, (BY_RECORDING, 'speed'), 'odd')
     knots = [k for k in range(len(errors)) for _ in range(1 + changes)]
@@ -94,9 +95,9 @@ def _viscous(builder: Builder, site: str, changes: bool) -> Hypothesis | None:
         detail={'told': partial(_beside, names_of(builder), unit, site)})
 
 
-def _in_time(one: EquationErrors, size: np.ndarray, changes: bool) -> np.ndarray:
+def with_changes(motion: Motion, size: np.ndarray, changes: bool) -> np.ndarray:
     """Return a size (samples,), and where it ``changes`` over time that as well, (samples, n)."""
-    time = one.motion.time - one.motion.time.mean()
+    time = motion.time - motion.time.mean()
     return np.column_stack([size, size * time / max(np.ptp(time), 1e-9)][:1 + changes])
 
 

@@ -14,7 +14,7 @@ from .builder import Builder
 from .driven_columns import of_current, through
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import lagged, within_rate
-from .shape_search import best_shape, best_shapes, EACH, SHAPES
+from .shape_search import best_shapes, EACH, SHAPES
 
 BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 """Shares of the largest command within which nothing may come."""
@@ -162,8 +162,8 @@ def _rate_limited(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         command = one.regressor_command
         return (within_rate(command, rate * one.measured.period) - command)[:, None]
 
-    rate = best_shape(SLOWEST * top, top, lambda rate: builder.apart(through(
-        builder, lambda one: lost(one, rate)).table[:, 0]), builder.apart(residual))
+    rate = builder.best_shape(SLOWEST * top, top, lambda rate: through(
+        builder, lambda one: lost(one, rate)).table[:, 0], residual)
     mechanism = Mechanism('command_rate_limit', 'drive', 'command', ('command',), 'odd',
                           memory=True)
     return builder.hypothesis(mechanism, through(builder, lambda one: lost(one, rate)), [1],

@@ -7,7 +7,7 @@ import numpy as np
 from .builder import Builder
 from .friction import over_speed
 from .hypothesis import Form, Hypothesis, Mechanism
-from .shape_search import best_shape, SHAPES
+from .shape_search import SHAPES
 
 PEAKS = (0.05, 0.7)  # shares of the top speed between which the peak must lie to be seen
 
@@ -25,12 +25,11 @@ def eddy_brake(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis 
 
         return over_speed(site, drag)
 
-    def column(critical: float) -> np.ndarray:  # what friction within its tolerance leaves of it
+    def column(critical: float) -> np.ndarray:
         peaked = form(critical)
-        return builder.apart(builder.resisting(
-            site, lambda one: peaked.shape(peaked.of(one))).table[:, 0])
+        return builder.resisting(site, lambda one: peaked.shape(peaked.of(one))).table[:, 0]
 
     low, high = PEAKS
-    critical = best_shape(low * top, high * top, column, builder.apart(residual))
+    critical = builder.best_shape(low * top, high * top, column, residual)
     return builder.resistance(Mechanism('eddy_brake', 'friction', site, ('speed',), 'odd'),
                               form(critical), [1], (critical,), tried=SHAPES)

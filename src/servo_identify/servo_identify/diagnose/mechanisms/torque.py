@@ -14,7 +14,7 @@ from .friction import shaft_equation
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 from .memory import relaxation, resonator
 from .orders import periodic, waves
-from .shape_search import best_shape, SHAPES, taken
+from .shape_search import SHAPES, taken
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked
 KNEES = (0.03, 0.1, 0.2, 0.4, 0.6, 0.8)  # shares of the largest current, past which torque is lost
@@ -111,11 +111,8 @@ def _relaxing(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         left = relaxation(bridged(one.angles()[1]), one.measured.period, time)
         return -one.inner(left)[:, None]
 
-    def column(time: float) -> np.ndarray:
-        return builder.apart(builder.place(
-            'load_torque', lambda one: torque(one, time)).table[:, 0])
-
-    time = best_shape(low, high, column, builder.apart(residual))
+    time = builder.best_shape(low, high, lambda time: builder.place(
+        'load_torque', lambda one: torque(one, time)).table[:, 0], residual)
     mechanism = Mechanism('relaxing_spring', 'torque', 'load', ('angle',), 'odd', memory=True)
     return builder.hypothesis(mechanism, builder.place(
         'load_torque', lambda one: torque(one, time)), [1], (time,), tried=SHAPES)

@@ -19,7 +19,7 @@ from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .memory import LOOPS, relaxation, stop_operator
 from .orders import periodic, waves
-from .shape_search import best_shape, SHAPES
+from .shape_search import SHAPES
 
 BENDS = (0.1, 0.2, 0.4, 0.7)  # shares of the largest torque at which it may bend
 SOFT = (0.025, 0.06)  # shares up to which a clearance may take the load up: oil, rough flanks
@@ -235,12 +235,12 @@ def _creep(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         return -relaxation(bridged(one.transmitted()), one.measured.period, time)[:, None]
 
     def column(time: float) -> np.ndarray:
-        return builder.apart(_torsion(builder, lambda one: torsion(one, time)).table[:, 0])
+        return _torsion(builder, lambda one: torsion(one, time)).table[:, 0]
 
-    left = builder.apart(residual)
-    time = best_shape(low, high, column, left)
+    time = builder.best_shape(low, high, column, residual)
+    best = builder.apart(column(time))
     stiffness = builder.samples.servo.numbers['mechanism.stiffness']
-    lost = -float(column(time) @ left) / max(float(column(time) @ column(time)), 1e-300)
+    lost = -float(best @ builder.apart(residual)) / max(float(best @ best), 1e-300)
     fades = time * max(1.0 - stiffness * max(lost, 0.0), FORM)
     mechanism = Mechanism('viscoelasticity', 'mesh', 'mesh', ('load',), 'odd', memory=True)
     return builder.hypothesis(mechanism, _torsion(builder, lambda one: torsion(one, time)), [1],

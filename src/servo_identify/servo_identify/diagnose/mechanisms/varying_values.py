@@ -15,7 +15,7 @@ from ..residuals.motion import Motion
 from ..residuals.nuisance import value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
-from .by_recording import apart, between, names_of, repeated
+from .by_recording import apart, between, names_of, repeated, with_changes
 from .hypothesis import ANY, BY_RECORDING, Columns, Form, Hypothesis, Mechanism, Room
 from .orders import hats
 
@@ -82,12 +82,8 @@ def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism
     samples = builder.samples
     knots = [k for k in range(len(samples.errors)) for _ in range(1 + changes)]
 
-    def columns(one: EquationErrors, motion: Motion) -> np.ndarray:
-        time = motion.time - motion.time.mean()
-        table = np.column_stack([np.ones(len(time)), time / max(np.ptp(time), 1e-9)])
-        return apart(samples.errors, lambda _: table[:, :1 + changes], one)
-
-    table = _scaled(samples, path, step, len(knots), columns)
+    table = _scaled(samples, path, step, len(knots), lambda one, motion: apart(
+        samples.errors, lambda _: with_changes(motion, np.ones(len(motion.time)), changes), one))
     return builder.hypothesis(
         replace(mechanism, variables=(BY_RECORDING,)), Columns(table), [0] * len(knots),
         tuple(knots),
