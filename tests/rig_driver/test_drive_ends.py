@@ -49,6 +49,7 @@ def went_down(made, since):
     """Check that the drive braked, then had no torque."""
     wait_for(lambda: not made.pushes, 'the motor has no torque')
     assert monotonic() - since < DOWN_WITHIN + held_up_since(since)
+    wait_for(lambda: 'off' in made.tap.said, 'the wiretap has heard it too')
     assert [word for word in made.tap.said if word != 'drive'][:2] == ['brake', 'off']
 
 
