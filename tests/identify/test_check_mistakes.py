@@ -12,6 +12,8 @@ from servo_identify.data.looked_over import looked_over
 from servo_identify.data.scales import scale_findings, untold
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.description.servo_file import load
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 from servo_twin.recording.recording import COLUMNS, Recording
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -208,3 +210,22 @@ def test_one_recording_of_several_stops_a_diagnosis_only_if_its_mistake_explains
            for name in ('voltage', 'current')}})
     told = findings([*good, pushed], servo_of('rv_bench'))
     assert [one.level for one in told] == ['amber'] and told[0].sentence.startswith('pushed: ')
+
+
+@pytest.mark.parametrize('known', [True, False])
+def test_a_press_that_works_against_a_spring_is_not_in_degrees(known):
+    servo = servo_of('rv_bench').with_values({
+        'mechanism.ratio': 10.0, 'mechanism.load_inertia': 0.35})
+    if known:
+        servo = servo.with_effects(Placed('spring', find('spring_load'), 'load'), values={
+            'effects.spring.stiffness': 60.0, 'effects.spring.rest': 0.0})
+    time = np.arange(4000) * 2e-3
+    angle = 1.67 * 2.0 / np.pi * np.arcsin(0.999 * np.sin(2.0 * np.pi * 0.4 * time))
+    speed = np.gradient(angle, 2e-3)
+    torque = 60.0 * angle + 7.0 * np.sign(speed) + 0.35 * np.gradient(speed, 2e-3)
+    nothing = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    one = Recording('press', 2e-3, {
+        **nothing, 'motor_position': 10.0 * angle, 'load_position': angle, 'torque': torque,
+        'reference_position': angle, 'reference_velocity': speed,
+        'current': torque / 10.0 / servo.values['drive.torque_constant']})
+    assert not [found for found in findings([one], servo) if found.level == 'red']

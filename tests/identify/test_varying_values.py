@@ -92,6 +92,7 @@ def test_viscous_friction_that_fades_is_friction_that_drifts():
     (added,) = (p for p in answer.augmented.effects if p.name not in {
         known.name for known in SERVO.effects})
     assert added.effect.name == 'viscous_drift'
+    assert not answer.augmented.values[f'effects.{added.name}.slope']  # by a temperature: none is
     assert answer.augmented.values[f'effects.{added.name}.excess'] == pytest.approx(25.0, rel=0.2)
 
 

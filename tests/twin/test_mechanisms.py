@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import control
 import every_effect
 from every_effect import inputs, only
@@ -12,6 +14,7 @@ import pytest
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.drives import CurrentDrive, VoltageDrive
 from servo_twin.physics.mechanisms.rigid import Rigid
+from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, simulate
 from servo_twin.physics.state import LOAD_ANGLE, LOAD_SPEED, MOTOR_ANGLE, MOTOR_SPEED, ZERO
@@ -42,6 +45,33 @@ def test_free_motion_keeps_its_energy_and_its_period():
 def test_free_motion_keeps_its_momentum():
     y, x = rolled(two_inertia(), inputs(500), torque=2.0, motor_speed=3.0)
     assert 0.02 * x[MOTOR_SPEED] + 0.05 * x[LOAD_SPEED] == pytest.approx(0.06, rel=1e-9)
+
+
+@pytest.mark.parametrize('mechanism', [Rigid, TwoInertia])
+@pytest.mark.parametrize('samples_a_turn', [2000, 200, 40])
+def test_a_crank_keeps_its_energy_however_seldom_it_is_read(mechanism, samples_a_turn):
+    crank, plain = Placed('crank', find('linked_inertia'), 'load'), rigid()
+    soft = {'mechanism.rotor_inertia': 0.5, 'mechanism.stiffness': 1.0, 'mechanism.damping': 0.0}
+    if mechanism is TwoInertia:
+        plain = replace(plain, mechanism=TwoInertia, values=plain.values | soft)
+    servo = plain.with_effects(crank, values={
+        'effects.crank.order': 1.0, 'effects.crank.cosine': (0.03, -0.1),
+        'effects.crank.sine': (0.0, 0.02)})
+    value = servo.numbers.get
+
+    def energy(x):
+        angle = x[LOAD_ANGLE]
+        inertia = value('mechanism.load_inertia') + np.hypot(0.03, 0.0) + np.hypot(0.1, 0.02) + (
+            0.03 * np.cos(angle) - 0.1 * np.cos(2.0 * angle) + 0.02 * np.sin(2.0 * angle))
+        return (inertia * x[LOAD_SPEED] ** 2 + value('mechanism.rotor_inertia')
+                * x[MOTOR_SPEED] ** 2 + value('mechanism.stiffness', 0.0)
+                * (x[MOTOR_ANGLE] - angle) ** 2)
+
+    x = initial_state(servo, 0.0)
+    x[MOTOR_SPEED] = x[LOAD_SPEED] = 10.0
+    begun, period = energy(x), 2.0 * np.pi / 10.0 / samples_a_turn
+    simulate(servo, inputs(10 * samples_a_turn), period, x)
+    assert energy(x) == pytest.approx(begun, rel=2e-3)
 
 
 def test_coulomb_friction_takes_four_levels_over_stiffness_from_each_cycle():

@@ -42,7 +42,7 @@ class Closed:
 def closed(balance: RoughBalance) -> Closed:
     """Return the balance at the best factors; where nothing is seen it says nothing."""
     best = _closed(balance, balance.free)
-    if balance.spring is not None and best.left > balance.open:
+    if balance.spring is not None:
         sprung = _closed(balance, np.column_stack([balance.free, balance.spring]))
         if sprung.nats + SPRING < best.nats:
             best = replace(sprung, nats=sprung.nats + SPRING)

@@ -19,6 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servo_twin.physics.effects.relaxing_spring import RelaxingSpring
+from servo_twin.physics.effects.spring_load import SpringLoad
+from servo_twin.physics.effects.torque_over_angle import TorqueOverAngle
 from servo_twin.physics.servo import Servo
 
 from .signals import Signals
@@ -29,6 +32,7 @@ GIVEN = 0.35  # of the logarithm of a resistance, a back EMF, a gain
 SAME = 0.1  # of the logarithm of what is 1 where two channels tell the same
 FRICTION_GIVEN = 1.5  # of the logarithm of a friction that the servo file gives
 OPEN = 0.03  # share of what is seen that a missing effect may leave, squared: a friction, a spring
+SPRINGS = (SpringLoad, RelaxingSpring, TorqueOverAngle)  # effects that act as a spring does
 OPEN_WINDING = 0.0025  # the same of a winding, 5 % squared: its warmth, a dead band, a sag
 
 
@@ -196,12 +200,19 @@ def _resisting(at: Signals, angle: str, factor: float, inertia: float, viscous: 
     return terms
 
 
-def _place(angle: np.ndarray, servo: Servo) -> tuple[np.ndarray, np.ndarray]:
-    """Return what hangs on the place: offset and gravity, and the column of a spring."""
+def _place(angle: np.ndarray, servo: Servo) -> tuple[np.ndarray, np.ndarray | None]:
+    """
+    Return what hangs on the place: offset and gravity, and the column of a spring.
+
+    A spring that the servo file has is among the first.
+    """
     columns = [np.ones_like(angle)]
     if not servo.linear:
         columns += [np.cos(angle), np.sin(angle)]
-    return np.stack(columns, 1), angle - np.mean(angle)
+    spring = angle - np.mean(angle)
+    if any(placed.effect in SPRINGS for placed in servo.effects):
+        return np.stack([*columns, spring], 1), None
+    return np.stack(columns, 1), spring
 
 
 def friction_given(servo: Servo) -> tuple[float, float]:

@@ -32,7 +32,7 @@ def evaluate_models(theta, on, x, motion, out, h):
     mechanism = mechanism_of(theta)
     motor_way, load_way = 1.0, 1.0
     motor_turned, load_turned = motion[0, 0], motion[0, 2]
-    carried, inertia = 0.0, 0.0
+    carried = 0.0
     for k in range(motion.shape[0]):
         motor, motor_speed, load, load_speed = (motion[k, 0], motion[k, 1], motion[k, 2],
                                                 motion[k, 3])
@@ -61,10 +61,13 @@ def evaluate_models(theta, on, x, motion, out, h):
         at_load = Shaft(load, load_speed, load_way, torque, abs(load - load_turned), current,
                         temperature, time)
         push = load_torque(theta, on, x, at_load, h)
-        before, added = inertia, Carried(load, motion[k, 11], time)
+        added = Carried(load, motion[k, 11], time)
+        first, then = max(k - 1, 0), min(k + 1, motion.shape[0] - 1)
+        swell = added_inertia(theta, on, x, Carried(load, motion[then, 11], then * h), h)
+        swell -= added_inertia(theta, on, x, Carried(load, motion[first, 11], first * h), h)
+        swell /= max(then - first, 1) * h
+        swell += 0.5 * added_inertia_slope(theta, on, x, added, h) * load_speed
         inertia = added_inertia(theta, on, x, added, h)
-        swell = (inertia - before) / h if k > 0 else 0.0
-        swell -= 0.5 * added_inertia_slope(theta, on, x, added, h) * load_speed
         push -= inertia * motion[k, 4] + swell * load_speed
         resistance = -load_way * max(0.0, load_friction(theta, on, x, at_load, h))
         carried = (mechanism.load_inertia * motion[k, 4] + motion[k, 9] - push - resistance)

@@ -143,8 +143,8 @@ class Inertia(Effect):
     """
     Inertia of the load shaft beside that of the mechanism, kg m2; several add up.
 
-    Asked once a sample and held. A shaft whose inertia another axis or the time changes keeps its
-    angular momentum. One that goes with the angle of the shaft itself has also a pure
+    Asked at each step; what another axis or the time changes is taken from sample to sample. There
+    the shaft keeps its angular momentum. One that goes with its own angle has also a pure
     ``angle_slope(p, motion)``, the derivative of its law by that angle, kg m2/rad: it keeps its
     energy, half of the growth is given back.
     """

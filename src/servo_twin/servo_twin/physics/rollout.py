@@ -69,13 +69,13 @@ def run(theta, on, x, u, y, substeps, h, mode):
                 x[LOAD_ANGLE] += (1.0 - keep * keep) * of_load
                 x[LOAD_SPEED] += (1.0 - keep) ** 2 * of_load / period
 
-        # what the axis carries has moved
-        known, before = x[COUPLED] == x[COUPLED], x[ADDED]
-        x[COUPLED] = u[k, COUPLED_POSITION]
-        carried = Carried(load_at, x[COUPLED], time)
-        x[ADDED] = added_inertia(theta, on, x, carried, period)
-        x[SWELL] = (x[ADDED] - before) / period if known else 0.0
-        x[SWELL] -= 0.5 * added_inertia_slope(theta, on, x, carried, period) * x[LOAD_SPEED]
+        # what the axis carries has moved, in kg m2/s
+        before, x[COUPLED] = x[COUPLED], u[k, COUPLED_POSITION]
+        grows = 0.0
+        if before == before:
+            earlier = Carried(load_at, before, time - period)
+            grows = added_inertia(theta, on, x, Carried(load_at, x[COUPLED], time), period)
+            grows = (grows - added_inertia(theta, on, x, earlier, period)) / period
 
         # the command
         command = u[k, VOLTAGE]
@@ -101,6 +101,10 @@ def run(theta, on, x, u, y, substeps, h, mode):
                 signal = Signal(current, x[MOTOR_SPEED], x[TIME])
                 x[CURRENT] = current_path(theta, on, x, signal, h)
             torque = drive.torque_constant * x[CURRENT]
+            carried = Carried(x[LOAD_ANGLE], x[COUPLED], x[TIME])
+            x[ADDED] = added_inertia(theta, on, x, carried, h)
+            slope = added_inertia_slope(theta, on, x, carried, h)
+            x[SWELL] = grows + 0.5 * slope * x[LOAD_SPEED]
             advance(mechanism, theta, on, x, torque, external, temperature, h)
     for i in range(STATE_SIZE):
         given[i] = x[i]

@@ -41,7 +41,9 @@ class Mechanism(Part):
 
     ``step(p, theta, on, x, current_torque, external, temperature, h)`` advances the state in
     place; it is copied into the kernel and may use the names of :mod:`.ideal_ports`. ``x[ADDED]``
-    is the inertia (kg m2) that the load has beside the mechanism's own, ``x[SWELL]`` its growth.
+    is the inertia (kg m2) that the load has beside the mechanism's own, ``x[SWELL]`` its growth S
+    (kg m2/s). Its torque is S w over 1 + h S / J, so that 1 / w grows by h S / (J w): seen from
+    either end of a step the growth is the same, and no energy is lost.
     ``rest(p, torque)`` returns the torsion (rad at the load) that carries a torque at rest,
     ``pull(p, wind_up, rate)`` the torque of the linear mesh. What it remembers, zero at the start,
     begins at ``x[MECHANISM]``. ``slides`` says that the load of a turning motor moves straight:

@@ -179,9 +179,7 @@ def _standing(alone: Tried | None, moved: Tried | None, given: Tried, beside: Tr
         bare = trial.of(moved.base)
         return moved, moved.total < beside.total or alike(beside, moved) or (
             bare is not None and alike(bare, moved))
-    if _helps(given, alone):
-        return alone, True
-    return (moved, True) if _helps(beside, moved) else (alone, False)
+    return alone, _helps(given, alone)
 
 
 def _helps(before: Tried, after: Tried) -> bool:

@@ -117,13 +117,19 @@ def over_torsion(curve: Curve, stiffness: float) -> Curve:
 
 def _answer(effect: type[Effect], x: np.ndarray, variable: str,
             values: dict[str, Value]) -> np.ndarray:
-    """Return what a law says over a variable, all else being zero, forwards at 1 rad/s."""
+    """
+    Return what a law says over a variable, forwards at 1 rad/s.
+
+    All else is zero, and the temperature that from which a law counts.
+    """
     seen = {'torsion': 'angle'}.get(variable, SEEN.get(variable, variable))
     if seen not in effect.motion._fields:
         seen = {'angle': 'load_angle'}.get(seen, seen)
     asked = _Values(values)
-    rest = {field: 0.0 for field in effect.motion._fields}
+    rest: dict[str, Value] = dict.fromkeys(effect.motion._fields, 0.0)
     rest |= {name: 1.0 for name in ('direction', 'speed') if name in rest}
+    if 'temperature' in rest:
+        rest['temperature'] = values.get('reference', 0.0)
     if seen not in rest:
         return np.full(len(x), np.nan)
     memory = np.zeros(max(effect.memory, 1))

@@ -77,7 +77,8 @@ class Rigid(Mechanism):
                         x[CURRENT], temperature, time)
         on_motor = current_torque + motor_torque(theta, on, x, at_motor, h)
         on_load = load_torque(theta, on, x, at_load, h) - external
-        on_load -= x[SWELL] * x[LOAD_SPEED]
+        swell = x[SWELL] / (1.0 + h * x[SWELL] * turns**2 / inertia)  # see Mechanism
+        on_load -= swell * x[LOAD_SPEED]
         push = on_motor + on_load * turns
         way = 1.0 if x[MOTOR_SPEED] + h / inertia * push > 0.0 else -1.0
 

@@ -117,7 +117,7 @@ class TwoInertia(Mechanism):
                       temperature, time)
         inertia = p.load_inertia + x[ADDED]
         push = torque - external + load_torque(theta, on, x, shaft, h)
-        push -= x[SWELL] * x[LOAD_SPEED]
+        push -= x[SWELL] / (1.0 + h * x[SWELL] / inertia) * x[LOAD_SPEED]  # see Mechanism
         way = 1.0 if x[LOAD_SPEED] + h / inertia * push > 0.0 else -1.0
         shaft = Shaft(load, x[LOAD_SPEED], way, torque, travel, x[CURRENT], temperature, time)
         budget = max(0.0, load_friction(theta, on, x, shaft, h))
