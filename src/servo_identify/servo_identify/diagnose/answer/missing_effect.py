@@ -17,7 +17,7 @@ from ..selection.stability import share_of
 from .evidence import Evidence, Finding
 from .report import Alternative, MissingEffect, RUNGS
 from .shown_units import curve_units
-from .sizes import size_of, STRAIGHT
+from .sizes import size_of, STRAIGHT, TOLD
 from .telling import tell
 
 
@@ -93,8 +93,10 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
               and abs(values[path] - given[path]) <= PRACTICAL * abs(given[path])}
     changed = {name: value for name, value in parameters.items() if name not in stayed}
     parameters = changed or parameters  # a setting that stayed is none of the answer
+    # a controller is set by all that it has otherwise
+    most = len(parameters) if one.part.mechanism.site == 'controller' else TOLD
     # the values of a law that does not hold say less than the curve
-    return size_of(parameters if one.added.law or turn or not drawn else {}, drawn, turn)
+    return size_of(parameters if one.added.law or turn or not drawn else {}, drawn, turn, most)
 
 
 def stable(evidence: Evidence, one: Finding) -> float:

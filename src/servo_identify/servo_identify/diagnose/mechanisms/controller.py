@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from servo_twin.physics.effect import Parameter
 from servo_twin.physics.servo import Servo
 
-from ..decisions import OPEN
+from ..decisions import CALIBRATED, FORM, OPEN
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from ..residuals.samples import ResidualSamples
@@ -44,7 +44,8 @@ def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis
              and path not in servo.tolerance}
     columns, slots, theta = [], samples.errors[0].slots, servo.theta.copy()
     there = samples.base
-    for path, value in _gains(samples, gains, residual).items():
+    found = _gains(samples, gains, residual)
+    for path, value in found.items():
         given, parameter, moved = servo.numbers[path], gains[path], theta.copy()
         near = float(np.clip(1.25 * given or given + 0.1 * (abs(default_of(parameter)) or 1.0),
                              *parameter.bounds))
@@ -58,7 +59,7 @@ def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis
     mechanism = Mechanism('controller_mismatch', 'controller', 'controller', ('error',), 'odd',
                           memory=True)
     one = builder.hypothesis(mechanism, Columns(np.column_stack(columns)), [0] * len(columns),
-                             tuple(gains))
+                             tuple(found))
     if one:
         yield one
 
@@ -118,7 +119,8 @@ def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],
     Return the gains that leave least of the controller's equation, by path.
 
     A filter or an integral that is far from the file's does no multiple of what a little of it
-    does. Those of the file where the equation is not certainly off.
+    does. Gains that make up for each other are as few as leave no more; the others are those of
+    the file. All are, where the equation is not certainly off.
     """
     given, rows = samples.servo.numbers, samples.rows('controller')
     known = {path: given[path] for path in gains}
@@ -126,18 +128,30 @@ def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],
         return known
     slots, of = samples.errors[0].slots, samples.recording[rows]
     count = np.maximum(np.bincount(of), 1)
-
-    def left(values: np.ndarray) -> np.ndarray:
-        theta = samples.servo.theta.copy()
-        for path, value in zip(gains, values, strict=True):
-            theta[slots[path].start] = value
-        error = (residual + samples.at(theta, only=('controller',)) - samples.base)[rows]
-        return error - (np.bincount(of, error) / count)[of]  # an integral begins anywhere
-
-    low, high = (np.array([one.bounds[k] for one in gains.values()]) for k in (0, 1))
     period = samples.errors[0].measured.period  # of a filter of no time a little does nothing
-    start = np.array([value or (period if gains[path].unit == 's' else abs(
-        default_of(gains[path])) or 1.0) for path, value in known.items()])
-    found = least_squares(left, np.clip(start, low, high), bounds=(low, high), x_scale='jac',
-                          max_nfev=SETTLING)
-    return dict(zip(gains, map(float, found.x), strict=True))
+
+    def settled(free: Sequence[str], start: Mapping[str, float]) -> tuple[float, dict[str, float]]:
+        """Return what the best values of some gains leave, in mean squares, and these values."""
+        def left(values: np.ndarray) -> np.ndarray:
+            theta = samples.servo.theta.copy()
+            for path, value in zip(free, values, strict=True):
+                theta[slots[path].start] = value
+            error = (residual + samples.at(theta, only=('controller',)) - samples.base)[rows]
+            return error - (np.bincount(of, error) / count)[of]  # an integral begins anywhere
+
+        low, high = (np.array([gains[path].bounds[k] for path in free]) for k in (0, 1))
+        first = np.array([start[path] or (period if gains[path].unit == 's' else abs(
+            default_of(gains[path])) or 1.0) for path in free])
+        found = least_squares(left, np.clip(first, low, high), bounds=(low, high), x_scale='jac',
+                              max_nfev=SETTLING)
+        return 2.0 * float(found.cost) / max(len(rows.nonzero()[0]), 1), dict(
+            zip(free, map(float, found.x), strict=True))
+
+    least, best = settled(list(gains), known)
+    while len(best) > 1:
+        square, fewer = min((settled([one for one in best if one != path], best)
+                             for path in best), key=lambda one: one[0])
+        if square > max(CALIBRATED, (1.0 + FORM**2) * least):
+            break
+        best = fewer
+    return best
