@@ -241,3 +241,18 @@ def test_a_place_where_nothing_can_be_written_is_refused_before_the_work(capsys)
         assert identify([*words, str(TABLE), '--servo', str(SERVO)]) == 2
         assert '/proc' in (said := capsys.readouterr().err)
         assert 'nothing can be written there' in said
+
+
+@pytest.mark.parametrize(('program', 'command'), SMALL)
+@pytest.mark.parametrize('wrong', ['output', 'json'])
+def test_what_cannot_be_written_is_refused_in_a_sentence(program, command, wrong, tmp_path,
+                                                         capsys):
+    words = words_of(command, Path('/proc') if wrong == 'output' else tmp_path)
+    if wrong == 'json':
+        words += ['--json', '/proc/found.json']
+    elif not any('/proc' in word for word in words):
+        pytest.skip('writes nothing')
+    assert PROGRAMS[program][0](words) == 2
+    said = capsys.readouterr()
+    assert 'nothing can be written there' in said.err and 'Errno' not in said.err, said.err
+    assert said.out == '' and list(tmp_path.iterdir()) == []

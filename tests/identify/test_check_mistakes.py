@@ -4,12 +4,14 @@ from dataclasses import replace
 from functools import lru_cache
 from math import pi
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
 
 from servo_identify.data.looked_over import looked_over
 from servo_identify.data.scales import scale_findings, untold
+from servo_identify.data.survey import limit_of
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.description.servo_file import load
 from servo_twin.physics.catalogue import find
@@ -21,6 +23,8 @@ ANGLES = ('motor_position', 'load_position')
 AMPLITUDES = {'pan_tilt_azimuth': 6.0, 'pan_tilt_elevation': 6.0}
 """Volts that move a rig which two volts do not."""
 RIGS = sorted(path.stem for path in (CONFIG / 'rigs').glob('*.yaml'))
+
+LIMITED = [rig for rig in RIGS if np.isfinite(limit_of(load(CONFIG / f'servos/{rig}.yaml')))]
 
 
 def findings(recordings, servo):
@@ -135,6 +139,29 @@ def test_it_asks_for_the_shaft_where_an_inertia_could_be_as_wrong():
 def test_it_sees_the_unit_and_the_sign_of_a_reference_speed(factor, word):
     one = recorded('rv_bench', 'speed_ladder')
     assert word in red(times(one, reference_velocity=factor), 'rv_bench')
+
+
+@pytest.mark.parametrize('rig', LIMITED)
+@pytest.mark.parametrize(('full', 'words'), [(1.0, 'a duty, a share of its limit'),
+                                             (100.0, 'a duty in %')])
+def test_it_sees_that_a_command_is_a_share_of_its_limit(rig, full, words):
+    assert words in red(times(recorded(rig), voltage=full / limit_of(servo_of(rig))), rig)
+
+
+@pytest.mark.parametrize('rig', sorted({*RIGS} - {*LIMITED}))
+def test_it_sees_that_a_command_without_a_limit_has_a_unit_of_its_own(rig):
+    for factor in (0.05, 100.0):
+        said = red(times(recorded(rig), voltage=factor), rig)
+        assert 'voltage is in a unit of its own' in said, said
+
+
+def test_it_says_what_one_count_of_command_and_current_is():
+    counts = times(recorded('dc_gearmotor'), voltage=885.0 / 12.0, current=1.0 / 2.69e-3)
+    found, = (one for one in findings([counts], servo_of('dc_gearmotor')) if one.level == 'red')
+    volts, amperes = (float(x) for x in re.findall(r'\[([\d.e-]+) [VA]\]', found.action))
+    assert 'voltage and current are in units of their own' in found.sentence
+    assert volts == pytest.approx(12.0 / 885.0, rel=0.1)
+    assert amperes == pytest.approx(2.69e-3, rel=0.2)
 
 
 def test_it_sees_voltage_and_current_swapped_where_a_drive_tells_them_apart():

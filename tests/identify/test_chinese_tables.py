@@ -1,4 +1,4 @@
-"""Tables whose columns have names and units in Chinese or Japanese."""
+"""Tables whose columns have names and units in Chinese, Japanese or Korean."""
 
 import numpy as np
 import pytest
@@ -22,8 +22,9 @@ def test_a_table_has_its_names_whatever_its_letters(tmp_path, encoding):
 
 
 @pytest.mark.parametrize(('encoding', 'names'), [
-    ('cp932', '時間[s],電流[A],モータ位置[deg]'), ('big5', '時間(s),電流(A),馬達位置(deg)')])
-def test_japan_and_taiwan_have_letters_of_their_own(tmp_path, encoding, names):
+    ('cp932', '時間[s],電流[A],モータ位置[deg]'), ('big5', '時間(s),電流(A),馬達位置(deg)'),
+    ('cp949', '시간(s),전류(A),모터 위치(deg)')])
+def test_japan_taiwan_and_korea_have_letters_of_their_own(tmp_path, encoding, names):
     path = tmp_path / 'a.csv'
     path.write_bytes((names + '\n0,0.2,3\n0.002,0.3,4\n').encode(encoding))
     assert ','.join(read_table(path).columns) == names
@@ -42,14 +43,17 @@ def test_a_german_table_stays_one(tmp_path):
     ('电机位置', 'motor_position'), ('目标位置', 'reference_position'), ('母线电压', ''),
     ('实际速度', ''), ('目标速度', 'reference_velocity'), ('扭矩传感器', 'torque'),
     ('温度', 'temperature'),
-    ('モータ電流', 'current'), ('負荷位置', 'load_position')])
+    ('モータ電流', 'current'), ('負荷位置', 'load_position'), ('시간(초)', 't'),
+    ('모터 전류[A]', 'current'), ('부하 각도[도]', 'load_position'),
+    ('목표 위치', 'reference_position')])
 def test_it_tells_columns_by_their_names(name, column):
     assert looks_like(name) == column
 
 
 @pytest.mark.parametrize(('unit', 'wanted', 'factor'), [
     ('毫秒', 's', 1e-3), ('度', 'rad', np.pi / 180.0), ('弧度', 'rad', 1.0), ('毫安', 'A', 1e-3),
-    ('牛·米', 'N m', 1.0), ('转/分', 'rad/s', np.pi / 30.0)])
+    ('牛·米', 'N m', 1.0), ('转/分', 'rad/s', np.pi / 30.0),
+    ('밀리초', 's', 1e-3), ('도', 'rad', np.pi / 180.0)])
 def test_it_understands_the_units(unit, wanted, factor):
     assert factor_to(unit, wanted) == pytest.approx(factor)
 

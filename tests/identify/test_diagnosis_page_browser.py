@@ -79,6 +79,34 @@ def test_many_correlations_lie_over_nothing_and_are_not_cut_off(browser, tmp_pat
         return box.scrollWidth <= box.clientWidth + 1; })()""")
 
 
+@pytest.fixture(scope='module')
+def small(tmp_path_factory):
+    """Return the page of an effect that is small, with values of long names and units."""
+    one = deepcopy(document())
+    cause = one['report']['which'][0]
+    for name in ('y', 'low', 'high'):
+        cause['curve'][name] = [value / 8000.0 for value in cause['curve'][name]]
+    cause.pop('points', None)
+    cause['parameters'] = {'slope of viscous friction motor': {
+        'value': -2.537e-4, 'std': 1.291e-4, 'unit': 'N m s/rad'}}
+    one['report']['channels']['motor_position'] = {
+        'unit': 'rad', 'rms_gap': 0.0304, 'as_given': 0.0304, 'within_tolerance': 0.0304,
+        'augmented': 5.16e-4, 'noise_floor': 8.86e-4, 'fit': 0.9}
+    return write_page(one, tmp_path_factory.mktemp('small') / 'page.html')
+
+
+def test_no_table_is_cut_off_on_a_phone(browser, small):
+    browser.open(small, 360)
+    assert browser.run("""[...document.querySelectorAll('.scroll')].filter(
+        one => one.scrollWidth > one.clientWidth + 1).map(one => one.innerText)""") == []
+
+
+def test_a_curve_is_headed_by_the_unit_of_its_axis(browser, small):
+    browser.open(small)
+    said = browser.run("document.querySelector('.curve').closest('figure').innerText")
+    assert said.startswith('mN m over load speed') and re.search(r'curve\s*[\d.]+ mN m', said)
+
+
 def test_it_shows_the_values_under_the_mouse_in_every_plot(browser, full):
     browser.open(full)
     browser.mouse('Moved', *middle_of(browser, '#plots .u-over'))

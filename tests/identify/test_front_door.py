@@ -3,6 +3,7 @@
 from dataclasses import FrozenInstanceError, replace
 from importlib import import_module
 from inspect import getdoc, signature
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 import re
 import subprocess
@@ -282,3 +283,10 @@ def test_the_curve_of_an_effect_is_drawn(answer):
         answer.plot('curve', 'cogging')
     with pytest.raises(ValueError, match="there is 'curve'"):
         answer.plot('surface')
+
+
+def test_an_answer_comes_whole_out_of_another_process(answer, tmp_path):
+    back = ForkingPickler.loads(ForkingPickler.dumps(answer))  # as a pool of processes does
+    assert repr(back) == repr(answer) and back.page == answer.page
+    assert back.effects == answer.effects and back.plot().axes
+    assert (back.save(tmp_path) / 'augmented.yaml').read_text() == answer.augmented.text

@@ -167,3 +167,12 @@ def test_a_stream_of_arrow_is_read_as_a_file_is(tmp_path):
         file.write_table(held)
     for name in ('a.arrow', 'b.ipc'):
         assert read_table(tmp_path / name)['voltage'] == pytest.approx(ANGLE)
+
+
+def test_a_timeseries_of_a_new_mat_file_is_refused_with_what_to_save(tmp_path):
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(tmp_path / 'log.mat', 'w', userblock_size=512) as file:
+        log = file.create_dataset('log', data=np.array([[0xdd000000, 2, 1, 1, 1, 1]], 'u4'))
+        log.attrs['MATLAB_class'], log.attrs['MATLAB_object_decode'] = np.bytes_('timeseries'), 3
+    with pytest.raises(ValueError, match='t = log.Time'):
+        read_table(tmp_path / 'log.mat')

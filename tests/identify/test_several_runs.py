@@ -85,6 +85,39 @@ def test_what_is_wrong_with_a_run_says_which_run(tmp_path):
         read_recordings([episodes(tmp_path / 'a.parquet', t=spoilt)], SERVO)
 
 
+NUMBERS = np.repeat([0, 1, 2], [1, 119, 80])
+SHORT = 'a.csv: episode_0 has 1 row and is left out; a recording needs 2'
+
+
+def test_a_run_that_is_too_short_is_left_out_by_name_and_the_others_go_on(tmp_path, capsys):
+    data = write_csv(tmp_path / 'a.csv', table(episode=NUMBERS))
+    one, two = read_recordings([data], SERVO)
+    assert (one.name, len(one), two.name, len(two)) == ('a_episode_1', 119, 'a_episode_2', 80)
+    assert SHORT in one.warnings
+    assert convert(data, tmp_path / 'bags', '--replicate', '1', '--json', '-') == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)['left_out'] == {'a.csv, episode_0': SHORT} and SHORT in said.err
+    assert read_recording(tmp_path / 'bags' / 'a_episode_2').replicate == 3
+
+
+def test_of_columns_in_memory_a_short_run_is_left_out_too():
+    one, _ = si.read(table(episode=NUMBERS), SERVO, name='mine').items
+    assert any('episode_0 has 1 row and is left out' in said for said in one.warnings)
+
+
+def test_a_single_run_that_is_long_enough_is_a_bag_in_the_folder(tmp_path):
+    data = write_csv(tmp_path / 'a.csv', table(episode=np.where(np.arange(200) < 1, 0, 1)))
+    assert convert(data, tmp_path / 'bags') == 1
+    assert len(read_recording(tmp_path / 'bags' / 'a_episode_1')) == 199
+
+
+def test_where_all_runs_are_too_short_the_file_is_refused(tmp_path):
+    data = write_csv(tmp_path / 'a.csv', {name: column[:2] for name, column in table(
+        episode=NUMBERS).items()})
+    with pytest.raises(ValueError, match='a recording needs two'):
+        read_recordings([data], SERVO)
+
+
 def test_columns_in_memory_are_parted_alike():
     data = si.read(table(episode_index=np.where(FIRST, 0, 1)), SERVO, name='mine')
     assert [(one.name, len(one)) for one in data] == [('mine_episode_0', 120),

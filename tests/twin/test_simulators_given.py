@@ -5,7 +5,7 @@ import pytest
 
 mujoco = pytest.importorskip('mujoco')
 
-from test_simulators_reading import ARM, CARRIED, pendulum, read  # noqa: E402
+from mujoco_pendulum import ARM, CARRIED, pendulum, read  # noqa: E402
 
 from servo_twin.description.servo_file import loads  # noqa: E402
 from servo_twin.physics.controllers import Impedance, Open  # noqa: E402

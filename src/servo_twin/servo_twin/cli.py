@@ -104,7 +104,7 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
         status = 130
     try:
         arguments.write_json({'exit_status': status, **end})
-    except OSError as problem:
+    except (ValueError, OSError) as problem:
         say(problem)
         return 2
     return status

@@ -15,9 +15,9 @@ from ..data.check import check as check_data
 from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
-from ..data.several_runs import runs_of
+from ..data.several_runs import long_enough, runs_of
 from ..data.split_stamps import with_whole_stamps
-from ..data.table_import import recording_of
+from ..data.table_import import recording_of, with_left_out
 from ..fit.output_error import fit as fit_output_error
 from .frames import in_memory, table_in
 from .recordings import Recordings
@@ -188,5 +188,7 @@ def _held(columns: Mapping[str, Any], machine: ServoFile, mapping: str | Path | 
     if not all(map(len, table.columns.values())):
         raise ValueError(f'{name} has no rows')
     plan = read_mapping(Path(mapping)) if mapping else None
-    return [recording_of(run, machine.servo, machine.text, {'family': family} if family else {},
-                         plan) for run in runs_of(with_whole_stamps(table))]
+    runs, left = long_enough(runs_of(with_whole_stamps(table)))
+    facts = {'family': family} if family else {}
+    return with_left_out([recording_of(run, machine.servo, machine.text, facts, plan)
+                          for run in runs], left)

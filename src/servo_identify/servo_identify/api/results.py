@@ -88,13 +88,18 @@ class Answer:
     """
     What a diagnosis answers. Printing it gives the sentence; in a notebook it is the page.
 
-    ``diagnosis`` has the report and the evidence; ``given`` is the servo file as given.
+    ``diagnosis`` has the report and the evidence; ``given`` is the servo file as given. A pickle
+    keeps all but ``diagnosis``: its hypotheses are functions.
     """
 
     diagnosis: Diagnosis
     given: ServoFile
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in (
+            'given', 'report', 'augmented', 'refit', 'page')}
+
+    @cached_property
     def report(self) -> GapReport:
         """The answer as report.json has it: where, which, gap, next_experiment and more."""
         return self.diagnosis.report

@@ -62,14 +62,14 @@ def main(arguments: argparse.Namespace) -> int:
     tables = tables_of(arguments.files)
     if len(tables) == 1 and not _in_folder(arguments):
         table, = tables
-        made = _bags_of(table, arguments.output, arguments, arguments.replicate)
+        made, left = _bags_of(table, arguments.output, arguments, arguments.replicate)
         _say_notes(arguments, {output.name: found for output, found in made.items()})
         for output, found in made.items():
             say(arguments, _sentence(output, found))
         told = {'recordings': [*made.values()]} if len(made) > 1 else {
-            'recording': made[arguments.output]}
-        tell(arguments, **told, written=[*made])
-        return 0
+            'recording': next(iter(made.values()))}
+        tell(arguments, **told, left_out=left, written=[*made])
+        return int(bool(_said(left)))
     return _several(tables, arguments)
 
 
@@ -98,20 +98,20 @@ def _several(tables: list[Path], arguments: argparse.Namespace) -> int:
     for k, (table, name) in enumerate(zip(tables, names_of(tables), strict=True)):
         number = None if arguments.replicate is None else arguments.replicate + k
         try:
-            bags = _bags_of(table, folder / name, arguments, number)
+            bags, runs = _bags_of(table, folder / name, arguments, number)
         except (ValueError, OSError) as problem:
             said = str(problem)
-            left[str(table)] = said
-            print(f'servo-identify import: {said if str(table) in said else f"{table}: {said}"}',
-                  file=sys.stderr)
+            left |= _said({str(table): said if str(table) in said else f'{table}: {said}'})
         else:
+            left |= _said(runs)
             for output, found in bags.items():
                 say(arguments, _sentence(output, found))
                 made[str(output.relative_to(folder))] = found
     _say_notes(arguments, made)
     written = [folder / name for name in made]
     tell(arguments, recordings=list(made.values()), left_out=left, written=written)
-    summary = f'{len(tables) - len(left)} of {len(tables)} tables are bags in {folder}'
+    whole = len(tables) - len(left.keys() & {str(table) for table in tables})
+    summary = f'{whole} of {len(tables)} tables are bags in {folder}'
     if left:
         print(f'{summary}; left out, for the reasons above: {", ".join(left)}', file=sys.stderr)
     else:
@@ -119,10 +119,17 @@ def _several(tables: list[Path], arguments: argparse.Namespace) -> int:
     return 2 if not made else int(bool(left))
 
 
-def _bags_of(table: Path, output: Path, arguments: argparse.Namespace,
-             replicate: int | None) -> dict[Path, dict[str, Any]]:
+def _said(left: dict[str, str]) -> dict[str, str]:
+    """Say why something was left out, and return it."""
+    for reason in left.values():
+        print(f'servo-identify import: {reason}', file=sys.stderr)
+    return left
+
+
+def _bags_of(table: Path, output: Path, arguments: argparse.Namespace, replicate: int | None
+             ) -> tuple[dict[Path, dict[str, Any]], dict[str, str]]:
     """
-    Write the bag of a table, and return what is in it by its path.
+    Write the bag of a table; return what is in it by its path, and why which run was left out.
 
     Of a table of several recordings, ``output`` is the folder of a bag for each.
     """
@@ -130,7 +137,7 @@ def _bags_of(table: Path, output: Path, arguments: argparse.Namespace,
 
     from ..data.import_memory import memory_of
     from ..data.message_files import holds_messages
-    from ..data.table_import import import_tables
+    from ..data.table_import import import_runs
 
     folder = output.is_dir() and not holds_messages(output)  # of the bags of several runs, maybe
     if not folder:
@@ -141,18 +148,18 @@ def _bags_of(table: Path, output: Path, arguments: argparse.Namespace,
     if needed > IN_PARTS_FROM and not folder:
         found = _in_parts(table, output, arguments, said)
         if found:
-            return {output: found}
+            return {output: found}, {}
     if needed > SAID_FROM:
         print(f'note: {table} is held whole while it is imported, which takes about '
               f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
-    recordings, made = import_tables(table, arguments.servo, **said), dict[Path, dict[str, Any]]()
+    (recordings, left), made = import_runs(table, arguments.servo, **said), {}
     for one in recordings:
-        bag = output if len(recordings) == 1 else output / one.name
+        bag = output if len(recordings) + len(left) == 1 else output / one.name
         new_bag(bag, arguments.force)
         with whole_bag(bag) as place:
             write_recording(place, one, arguments.block_size)
         made[bag] = _facts(bag, one, arguments.servo)
-    return made
+    return made, {f'{table.name}, {run}': said for run, said in left.items()}
 
 
 def _in_parts(table: Path, output: Path, arguments: argparse.Namespace, said: dict[str, Any]

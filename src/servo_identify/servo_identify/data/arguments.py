@@ -79,8 +79,8 @@ def tables_of(paths: Iterable[str | Path]) -> list[Path]:
 
     Raises FileNotFoundError for what is not there, ValueError for a folder without a table.
     """
+    from .listing import LISTING
     from .message_files import holds_messages
-    from .table_import import LISTING
     from .tables import SUFFIXES
 
     found = list[Path]()

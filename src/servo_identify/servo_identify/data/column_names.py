@@ -1,4 +1,4 @@
-"""Which column people mean by a name, in English, German or Chinese, of a table or a message."""
+"""Which column people mean by a name, whatever its language, of a table or a message."""
 
 from __future__ import annotations
 

@@ -26,6 +26,7 @@ from .csv_layout import TEXTS
 from .csv_table import numbers_in_parts
 from .even_grid import Between, fits, follows, grid_of, own_period
 from .joining import HELD
+from .listing import beside
 from .mapping import Mapping, read_mapping
 from .message_files import holds_messages
 from .messages_in_parts import long_messages, NotInOrder
@@ -35,7 +36,7 @@ from .raw_encoder import check_counts
 from .run_labels import may_hold_runs
 from .split_stamps import pairs_of
 from .table import from_arrow, Table
-from .table_import import beside, check_columns, described, Seen, told_begin
+from .table_import import check_columns, described, Seen, told_begin
 
 ROWS = 100_000  # that are held at once, about
 LOOKED_AT = 100_000  # rows at least by which angles are held against each other

@@ -19,6 +19,7 @@ import numpy as np
 
 _SECONDS = 120.0  # for the largest file that one would keep as MAT
 _BYTES = 8 << 30  # of memory: a damaged length may ask for any
+_NO_NUMBERS = {'MATLAB_empty', 'MATLAB_object_decode'}  # of an object they are where it is kept
 _HDF5 = b'\x89HDF\r\n\x1a\n'  # how such a file begins
 
 
@@ -101,7 +102,7 @@ def _of_hdf5(path: str) -> Iterator[tuple[str, np.ndarray]]:
                 for k, target in enumerate(_referred(file, one)):
                     yield from of_element((*path_to, one), f'{above}{name}[{k}]', target)
             elif isinstance(one, h5py.Dataset) and one.shape and not (
-                    one.is_virtual or one.external or 'MATLAB_empty' in one.attrs):
+                    one.is_virtual or one.external or _NO_NUMBERS & {*one.attrs}):
                 yield from _of_dataset(above + name, one)
             elif isinstance(one, h5py.Dataset) and one.shape == () and one.dtype.kind in 'fiub':
                 yield above + name, np.asarray(one[()])

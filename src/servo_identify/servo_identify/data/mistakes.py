@@ -7,14 +7,18 @@ from dataclasses import dataclass, field
 from math import log, pi
 from types import SimpleNamespace
 
+import numpy as np
+
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.state import CONTROLLER_SIZE
 
-from .signals import ANGLES, Signals
+from .signals import ANGLES, Signals, TURN
+from .survey import limit_of
 
 MISTAKE = log(100.0)  # nats: one column in a hundred
-DEGREE, TURN, RPM = pi / 180.0, 2.0 * pi, pi / 30.0
+DEGREE, RPM = pi / 180.0, pi / 30.0
 REFERENCES = ('reference_position', 'reference_velocity')
+FULL = {1.0: 'a duty', 100.0: 'a duty in %'}
 _LITTLE = 1e-6  # rad and rad/s: no command is at its limit for it
 
 
@@ -48,12 +52,15 @@ class Mistake:
         """What is done to undo it, as a phrase."""
         if self.time != 1.0:
             return f'a factor of {self.time:g} on the time'
-        some = sorted({value for value in self.factors.values()})
+        some = set(self.factors.values())
         names = ' and '.join(self.factors)
-        if some == [-1.0]:
+        if some == {-1.0}:
             return f'the other sign of {names}'
+        if len(some) == 1:
+            return f'a factor of {_number(*some)} on {names}'
         if some:
-            return f'a factor of {_number(some[0])} on {names}'
+            return ' and '.join(f'a factor of {_number(value)} on {name}'
+                                for name, value in self.factors.items())
         return 'exchanging ' + ' and '.join(sorted(self.renamed)) if len(
             self.renamed) > 1 else f'calling {next(iter(self.renamed))} ' + next(
                 iter(self.renamed.values()))
@@ -78,6 +85,8 @@ def mistakes(channels: Collection[str], servo: Servo) -> Iterator[Mistake]:
     yield Mistake('the time is in microseconds', 'give its unit in the header or the mapping: '
                   't [us]', time=1e-6)
     yield from _electrical(channels)
+    if 'voltage' in channels:
+        yield from _duty(limit_of(servo))
     if 'torque' in channels:
         yield _turned(['torque'], 'the torque sensor reads against the torque of the motor')
         yield _unit(['torque'], 1e-3, 'mN m')
@@ -185,3 +194,13 @@ def _electrical(channels: Collection[str]) -> Iterator[Mistake]:
                       'mapping: negate: true', both.factors)
         yield Mistake('voltage and current are swapped', 'swap the two columns in the mapping',
                       renamed={'voltage': 'current', 'current': 'voltage'})
+
+
+def _duty(limit: float) -> Iterator[Mistake]:
+    """Yield that the command is a share of its limit, which the servo file gives in V or A."""
+    for full, words in FULL.items():
+        factor = limit / full
+        if np.isfinite(factor) and not 1.0 / 1.2 < factor < 1.2:
+            yield Mistake(f'voltage is {words}, a share of its limit of {limit:g} V',
+                          'give the volts of 1 of it in the header or the mapping: '
+                          f'voltage [{factor:.4g} V]', {'voltage': factor})

@@ -10,8 +10,7 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 
 from .finding import Finding
-from .mistakes import TURN
-from .signals import ANGLES
+from .signals import ANGLES, TURN
 from .survey import FEWEST_COUNTS, round_of
 
 _LARGEST = 1 << 20  # counts of a turn: what counts further counts turns as well

@@ -19,6 +19,7 @@ READER = {
     'go back by': 'cut the recording there, or record again with one publisher and a steady clock',
     'another clock': 'nothing, where receipts are not late; a header with a stamp is better',
     'rows end before': 'nothing, where nobody filled that column',
+    'and is left out': 'nothing, where it was broken off; else record it again',
     'the drive is off': 'nothing, where it was meant to be off',
 }
 """Words of a warning of the reader, and what to do about it."""

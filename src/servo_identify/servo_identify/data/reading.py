@@ -11,10 +11,11 @@ from typing import TypeVar
 from servo_twin.bag import BagError, open_recording, read_recording
 from servo_twin.recording.recording import Recording
 
+from .listing import LISTING
 from .long_bags import all_of, Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
-from .table_import import import_tables, LISTING
+from .table_import import import_tables
 from .tables import SUFFIXES
 
 One = TypeVar('One', Recording, Long)

@@ -115,6 +115,25 @@ def torque_of_drive(at: Signals, servo: Servo) -> tuple[np.ndarray, float] | Non
     return constant * _wanted(command, servo), 0.0
 
 
+def parts_of_drive(at: Signals, servo: Servo) -> np.ndarray | None:
+    """
+    Return what the command, the current and the speed add to the equation of the drive.
+
+    (3, samples), V or A: the first is the sum of the others. None where the drive has no such
+    equation, or a channel of it is not there.
+    """
+    values, plain = servo.values, at.plain
+    side = motor_side(at, values['mechanism.ratio'])
+    kind = servo.drive.name
+    if side is None or 'voltage' not in plain or 'current' not in plain or kind not in (
+            'voltage_drive', 'current_drive', 'current_amplifier'):
+        return None
+    ohms, per_speed = (values['drive.resistance'], values['drive.back_emf']) if (
+        kind == 'voltage_drive') else (1.0, 0.0)
+    return np.stack([values['drive.gain'] * plain['voltage'], ohms * plain['current'],
+                     per_speed * side[1] * at.speed[side[0]]])
+
+
 def _wanted(command: np.ndarray, servo: Servo) -> np.ndarray:
     """Return the current that a drive of currents is told, A."""
     limit = servo.values.get('drive.current_limit', np.inf)

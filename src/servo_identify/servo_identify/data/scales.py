@@ -20,6 +20,7 @@ from .finding import Finding
 from .likelihood import Closed, closed
 from .looked_over import LookedOver, SURE
 from .mistakes import Mistake, mistakes, unread
+from .own_units import own_units
 from .plausibility import contradiction, factor_apart
 from .rough_balances import balances
 from .shown_drift import drift_findings
@@ -167,7 +168,7 @@ def _likeliest(seen: list[Signals], evidence: Evidence, mended: Set[str]) -> lis
         return []  # nothing that could be mended would gain enough
     channels = set.intersection(*(set(at.plain) for at in seen))
     scored = []
-    for one in mistakes(channels, evidence.servo):
+    for one in (*mistakes(channels, evidence.servo), *own_units(seen, evidence.servo)):
         if one.touches & mended:
             continue
         gained = [_gain(before, evidence.of(one.undone(at), key))

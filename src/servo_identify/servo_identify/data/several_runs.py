@@ -8,7 +8,7 @@ times say: each is a recording of its own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import re
 from typing import Any
@@ -19,6 +19,7 @@ from .run_labels import COLUMN, WORDS
 from .table import Table
 
 _GROUP = re.compile(rf'(?:.*\.)?((?:{WORDS})_?\d+)\.(.+)', re.IGNORECASE)
+FEWEST = 2  # rows of a recording
 _FLAGS = ('run', 'demo')
 """Names that may also say whether something is switched on."""
 
@@ -44,6 +45,21 @@ def runs_of(table: Table) -> list[Table]:
                         columns={one: held[first:end] for one, held in table.columns.items()})
                 for number, first, end in zip(numbers, starts, ends, strict=True)]
     return [table]
+
+
+def long_enough(runs: Sequence[Table]) -> tuple[list[Table], dict[str, str]]:
+    """
+    Return the runs that have the rows of a recording, and what is said of the others, by run.
+
+    One run alone stays, for what reads it to refuse, and so does the last where none has them.
+    """
+    rows = [len(next(iter(one.columns.values()), ())) for one in runs]
+    if max(rows) < FEWEST:
+        return [*runs[-1:]], {}
+    short = {one.run: f'{one.path.name}: {one.run} has {count} row{"s" * (count != 1)} and is '
+             f'left out; a recording needs {FEWEST}'
+             for one, count in zip(runs, rows, strict=True) if count < FEWEST}
+    return [one for one in runs if one.run not in short], short
 
 
 def groups_of(arrays: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -17,11 +17,11 @@ from servo_twin.recording.recording import Recording
 
 from .excitation import Excitation, plain_terms
 from .finding import Finding
-from .mistakes import TURN
 from .pooled import Columns, pooled
 from .rough_balances import inertia_of
 from .shown_drift import FORMS
 from .shown_parting import TURNING
+from .signals import TURN
 
 NEAR = 0.25  # of a logarithm, within which a factor is worth a question
 NO_SERVO_FILE = 100.0  # a factor on the inertia by which no servo file is wrong

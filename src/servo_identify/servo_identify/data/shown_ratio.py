@@ -19,10 +19,10 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 
 from .finding import Finding
-from .mistakes import MISTAKE, TURN
+from .mistakes import MISTAKE
 from .pooled import Columns, pooled
 from .shown_parting import torsion_of
-from .signals import ANGLES, Signals
+from .signals import ANGLES, Signals, TURN
 
 RATIO = 'mechanism.ratio'
 FORM = 0.1  # of a channel, by which one that is alike differs

@@ -13,6 +13,7 @@ from servo_twin.recording.recording import Recording
 from .white_noise import FOURTH, QUARTILE
 
 NOISES = 2.0  # times the noise that is left of a channel, up to which it may be nothing else
+TURN = 2.0 * np.pi  # rad
 APART = 0.25  # of the width, between samples: a Gaussian passes nothing finer
 MOST = 20_000  # samples that are looked at: the first ones
 ANGLES = ('motor_position', 'load_position')

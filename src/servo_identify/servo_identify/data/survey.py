@@ -12,8 +12,7 @@ from servo_twin.recording.parts import parts_of
 from servo_twin.recording.recording import COLUMNS, Recording
 
 from .long_bags import Long
-from .mistakes import TURN
-from .signals import ANGLES
+from .signals import ANGLES, TURN
 
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 _BESIDE = 4  # samples before and behind a jump that say how the angle goes on

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
@@ -19,20 +18,20 @@ from .column_units import named_columns, time_of
 from .even_grid import even
 from .import_memory import check_memory
 from .joining import HELD
+from .listing import beside
 from .mapping import Mapping as ColumnMapping
 from .mapping import read_mapping
 from .message_files import holds_messages
 from .messages import read_messages
 from .plausibility import check_angles
 from .raw_encoder import check_counts
+from .several_runs import long_enough
 from .table import Table
 from .tables import read_tables
 from .time_units import unit_of_times
 
 MANY = 0.3
 """Share of the rows without a number from which on a column may be sampled less often."""
-LISTING = 'recordings.yaml'
-"""The file beside recordings that names their families."""
 
 
 def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
@@ -56,7 +55,20 @@ def import_tables(path: Path, servo: Path | None, *, mapping: Path | None = None
                   family: str | None = None, replicate: int | None = None,
                   note: str | None = None, period: float = 0.0) -> list[Recording]:
     """
-    Return the recordings of a table, of the machine of a servo file; mostly it is one.
+    Return the recordings of a table as :func:`import_runs` does; the first says what was left out.
+
+    Arguments and errors are those of :func:`import_runs`.
+    """
+    found, left = import_runs(path, servo, mapping=mapping, family=family, replicate=replicate,
+                              note=note, period=period)
+    return with_left_out(found, left)
+
+
+def import_runs(path: Path, servo: Path | None, *, mapping: Path | None = None,
+                family: str | None = None, replicate: int | None = None, note: str | None = None,
+                period: float = 0.0) -> tuple[list[Recording], dict[str, str]]:
+    """
+    Return the recordings of a table, mostly one, and which of its runs are too short.
 
     Of several, each has the name of its run behind that of the file, and their replicates count
     on. Without a servo file angles are not held against each other, and are in rad. What was
@@ -73,14 +85,23 @@ def import_tables(path: Path, servo: Path | None, *, mapping: Path | None = None
     text = servo.read_text('utf8') if servo else ''
     given = {name: value for name, value in
              (('family', family), ('replicate', replicate), ('note', note)) if value is not None}
+    every = _tables(path, plan)
+    _, left = long_enough(every)
     found = list[Recording]()
-    for number, table in enumerate(_tables(path, plan)):
+    for number, table in enumerate(every):
+        if table.run in left:
+            continue
         facts = (plan.describe(table) if plan else {}) | beside(path) | given
         if facts.get('replicate'):
             facts['replicate'] += number
         facts |= beside(path.with_name(f'{path.stem}_{table.run}')) if table.run else {}
         found.append(recording_of(table, machine, text, facts, plan, period))
-    return found
+    return found, left
+
+
+def with_left_out(found: Sequence[Recording], left: Mapping[str, str]) -> list[Recording]:
+    """Return recordings of which the first says, as a warning, what was left out."""
+    return [replace(found[0], warnings=(*found[0].warnings, *left.values())), *found[1:]]
 
 
 def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
@@ -204,31 +225,3 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
                 f'{first + 1}; they stay NaN' + (
                     '. Where it is sampled less often: join: true in a mapping file'
                     if count > MANY * seen.rows else ''))
-
-
-def beside(path: Path) -> dict[str, Any]:
-    """Return what a recordings.yaml in the table's folder says of it."""
-    listing = path.parent / LISTING
-    if not listing.is_file():
-        return {}
-    try:
-        content = yaml.safe_load(listing.read_text('utf8'))
-    except yaml.YAMLError as error:
-        raise ValueError(f'{listing} is no YAML: {error}') from None
-    if isinstance(content, dict) and 'recordings' in content:
-        content = content['recordings']
-    if isinstance(content, list):
-        content = {str(entry.get('file', '')): entry for entry in content
-                   if isinstance(entry, dict)}
-    if not isinstance(content, dict):
-        raise ValueError(f'{listing}: give {{file name: {{family: ..., replicate: ...}}}}')
-    entry = content.get(path.name, content.get(path.stem, {}))
-    if not isinstance(entry, dict):
-        raise ValueError(f'{listing}: {path.name}: {entry!r} is not '
-                         '{family: ..., replicate: ...}')
-    facts = {name: entry[name] for name in ('family', 'replicate', 'note') if name in entry}
-    for name, kind in (('family', str), ('replicate', int), ('note', str)):
-        if not isinstance(facts.get(name, kind()), kind):
-            raise ValueError(f'{listing}: {path.name}: {name} = {facts[name]!r} is of the wrong '
-                             f'kind, it is a {"number" if kind is int else "text"}')
-    return facts

@@ -14,6 +14,7 @@ from ..data.csv_table import count_of_bare_columns
 from ..data.json_file import read_json
 from ..data.message_files import holds_messages
 from ..data.messages import fields_of
+from ..data.several_runs import long_enough
 from ..data.tables import read_tables
 
 
@@ -60,7 +61,7 @@ def offered(path: Path) -> Offered:
         rows = _rows(path)
     if path.suffix.lower() in TEXTS and path.is_file():
         names = tuple(f'column_{k + 1}' for k in range(count_of_bare_columns(path)))
-    table = read_tables(path, rows, names)[0]  # of several runs the first
+    table = long_enough(read_tables(path, rows, names))[0][0]  # of several runs the first
     return Offered(path, tuple(table.columns), {name: unit for name in table.columns
                                                 if (unit := split(name)[1])},
                    {}, table.columns, rows, names, table.refused, {

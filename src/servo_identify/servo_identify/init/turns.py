@@ -11,7 +11,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from ..data.column_units import factor_of
-from ..data.mistakes import TURN
+from ..data.signals import TURN
 from ..data.survey import survey
 from ..data.unsigned import bits_of, OTHERS
 from .proposals import Proposal

@@ -106,12 +106,17 @@ def plain(value: Any) -> Any:
 
 
 def judged_file(path: str | Path, force: bool = False) -> Path:
-    """Return the path of a file to write later; raises ValueError where it is there."""
+    """
+    Return the path of a file to write later.
+
+    Raises ValueError where it is there, or where nothing can be written there.
+    """
     path = Path(path)
     if path.is_dir():
         raise ValueError(f'{path} exists already, and is a folder; name a file')
     if path.exists() and not force:
         raise ValueError(f'{path} exists already; --force writes over it')
+    _judge(path.parent)
     return path
 
 
@@ -122,7 +127,7 @@ def new_file(path: str | Path, force: bool = False) -> Path:
     Raises ValueError where it is there, or where nothing can be written there.
     """
     path = judged_file(path, force)
-    _writable(path.parent)
+    _made(path.parent)
     return path
 
 
@@ -138,25 +143,38 @@ def new_folder(path: str | Path, force: bool, *files: str) -> Path:
     there = [name for name in files if (path / name).exists()]
     if there and not force:
         raise ValueError(f'{path} holds {", ".join(there)} already; --force writes over them')
-    _writable(path)
+    _judge(path)
+    _made(path)
     return path
 
 
-def _writable(folder: Path) -> None:
-    """Make a folder, and see before the work is done that a file can be made in it."""
-    try:
+def _judge(folder: Path) -> None:
+    """See before the work is done that a file can be made in a folder, or the folder itself."""
+    with _told(folder):
+        there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
+        tempfile.TemporaryFile(dir=there).close()
+
+
+def _made(folder: Path) -> None:
+    with _told(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+
+
+@contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """Say in a sentence that nothing can be written into a folder."""
+    try:
+        yield
     except OSError as problem:
         raise ValueError(f'{folder}: nothing can be written there ({problem.strerror}); choose '
-                         'another -o') from None
+                         'another place') from None
 
 
 def new_bag(path: str | Path, force: bool = False) -> Path:
     """
-    Return the path of a bag to write; raises ValueError where something is there.
+    Return the path of a bag to write.
 
+    Raises ValueError where something is there, or where nothing can be written there.
     With ``force`` a bag that is there stays until :func:`whole_bag`. What is no bag always stays.
     """
     path = Path(path)
@@ -164,6 +182,7 @@ def new_bag(path: str | Path, force: bool = False) -> Path:
         raise ValueError(f'{path} exists already; --force writes over it')
     if path.exists() and not _is_bag(path):
         raise ValueError(f'{path} is no bag, and stays as it is; choose another name')
+    _judge(path.parent)
     return path
 
 

@@ -30,7 +30,7 @@ def _cause(one: dict[str, Any]) -> dict[str, Any]:
         'change': one.get('change') or '', 'rungs': _rungs(one),
         'mechanism': _mechanism(mechanism), 'law': _law(one),
         'curve': bool(curve.get('x') and curve.get('y')),
-        'axes': _axes(curve), 'points': bool((one.get('points') or {}).get('x')),
+        **_axes(curve), 'points': bool((one.get('points') or {}).get('x')),
         'parameters': [_parameter(name, entry)
                        for name, entry in (one.get('parameters') or {}).items()],
         'predicted': _share(one.get('shrink_predicted')),
@@ -77,9 +77,10 @@ def _law(one: dict[str, Any]) -> str:
             'The formula of the catalogue leaves the band: take the curve, not the formula.')
 
 
-def _axes(curve: dict[str, Any]) -> str:
-    height = unit(curve.get('y_unit')) or 'residual'
-    return f'{height} over {spoken(curve.get("variable")) or "the variable"}'
+def _axes(curve: dict[str, Any]) -> dict[str, str]:
+    """Return the words above a curve; the page puts the unit that its axis has for the height."""
+    return {'height': unit(curve.get('y_unit')) or 'residual',
+            'over': f'over {spoken(curve.get("variable")) or "the variable"}'}
 
 
 def _parameter(name: str, entry: object) -> dict[str, Any]:

@@ -19,6 +19,7 @@ function curvePlot(place, {curve, points}) {
   );
   const across = shownUnit(curve.unit, largest(curve.x)),
     up = shownUnit(curve.y_unit, largest(heights));
+  if (up.unit) place.closest('figure').querySelector('[data-height]').textContent = up.unit;
   const scaled = (list, factor) => list.map(value => (value === null ? null : value / factor));
   const wide = [...curve.x, ...dots.x].filter(v => v !== null);
   const ends = [Math.min(...wide) / across.factor, Math.max(...wide) / across.factor];
