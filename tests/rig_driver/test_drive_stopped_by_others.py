@@ -7,6 +7,7 @@ from driver_bench import wait_for
 import numpy as np
 import pytest
 
+from servo_rig_driver.devices.moteus_registers import TIMEOUT
 from servo_rig_driver.driver.setpoints import Mode
 
 
@@ -77,6 +78,20 @@ def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_
         else:
             nodes.running = False
         stays_down(made, link)
+
+
+def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is_reset(tmp_path):
+    with driven('moteus', tmp_path) as (made, link):
+        nodes = made.rig.nodes
+        nodes.timeout_mode = nodes.table.modes['zero_velocity']  # as delivered
+        port = link.link._port
+        send, port.send = port.send, lambda *_: None
+        wait_for(lambda: nodes.mode == TIMEOUT, 'its watchdog ran out')
+        assert made.pushes
+        port.send = send
+        wait_for(lambda: link.master.missed or not made.pushes, 'the driver answers')
+        assert not link.master.missed
+        link.enabled()
 
 
 def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(tmp_path):
