@@ -228,8 +228,7 @@ def test_a_drive_that_missed_frames_more_often_than_it_may_fail_comes_back(told,
 
 def test_a_bus_that_goes_away_is_told_and_opened_again(name, tmp_path):
     with bench(name, tmp_path) as made:
-        made.rig.stop()
-        made._serving.join(5.0)
+        made.supply_off()
         channel = str(tmp_path / 'lost.can')
         hub = CanHub(channel)
         hub.__enter__()

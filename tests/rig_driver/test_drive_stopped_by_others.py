@@ -40,9 +40,9 @@ def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
         link.enabled()
 
 
-def stays_down(made, link):
+def stays_down(made, link, why='the drive was told to give no torque, by another than this'):
     """Check that nobody enables a drive that another than the driver has stopped, until asked."""
-    link.says('the drive was told to give no torque, by another than this driver')
+    link.says(why)
     wait_for(lambda: not made.pushes, 'the motor has no torque')
     made.tap.said.clear()
     begun = len(link.blocks)
@@ -78,6 +78,25 @@ def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_
         else:
             nodes.running = False
         stays_down(made, link)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, tmp_path):
+    with driven(name, tmp_path, enable_after_loss=False, heartbeat_timeout=1.0) as (made, link):
+        turning(link)
+        made.supply_off()
+        link.says('is silent: no ')
+        made.supply_on()
+        stays_down(made, link, 'its supply, and stands in ')
+
+
+def test_a_canopen_drive_that_boots_stays_down_and_an_encoder_that_boots_stops_none(tmp_path):
+    with driven('canopen', tmp_path, enable_after_loss=False) as (made, link):
+        made.tap.wire.send([(0x702, b'\0')])
+        wait_for(lambda: link.health.counted('nodes.load_encoder_boots'), 'the driver heard it')
+        link.enabled()
+        made.tap.wire.send([(0x701, b'\0')])
+        stays_down(made, link, 'has started again, as after a loss of its supply, and stands in')
 
 
 def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is_reset(tmp_path):

@@ -189,7 +189,7 @@ class Driver(ManagedNode):
                           round(of['answer_timeout'] * 1e9))
         settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
-                                of['realtime_priority'])
+                                of['realtime_priority'], of['enable_after_loss'])
         return RigLink(settings, sampler, watch, self.health,
                        lambda: Wire(open_bus(bus, of['retry_period']), bus), self._publish,
                        self._ros_now)

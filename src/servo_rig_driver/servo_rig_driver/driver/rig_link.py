@@ -84,6 +84,7 @@ class RigLink:
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
         self.watch.foreign_stops = None
+        self.watch.lost = ''
         self.sampler.master.begin()
         self._active = True
 
@@ -179,6 +180,7 @@ class RigLink:
                 continue
             if self._active:
                 self._unheard = False
+                self.watch.silent(self.now())  # whether it was away for long
                 return self._yielding if self.watch.foreign else self._waking
             if not self.watch.foreign:
                 self.requests.rest()  # the drive may have gone on without the bus
@@ -212,6 +214,8 @@ class RigLink:
             return self._yielding
         if outcome is Outcome.DOUBLED:
             return self._refusing
+        if self.watch.lost and not self.settings.enable_after_loss:
+            self.sampler.master.lost(self.watch.lost)
         self.sampler.restart()
         self.watch.welcome(self.now())
         return self._streaming

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from ..devices.drive_master import DriveMaster, DriveState
 from .rig_health import Heartbeats, Level, RigHealth
 
+DRIVE = 'drive'
 ENABLING_MAY_TAKE = 1_000_000_000
 
 
@@ -22,7 +23,8 @@ class RigWatch:
     it was set to ''; ``foreign_stops`` whether the last order of another one was to give no
     torque, None while there was none; ``restarted`` names a node that booted since welcome().
     ``doubtful`` says that two nodes seem to have one id. ``sign`` is by what a node is known to
-    be alive.
+    be alive. ``lost`` says by what the drive may have lost its supply since welcome(), '' for
+    nothing.
     """
 
     def __init__(self, nodes: Mapping[int, str], health: RigHealth, timeout: float,
@@ -35,6 +37,7 @@ class RigWatch:
         self.foreign_at = 0
         self.foreign_stops: bool | None = None
         self.restarted = ''
+        self.lost = ''
         self.doubtful = False
         self._drive_was: DriveState | None = None
         self._disabled_since: int | None = None
@@ -50,6 +53,8 @@ class RigWatch:
     def booted(self, node: int) -> None:
         """Note that a node has started again."""
         self.restarted = self.name(node)
+        if self.nodes[node] == DRIVE:
+            self.lost = 'has started again, as after a loss of its supply,'
         self.health.count(f'nodes.{self.nodes[node]}_boots')
 
     def name(self, node: int) -> str:
@@ -63,6 +68,9 @@ class RigWatch:
             if node in late:
                 self.health.trouble(f'nodes.{name}', f'{self.name(node)} is silent: no '
                                     f'{self.sign} within {self.beats.timeout:g} s', now)
+                if name == DRIVE:
+                    self.lost = (f'was silent for {self.beats.timeout:g} s, so that it may have '
+                                 'lost its supply,')
         return bool(late)
 
     def welcome(self, now: int) -> None:
@@ -70,7 +78,7 @@ class RigWatch:
         for name in self.nodes.values():
             self.health.over(f'nodes.{name}', now)
         self.health.over('nodes.restart', now)
-        self.restarted = ''
+        self.restarted = self.lost = ''
         self._drive_was = None
         self._disabled_since = now
 
@@ -93,12 +101,12 @@ class RigWatch:
         if self._disabled_since is None:
             self._disabled_since = now
         failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
-        if master.stopped_by_other:
+        if master.why_held:
             self.health.trouble(
-                'drive.stopped', 'the drive was told to give no torque, by another than this '
-                f'driver, and stands in {state.words}{f" ({fault})" if fault else ""}. It is not '
-                'enabled again: find out who stopped it and why, then deactivate and activate the '
-                'driver when it may move again', now)
+                'drive.stopped', f'the drive {master.why_held} and stands in {state.words}'
+                f'{f" ({fault})" if fault else ""}. It is not enabled again: find out who or what '
+                'stopped it and why, then deactivate and activate the driver when it may move '
+                'again', now)
         elif failed or master.held or master.given_up:
             how = 'in fault' if failed else f'stopped, and stays in {state.words}'
             words = f' ({fault})' if fault else ''
