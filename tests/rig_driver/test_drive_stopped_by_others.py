@@ -113,11 +113,22 @@ def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is
         link.enabled()
 
 
-def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(tmp_path):
-    with driven('robstride', tmp_path) as (made, link):
+def test_a_moteus_that_started_again_at_once_is_asked_before_it_is_given_torque(tmp_path):
+    with driven('moteus', tmp_path) as (made, link):
+        turning(link)
+        made.supply_off()
+        wait_for(lambda: link.device.doubted(link.link.now()), 'it has been silent for a while')
+        made.supply_on()
+        stays_down(made, link)
+
+
+@pytest.mark.parametrize('name', ['robstride', 'cubemars'])
+def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
         port = link.link._port
         send, port.send = port.send, lambda *_: None
         wait_for(lambda: not made.pushes, 'its watchdog ran out')
         port.send = send
-        link.enabled()
+        turning(link)
+        assert made.pushes
         assert not link.health.has('drive.stopped')

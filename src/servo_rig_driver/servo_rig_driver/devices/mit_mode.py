@@ -36,6 +36,7 @@ class MitMode(OnRequest):
     def __init__(self, table: MitTable, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)
         self.table = table
+        self.tells_state = bool(table.states)
         self._ids = {'drive': settings.node, 'host': settings.host}
         self._flag = EXTENDED if table.extended else 0
         for name in table.commands:  # ids that do not fit, before a motor turns

@@ -34,6 +34,7 @@ class OnRequest(Device):
     kinds = 1
     silent_watchdog: ClassVar[bool] = False
     """Whether its watchdog takes the torque away without a fault."""
+    tells_state = True  # whether its answers tell how it stands
 
     def __init__(self, settings: DriveSettings, watch: RigWatch) -> None:
         self.settings = settings
@@ -116,8 +117,7 @@ class OnRequest(Device):
 
     def _greet(self, port: BusPort, now: Callable[[], int]) -> None:
         """Tell the drive what it has to know, and let what it answers pass."""
-        frames = self.greeting()
-        if not frames:
+        if not (frames := self.greeting()):
             return
         self._answers = 0
         port.send(frames)
@@ -162,9 +162,16 @@ class OnRequest(Device):
         self._lapse(self._asked_at, now)
         self._asked_at = now
         order = self._settled(order)
-        frames = self.frames(order, point, now)
+        doubted = order is Order.ENABLE and self.doubted(now)
+        if doubted and not self.tells_state:
+            self._state = DriveState.UNKNOWN  # so that it is told to stop, and then led up
+        frames = self.query() if doubted else self.frames(order, point, now)
         self._last_order = order
         return frames
+
+    def doubted(self, now: int) -> bool:
+        """Whether it has been silent so long that it may have stopped, or started again."""
+        return bool(self._heard_at) and now - self._heard_at > self.silence
 
     def _lapse(self, last: int, now: int) -> None:
         if last and now - last > self.silence:
@@ -200,10 +207,9 @@ class OnRequest(Device):
         self._lapse(self._heard_at, now)
         self._heard_at = now
         self.watch.beats.beat(self.settings.node, 0, now)
-        if kind == NO_ANSWER:
-            return None
         self._answers += kind == self.kinds - 1
-        return Answer(kind, self.reading.row(), None) if self._sampling else None
+        tells = self._sampling and kind != NO_ANSWER
+        return Answer(kind, self.reading.row(), None) if tells else None
 
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS: what was measured, and the reference it began with."""
