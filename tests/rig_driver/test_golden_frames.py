@@ -9,7 +9,7 @@ from made_device import made
 import pytest
 
 from servo_rig_driver.can_bus.unix_frames import EXTENDED, REMOTE
-from servo_rig_driver.devices.drive_master import DriveState, Order
+from servo_rig_driver.devices.drive_master import DriveState, MAY_PUSH, Order
 from servo_rig_driver.devices.mit_mode import MitMode
 from servo_rig_driver.devices.mit_table import load_mit_table
 from servo_rig_driver.devices.odrive import load_odrive, Odrive
@@ -132,8 +132,12 @@ def test_robstride_feedback_is_read_with_its_mode_and_its_faults():
     assert drive.reading.current == pytest.approx(17.0)
     assert drive.reading.temperature == pytest.approx(27.1)
     assert drive.hear(run | 0b000101 << 16, data) == 0
-    assert drive.state is DriveState.FAULT
+    assert drive.state in MAY_PUSH  # it says that it runs
     assert drive.fault == 'under-voltage, over-temperature'
+    assert drive.frames(Order.NO_TORQUE, None, 0) == drive.off()
+    assert drive.hear(run ^ 2 << 22 | 0b000101 << 16, data) == 0  # mode 0, reset
+    assert drive.state is DriveState.FAULT
+    assert drive.frames(Order.NO_TORQUE, None, 0) == drive.query()
     assert drive.hear(run ^ 3 << 8, data) is None  # of motor 2
     assert drive.foreign(EXTENDED | 0x0300AA01, bytes(8)) == 'enable (0x300AA01)'
 

@@ -8,7 +8,7 @@ from math import isfinite
 
 from .bit_frames import bit_frame, BitFrame, Range
 from .device import DeviceError
-from .drive_master import DriveState
+from .drive_master import DriveState, MAY_PUSH
 from .tables import MALFORMED, read_table
 
 NEEDED = ('control', 'enable', 'stop', 'clear', 'feedback')
@@ -55,10 +55,13 @@ class MitTable:
         ``asked`` is the name of the frame that it answers, ``was`` the state before.
         """
         raw = int(told['fault'])
+        mode = self.states.get(int(told['mode']), DriveState.UNKNOWN) if self.states else None
         if raw:
-            return DriveState.FAULT, self.words(raw)
-        if self.states:
-            return self.states.get(int(told['mode']), DriveState.UNKNOWN), ''
+            failing = mode is not None and mode in MAY_PUSH  # it is told to stop, then reset
+            return (DriveState.FAULT_REACTION_ACTIVE if failing else DriveState.FAULT,
+                    self.words(raw))
+        if mode is not None:
+            return mode, ''
         if asked == 'enable':
             return DriveState.OPERATION_ENABLED, ''
         if asked in ('stop', 'clear') or was is DriveState.FAULT:
