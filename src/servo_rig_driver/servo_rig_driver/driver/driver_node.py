@@ -138,9 +138,9 @@ class Driver(ManagedNode):
         """
         Let the link bring the rig up; it goes on trying until that is done.
 
-        Fails while several publish commands.
+        Fails while several publish commands, and where the link has stopped by an error.
         """
-        if self._several(self._link.now()):
+        if self._link.broken or self._several(self._link.now()):
             return FAILURE
         result = super().on_activate(state)
         self._leaps = EncoderLeaps(self.health)  # a shaft may have been turned by hand

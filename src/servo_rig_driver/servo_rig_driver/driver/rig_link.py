@@ -81,6 +81,11 @@ class RigLink:
                                 'two would fight over the drive, so this one stays away')
         self._thread.start()
 
+    @property
+    def broken(self) -> bool:
+        """Whether its thread has ended by an error of this program, so that nothing starts it."""
+        return self.state == 'broken'
+
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
         self.watch.foreign_stops = None
