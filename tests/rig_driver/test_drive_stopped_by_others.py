@@ -90,6 +90,17 @@ def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, 
         stays_down(made, link, 'its supply, and stands in ')
 
 
+UNDER_VOLTAGE = {'canopen': 0x3220, 'odrive': 0x200, 'robstride': 0b1, 'cubemars': 2, 'moteus': 40}
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_drive_that_reports_under_voltage_stays_down_until_somebody_starts_it(name, tmp_path):
+    with driven(name, tmp_path, enable_after_loss=False, fault_reset_pause=0.5) as (made, link):
+        turning(link)
+        made.tap.fail(UNDER_VOLTAGE[name])
+        stays_down(made, link, 'under-voltage, as where its supply is cut, and stands in ')
+
+
 def test_a_canopen_drive_that_boots_stays_down_and_an_encoder_that_boots_stops_none(tmp_path):
     with driven('canopen', tmp_path, enable_after_loss=False) as (made, link):
         made.tap.wire.send([(0x702, b'\0')])

@@ -95,6 +95,7 @@ class DriveMaster:
         self._enabled_since: float | None = None
         self._stopping_since: float | None = None
         self._free = False  # whether it has told since begin() that nobody has stopped it
+        self._led = False  # whether it was led up since begin()
         self.held = self.given_up = False
         self.why_held = ''
         self._rung: int | None = None  # up to which it was led; None: not known to obey yet
@@ -104,7 +105,7 @@ class DriveMaster:
     def begin(self) -> None:
         """Note that a person wants the drive up: all tries are there again."""
         self.tries = self.missed = 0
-        self._free = self.held = self.given_up = False
+        self._free = self._led = self.held = self.given_up = False
         self.why_held = ''
 
     def hold(self, why: str = STOPPED_BY_OTHER) -> None:
@@ -112,8 +113,8 @@ class DriveMaster:
         self.held, self.why_held = True, why
 
     def lost(self, why: str) -> None:
-        """Keep a drive down that was there since begin() and may have lost its supply since."""
-        if self._free:
+        """Keep a drive down that was led up since begin(), and may have lost its supply since."""
+        if self._led:
             self.hold(why)
 
     @property
@@ -165,7 +166,10 @@ class DriveMaster:
         self._no_fault()
         if self._went_down(state, now) and not starved:
             self.hold()
-        return Order.ENABLE if state in _LEADS_UP and not self.held else Order.NO_TORQUE
+        if state not in _LEADS_UP or self.held:
+            return Order.NO_TORQUE
+        self._led = True
+        return Order.ENABLE
 
     def _went_down(self, state: DriveState, now: float) -> bool:
         """

@@ -219,8 +219,7 @@ class RigLink:
             return self._yielding
         if outcome is Outcome.DOUBLED:
             return self._refusing
-        if self.watch.lost and not self.settings.enable_after_loss:
-            self.sampler.master.lost(self.watch.lost)
+        self._hold_lost()
         self.sampler.restart()
         self.watch.welcome(self.now())
         return self._streaming
@@ -257,6 +256,7 @@ class RigLink:
     def _check(self, now: int) -> Callable | None:
         self._checked = now
         self.sampler.check(now)
+        self._hold_lost()
         if self.watch.foreign:
             self.requests.rest()
             return self._yielding
@@ -264,6 +264,11 @@ class RigLink:
             self.requests.rest()
             return self._waking
         return None
+
+    def _hold_lost(self) -> None:
+        why, self.watch.lost = self.watch.lost, ''
+        if why and not self.settings.enable_after_loss:
+            self.sampler.master.lost(why)
 
     def _must_wake(self, now: int) -> bool:
         """Tell whether the device has to be started again, and say why."""

@@ -12,6 +12,8 @@ from ..devices.drive_master import DriveMaster, DriveState
 from .rig_health import Heartbeats, Level, RigHealth
 
 DRIVE = 'drive'
+NO_SUPPLY = 'under-voltage'
+"""What all tables call the fault of a drive whose supply is cut."""
 ENABLING_MAY_TAKE = 1_000_000_000
 
 
@@ -23,8 +25,8 @@ class RigWatch:
     it was set to ''; ``foreign_stops`` whether the last order of another one was to give no
     torque, None while there was none; ``restarted`` names a node that booted since welcome().
     ``doubtful`` says that two nodes seem to have one id. ``sign`` is by what a node is known to
-    be alive. ``lost`` says by what the drive may have lost its supply since welcome(), '' for
-    nothing.
+    be alive. ``lost`` says by what the drive may have lost its supply since it was set to '', in
+    words.
     """
 
     def __init__(self, nodes: Mapping[int, str], health: RigHealth, timeout: float,
@@ -78,7 +80,7 @@ class RigWatch:
         for name in self.nodes.values():
             self.health.over(f'nodes.{name}', now)
         self.health.over('nodes.restart', now)
-        self.restarted = self.lost = ''
+        self.restarted = ''
         self._drive_was = None
         self._disabled_since = now
 
@@ -101,6 +103,8 @@ class RigWatch:
         if self._disabled_since is None:
             self._disabled_since = now
         failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+        if failed and NO_SUPPLY in fault:
+            self.lost = f'reported {fault}, as where its supply is cut,'
         if master.why_held:
             self.health.trouble(
                 'drive.stopped', f'the drive {master.why_held} and stands in {state.words}'
