@@ -168,7 +168,6 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     # 9 N m: (9 + 18) 4095 / 36 = 3071.25 = 0xBFF
     (_, data), = drive.frames(Order.ENABLE, point(Mode.CURRENT, 9.0), 0)
     assert data == bytes.fromhex('7fff 7f f0 00 00 0b ff')
-    drive._sent = 'enable'
     # drive 1, position 0, speed 0x8F5: 2293 * 100 / 4095 - 50 = 5.99, torque 0xBFF: 9.0 N m,
     # 41 degC, no error
     assert drive.hear(0, bytes.fromhex('01 7fff 8f 5b ff 29 00')) == 0
@@ -182,6 +181,18 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     assert drive.fault == 'over-temperature of the motor'
 
 
+
+
+def test_a_cubemars_has_stopped_once_the_stop_is_answered_and_no_frame_before_it():
+    drive = made(MitMode, load_mit_table('cubemars_ak80_9'))
+    drive._state = DriveState.OPERATION_ENABLED
+    drive.ask(1, Order.ENABLE, None, 0)
+    (_, stop), = drive.ask(2, Order.NO_TORQUE, None, 0)
+    assert stop == b'\xff' * 7 + b'\xfd'
+    for number, state in ((1, DriveState.OPERATION_ENABLED), (2, DriveState.SWITCH_ON_DISABLED)):
+        assert drive.hear(0, bytes.fromhex('01 7fff 7f f7 ff 29 00')) == 0
+        drive.answered(number)
+        assert drive.state is state
 
 
 @given(st.sampled_from(['robstride_rs02', 'cybergear', 'cubemars_ak80_9']), st.data())

@@ -8,6 +8,7 @@ of its own: the driver brakes it to rest by its speed loop, and then takes the t
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
@@ -167,7 +168,21 @@ class OnRequest(Device):
             self._state = DriveState.UNKNOWN  # so that it is told to stop, and then led up
         frames = self.query() if doubted else self.frames(order, point, now)
         self._last_order = order
+        if not self.tells_state:
+            self._open.append((number, self._sent))
         return frames
+
+    def answered(self, number: int) -> None:
+        """Take what request ``number`` said as obeyed, where answers do not tell how it stands."""
+        said = ''
+        while self._open and self._open[0][0] <= number:
+            _, said = self._open.popleft()
+        if said:
+            self.obeyed(said)
+
+    def obeyed(self, said: str) -> None:
+        """Note that the drive has answered a frame, by the name that a protocol gave it."""
+        return
 
     def doubted(self, now: int) -> bool:
         """Whether it has been silent so long that it may have stopped, or started again."""
@@ -229,6 +244,8 @@ class OnRequest(Device):
         self._state, self._fault = DriveState.UNKNOWN, ''
         self._last_order: Order | None = None
         self._braked, self._rested = 0, False
+        self._open: deque[tuple[int, str]] = deque()  # requests, and what they said
+        self._sent = ''
         self._asked_at = self._heard_at = self._lapsed_at = 0  # 0: not yet
         self.forget_told()
 

@@ -152,6 +152,7 @@ class Sampler:
             while begun < number:
                 begun, point = self._begun.popleft()
             self.samples += 1
+            self.device.answered(number)
             self.blocks.add(number, self.device.row(answers, point))
 
     def check(self, now: int) -> None:
