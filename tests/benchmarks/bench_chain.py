@@ -180,7 +180,7 @@ def of_a_drive(asked: argparse.Namespace, channel: str, spaced: tuple[str, ...]
     }, lambda: {'driver': start(
         'servo_rig_driver.driver.driver_node', *spaced,
         *(word for file in asked.files for word in ('--params-file', str(file))),
-        '-p', 'autostart:=true', '-p', f'bus.channel:={channel}',
+        '-p', 'autostart:=true', '-p', 'enable_after_loss:=true', '-p', f'bus.channel:={channel}',
         '-p', f'sync_period:={1 / asked.rate}', '-p', f'block_size:={asked.block}')})
 
 

@@ -97,7 +97,8 @@ def main() -> int:
                         str(ROOT / 'config' / 'driver.yaml'), '-p', f'bus.channel:={channel}',
                         '-p', f'sync_period:={1 / asked.rate}', '-p',
                         f'block_size:={asked.block}', '-p',
-                        f'realtime_priority:={asked.priority}', '-r', f'__ns:=/{namespace}'),
+                        f'realtime_priority:={asked.priority}', '-p',
+                        'enable_after_loss:=true', '-r', f'__ns:=/{namespace}'),
     }
     rclpy.init()
     node = rclpy.create_node('reader', namespace=namespace)

@@ -49,11 +49,12 @@ def test_its_processes_share_no_memory_that_a_killed_one_leaves_half_made(name):
             'value': '$(env FASTDDS_BUILTIN_TRANSPORTS UDPv4)'} in entries(path, 'set_env')
 
 
-def test_an_emulated_drive_starts_at_once_and_a_real_one_looks_for_others_first():
+@pytest.mark.parametrize('name, value', [('graph_listen_time', 0.5), ('enable_after_loss', True)])
+def test_what_hurts_nobody_beside_an_emulated_drive_is_left_alone_beside_a_real_one(name, value):
     nodes = entries(next(path for path in FILES if path.name == 'rig.launch.yaml'), 'node')
-    listens = {('if' in node): [one['value'] for one in node['param']
-                                if one.get('name') == 'graph_listen_time'] for node in nodes}
-    assert listens == {True: [0.5], False: []}
+    given = {('if' in node): [one['value'] for one in node['param'] if one.get('name') == name]
+             for node in nodes}
+    assert given == {True: [value], False: []}
 
 
 @pytest.fixture

@@ -126,6 +126,18 @@ def test_measurements_are_interpolated_commands_hold_and_holes_are_left_out():
     assert even.missing == 11
 
 
+def test_a_topic_that_goes_on_while_the_leading_one_is_silent_takes_no_more_memory():
+    angle, volts = COLUMNS.index('motor_position'), COLUMNS.index('voltage')
+    lead, other = Track([angle], [False]), Track([volts], [True])
+    even = EvenSamples({'a': lead, 'b': other}, 'a', 0, MS, 5 * MS, {})
+    for at in range(60_000):
+        other.put(at * MS, [float(at)])
+    assert len(other.times) == len(other.rows) < 11_000
+    lead.put(59_990 * MS, [1.0])
+    lead.put(59_991 * MS, [1.0])
+    assert [row[volts] for _, row in even.take(60_000 * MS)][-1] == 59_991.0
+
+
 @pytest.mark.parametrize('rate, off', [(500.0, 0.2), (1000.0, 0.3), (125.0, 0.1), (333.3, 0.0)])
 def test_the_rate_of_an_uneven_loop_is_found(rate, off):
     chance = np.random.default_rng(1)

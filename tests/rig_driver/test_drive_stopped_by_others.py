@@ -7,6 +7,7 @@ from driver_bench import wait_for
 import numpy as np
 import pytest
 
+from servo_rig_driver.devices.moteus_registers import TIMEOUT
 from servo_rig_driver.driver.setpoints import Mode
 
 
@@ -39,9 +40,9 @@ def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
         link.enabled()
 
 
-def stays_down(made, link):
+def stays_down(made, link, why='the drive was told to give no torque, by another than this'):
     """Check that nobody enables a drive that another than the driver has stopped, until asked."""
-    link.says('the drive was told to give no torque, by another than this driver')
+    link.says(why)
     wait_for(lambda: not made.pushes, 'the motor has no torque')
     made.tap.said.clear()
     begun = len(link.blocks)
@@ -79,11 +80,66 @@ def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_
         stays_down(made, link)
 
 
-def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(tmp_path):
-    with driven('robstride', tmp_path) as (made, link):
+@pytest.mark.parametrize('name', NAMES)
+def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, tmp_path):
+    with driven(name, tmp_path, enable_after_loss=False, heartbeat_timeout=1.0) as (made, link):
+        turning(link)
+        made.supply_off()
+        link.says('is silent: no ')
+        made.supply_on()
+        stays_down(made, link, 'its supply, and stands in ')
+
+
+UNDER_VOLTAGE = {'canopen': 0x3220, 'odrive': 0x200, 'robstride': 0b1, 'cubemars': 2, 'moteus': 40}
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_drive_that_reports_under_voltage_stays_down_until_somebody_starts_it(name, tmp_path):
+    with driven(name, tmp_path, enable_after_loss=False, fault_reset_pause=0.5) as (made, link):
+        turning(link)
+        made.tap.fail(UNDER_VOLTAGE[name])
+        stays_down(made, link, 'under-voltage, as where its supply is cut, and stands in ')
+
+
+def test_a_canopen_drive_that_boots_stays_down_and_an_encoder_that_boots_stops_none(tmp_path):
+    with driven('canopen', tmp_path, enable_after_loss=False) as (made, link):
+        made.tap.wire.send([(0x702, b'\0')])
+        wait_for(lambda: link.health.counted('nodes.load_encoder_boots'), 'the driver heard it')
+        link.enabled()
+        made.tap.wire.send([(0x701, b'\0')])
+        stays_down(made, link, 'has started again, as after a loss of its supply, and stands in')
+
+
+def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is_reset(tmp_path):
+    with driven('moteus', tmp_path) as (made, link):
+        nodes = made.rig.nodes
+        nodes.timeout_mode = nodes.table.modes['zero_velocity']  # as delivered
+        port = link.link._port
+        send, port.send = port.send, lambda *_: None
+        wait_for(lambda: nodes.mode == TIMEOUT, 'its watchdog ran out')
+        assert made.pushes
+        port.send = send
+        wait_for(lambda: link.master.missed or not made.pushes, 'the driver answers')
+        assert not link.master.missed
+        link.enabled()
+
+
+def test_a_moteus_that_started_again_at_once_is_asked_before_it_is_given_torque(tmp_path):
+    with driven('moteus', tmp_path) as (made, link):
+        turning(link)
+        made.supply_off()
+        wait_for(lambda: link.device.doubted(link.link.now()), 'it has been silent for a while')
+        made.supply_on()
+        stays_down(made, link)
+
+
+@pytest.mark.parametrize('name', ['robstride', 'cubemars'])
+def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(name, tmp_path):
+    with driven(name, tmp_path) as (made, link):
         port = link.link._port
         send, port.send = port.send, lambda *_: None
         wait_for(lambda: not made.pushes, 'its watchdog ran out')
         port.send = send
-        link.enabled()
+        turning(link)
+        assert made.pushes
         assert not link.health.has('drive.stopped')

@@ -1,6 +1,6 @@
 """Which SYNC an answer belongs to."""
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from servo_rig_driver.driver.answer_joining import SampleJoiner, sync_counter
@@ -81,3 +81,16 @@ def test_it_counts_answers_that_nobody_asked_for():
     assert join.answer(0, 'y', 1) == [(0, ['y'])]
     assert join.answer(0, 'y', None) == []
     assert join.unasked == 2
+
+
+@given(st.lists(st.tuples(st.integers(1, 500), st.integers(0, 300)), max_size=6))
+@example([(241, 1), (480, 0)])
+def test_no_sample_is_of_a_sync_that_is_yet_to_go_out(stretches):
+    join, number, answered = SampleJoiner(1), 0, 0
+    for asked, answers in stretches:
+        for _ in range(asked):
+            assert all(sample < number for sample, _ in join.ask(number))
+            number += 1
+        first, answered = answered, min(number, answered + answers)
+        for one in range(first, answered):
+            join.answer(0, one, sync_counter(one))

@@ -64,6 +64,38 @@ def led(tmp_path_factory):
             ears.close()
 
 
+BREAKS = """
+from servo_rig_driver.driver.driver_node import main
+from servo_rig_driver.driver.sampler import Sampler
+check, looks = Sampler.check, []
+def breaks(self, now):
+    looks.append(now)
+    if len(looks) == 50:
+        raise ValueError('an error of this program')
+    check(self, now)
+Sampler.check = breaks
+raise SystemExit(main())
+"""
+
+
+def test_a_link_that_stopped_by_an_error_is_activated_after_it_is_configured_alone(tmp_path):
+    channel = str(tmp_path / 'rig.can')
+    with CanHub(channel), ScriptedRig(channel) as rig:
+        ears = Listener('breaking')
+        driver = DriverProcess('breaking', start=('-c', BREAKS), bus__channel=channel)
+        try:
+            hands = Hands(ears)
+            ears.hears('bus', 'the link has stopped: ValueError', 2)
+            wait_for(lambda: rig.status == DISABLED, 'the drive has no torque')
+            assert hands.change(DEACTIVATE)
+            assert not hands.change(ACTIVATE)
+            assert hands.change(CLEANUP) and hands.change(CONFIGURE) and hands.change(ACTIVATE)
+            wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
+        finally:
+            driver.close()
+            ears.close()
+
+
 def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     rig, ears, hands = led
     assert hands.state() == 'unconfigured'

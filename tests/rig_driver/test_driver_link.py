@@ -42,7 +42,8 @@ class Linked:
         watch = RigWatch({number: name for name, number in table.ids.items()}, self.health, 10.0)
         device = CanopenDevice(table, watch, PERIOD, 0.3, 127)
         sampler = Sampler(device, self.player, DriveMaster(pause=0.05), watch, self.health)
-        settings = LinkSettings(PERIOD, 7, late_limit, listen_time, 0.3, priority)
+        settings = LinkSettings(PERIOD, 7, late_limit, listen_time, 0.3, priority,
+                                enable_after_loss=True)
         self.blocks = []
         self.link = RigLink(settings, sampler, watch, self.health,
                             lambda: Wire(open_bus(BusSettings('virtual', channel))),

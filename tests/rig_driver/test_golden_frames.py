@@ -9,7 +9,7 @@ from made_device import made
 import pytest
 
 from servo_rig_driver.can_bus.unix_frames import EXTENDED, REMOTE
-from servo_rig_driver.devices.drive_master import DriveState, Order
+from servo_rig_driver.devices.drive_master import DriveState, MAY_PUSH, Order
 from servo_rig_driver.devices.mit_mode import MitMode
 from servo_rig_driver.devices.mit_table import load_mit_table
 from servo_rig_driver.devices.odrive import load_odrive, Odrive
@@ -132,8 +132,12 @@ def test_robstride_feedback_is_read_with_its_mode_and_its_faults():
     assert drive.reading.current == pytest.approx(17.0)
     assert drive.reading.temperature == pytest.approx(27.1)
     assert drive.hear(run | 0b000101 << 16, data) == 0
-    assert drive.state is DriveState.FAULT
+    assert drive.state in MAY_PUSH  # it says that it runs
     assert drive.fault == 'under-voltage, over-temperature'
+    assert drive.frames(Order.NO_TORQUE, None, 0) == drive.off()
+    assert drive.hear(run ^ 2 << 22 | 0b000101 << 16, data) == 0  # mode 0, reset
+    assert drive.state is DriveState.FAULT
+    assert drive.frames(Order.NO_TORQUE, None, 0) == drive.query()
     assert drive.hear(run ^ 3 << 8, data) is None  # of motor 2
     assert drive.foreign(EXTENDED | 0x0300AA01, bytes(8)) == 'enable (0x300AA01)'
 
@@ -164,7 +168,6 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     # 9 N m: (9 + 18) 4095 / 36 = 3071.25 = 0xBFF
     (_, data), = drive.frames(Order.ENABLE, point(Mode.CURRENT, 9.0), 0)
     assert data == bytes.fromhex('7fff 7f f0 00 00 0b ff')
-    drive._sent = 'enable'
     # drive 1, position 0, speed 0x8F5: 2293 * 100 / 4095 - 50 = 5.99, torque 0xBFF: 9.0 N m,
     # 41 degC, no error
     assert drive.hear(0, bytes.fromhex('01 7fff 8f 5b ff 29 00')) == 0
@@ -178,6 +181,18 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     assert drive.fault == 'over-temperature of the motor'
 
 
+
+
+def test_a_cubemars_has_stopped_once_the_stop_is_answered_and_no_frame_before_it():
+    drive = made(MitMode, load_mit_table('cubemars_ak80_9'))
+    drive._state = DriveState.OPERATION_ENABLED
+    drive.ask(1, Order.ENABLE, None, 0)
+    (_, stop), = drive.ask(2, Order.NO_TORQUE, None, 0)
+    assert stop == b'\xff' * 7 + b'\xfd'
+    for number, state in ((1, DriveState.OPERATION_ENABLED), (2, DriveState.SWITCH_ON_DISABLED)):
+        assert drive.hear(0, bytes.fromhex('01 7fff 7f f7 ff 29 00')) == 0
+        drive.answered(number)
+        assert drive.state is state
 
 
 @given(st.sampled_from(['robstride_rs02', 'cybergear', 'cubemars_ak80_9']), st.data())

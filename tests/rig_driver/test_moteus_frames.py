@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from servo_rig_driver.can_bus.unix_frames import EXTENDED, FD
-from servo_rig_driver.devices.drive_master import DriveState, Order
+from servo_rig_driver.devices.drive_master import DriveState, MAY_PUSH, Order
 from servo_rig_driver.devices.moteus import Moteus
 from servo_rig_driver.devices.moteus_registers import (
     identifier,
@@ -103,6 +103,27 @@ def test_moteus_brakes_by_zero_velocity_and_lets_go_by_stopped():
     assert told['mode'] == 10 and isnan(told['command_position'])
     assert [told[key] for key in ('feedforward_torque', 'kp_scale', 'kd_scale')] == [0, 0, 0]
     assert [one.name for one in asked] == [one.name for one in drive.table.reads]
+
+
+def test_a_moteus_whose_watchdog_ran_out_is_stopped_before_it_is_reset():
+    drive = made(Moteus, MoteusTable('moteus'))
+
+    def tells(mode):
+        told = {one.name: 0.0 for one in drive.table.reads} | {'mode': mode}
+        drive.hear(identifier(1, 0), drive.table.reply(told))
+        return drive.state
+
+    def says(order):
+        (_, data), = drive.frames(order, None, 0)
+        return drive.table.parse(data)[0].get('mode')
+    assert tells(11) in MAY_PUSH  # what its motor does then is a setting of the drive
+    assert says(Order.NO_TORQUE) == 0
+    assert tells(0) is DriveState.FAULT and drive.missed
+    assert says(Order.NO_TORQUE) == 0
+    assert says(Order.RESET) == 0
+    assert tells(0) is DriveState.SWITCH_ON_DISABLED and not drive.missed
+    assert tells(1) is DriveState.FAULT and not drive.missed
+    assert says(Order.NO_TORQUE) is None  # a stop would clear the fault
 
 
 @given(st.binary(max_size=64))

@@ -64,7 +64,8 @@ class Bench:
                 command = self.node('servo_rig_driver.driver.driver_node',
                                     CONFIG / 'driver.yaml', autostart='true', **{
                                         'bus.interface': 'unix_bus', 'bus.channel': driver,
-                                        'block_size': 10, 'retry_period': 0.2})
+                                        'block_size': 10, 'retry_period': 0.2,
+                                        'enable_after_loss': 'true'})
         log = (self.folder / 'logs' / f'{name}.log').open('ab')
         self.running[name] = subprocess.Popen(
             command, stdin=subprocess.PIPE if name == 'proxy' else subprocess.DEVNULL, stdout=log,

@@ -61,7 +61,7 @@ def parameters(name: str, **changed: Any) -> dict[str, Any]:
     if name == 'cybergear':
         of['device.table'] = 'cybergear'
     return of | {'retry_period': 0.1, 'listen_time': 0.05, 'fault_reset_pause': 0.1,
-                 'command_timeout': 0.2, 'heartbeat_timeout': 5.0,
+                 'command_timeout': 0.2, 'heartbeat_timeout': 5.0, 'enable_after_loss': True,
                  'device.watchdog': WATCHDOG} | changed
 
 
@@ -174,7 +174,8 @@ class Link:
         self.sampler = Sampler(device, self.player, self.master, watch, self.health,
                                round(of['answer_timeout'] * 1e9))
         settings = LinkSettings(round(of['sync_period'] * 1e9), 1, of['late_sync_limit'],
-                                of['listen_time'], of['retry_period'])
+                                of['listen_time'], of['retry_period'],
+                                enable_after_loss=of['enable_after_loss'])
         bus = BusSettings('unix_bus', channel, fd=device.fd)
         self.link = RigLink(settings, self.sampler, watch, self.health,
                             lambda: Wire(open_bus(bus, 5.0)), self.blocks.append, time_ns)
@@ -224,12 +225,21 @@ class Bench:
         self.name = name
         self.channel = channel
         self.of = parameters(name, **changed)
-        self.rig = EmulatedRig(rig_file(name), BusSettings('unix_bus', channel), seed=1,
+        self.supply_on()
+        self.tap = Wiretap(name, channel)
+
+    def supply_on(self) -> None:
+        """Let the drive boot."""
+        self.rig = EmulatedRig(rig_file(self.name), BusSettings('unix_bus', self.channel), seed=1,
                                driver=self.of, period=self.of['sync_period'])
         self.rig.listens = 0.0  # there is no other rig
         self._serving = Thread(target=self.rig.serve, daemon=True)
         self._serving.start()
-        self.tap = Wiretap(name, channel)
+
+    def supply_off(self) -> None:
+        """Let the drive lose its supply."""
+        self.rig.stop()
+        self._serving.join(5.0)
 
     @property
     def pushes(self) -> bool:
@@ -239,8 +249,7 @@ class Bench:
     def close(self) -> None:
         """Leave the bus."""
         self.tap.close()
-        self.rig.stop()
-        self._serving.join(5.0)
+        self.supply_off()
 
 
 @contextmanager

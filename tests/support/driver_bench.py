@@ -51,7 +51,8 @@ class DriverProcess:
                  start: tuple[str, str] = ('-m', 'servo_rig_driver.driver.driver_node'),
                  **values: Any) -> None:
         # alone as it is in its namespace it need not look for others
-        values = {'autostart': 'true', 'graph_listen_time': 0.0, **values}
+        values = {'autostart': 'true', 'graph_listen_time': 0.0, 'enable_after_loss': 'true',
+                  **values}
         told = [f'{key.replace("__", ".")}:={value}' for key, value in values.items()]
         self.process = subprocess.Popen(
             [sys.executable, *start, '--ros-args', '--params-file', str(CONFIG),

@@ -94,7 +94,7 @@ class Graph:
         self.fed.append(emulator)
         self.fed.append(self._start(
             'servo_rig_driver.driver.driver_node', 'sync_period:=0.001', 'block_size:=20',
-            'autostart:=true',
+            'autostart:=true', 'enable_after_loss:=true',
             'bus.interface:=unix_bus', f'bus.channel:={bus}',
             file=('--params-file', str(CONFIG / 'driver.yaml'))))
         self.excitation = [*python, 'servo_rig_driver.record.player_node', *excitation, '--wait',

@@ -223,10 +223,18 @@ def test_processes_are_killed_when_they_do_not_listen(tmp_path, monkeypatch):
     assert not Path(f'/proc/{pid}').exists()
 
 
+def test_a_process_that_is_too_young_to_hear_is_ended_in_silence(tmp_path):
+    with Processes(tmp_path) as processes:
+        processes.start('young', [sys.executable, '-c', 'import time; print("here", flush=True); '
+                                  'time.sleep(600)'])  # what any Python is until it imports us
+        wait_until(lambda: 'here' in processes.said('young'), 'it runs', 60.0, processes)
+    assert processes.said('young') == 'here\n'
+
+
 def test_what_holds_a_motor_ends_first_and_the_others_at_once(tmp_path):
     slow = ('import signal, time\n'
             'def end(*_):\n    time.sleep(0.5); print(time.monotonic(), flush=True); exit()\n'
-            'signal.signal(2, end); print("ready", flush=True); time.sleep(600)')
+            'signal.signal(15, end); print("ready", flush=True); time.sleep(600)')
     names = ('bus', 'rig', 'driver', 'recorder', 'twin')
     with Processes(tmp_path) as processes:
         for name in names:

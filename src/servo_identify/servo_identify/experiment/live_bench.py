@@ -35,7 +35,7 @@ def emulated_bench(processes: Processes, namespace: str, rig: Path, driver: Path
         wait_until(lambda: f' on unix_bus {bus}' in processes.said('emulated_rig'),
                    'the emulated rig is on the bus', START, processes)
         values = {'bus.interface': 'unix_bus', 'bus.channel': str(bus), 'sync_period': 1.0 / rate,
-                  'autostart': 'true'}
+                  'autostart': 'true', 'enable_after_loss': 'true'}
         processes.start('driver', [*python('servo_rig_driver.driver.driver_node'),
                                    *ros(namespace, values, driver)], first=True)
         yield

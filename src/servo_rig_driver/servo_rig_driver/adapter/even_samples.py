@@ -11,6 +11,8 @@ from ..driver.sample_blocks import COLUMNS
 
 HOLE = 3.0
 """Periods between two messages of a topic beyond which nothing is interpolated."""
+KEPT = 10_000_000_000
+"""For how many ns the messages of a topic are kept while the leading one is silent."""
 
 
 class Track:
@@ -39,6 +41,7 @@ class Track:
                           if self.span else step)
         self.times.append(time)
         self.rows.append(row)
+        self.forget(time - KEPT)
         return True
 
     def fill(self, instant: int, longest: float, into: list[float]) -> None:

@@ -26,7 +26,6 @@ class TopicWatch:
         self._number: int | None = None
         self._back = 0  # how often a number did not rise
 
-
     def take(self, row: Sequence[float], number: int | None = None) -> None:
         """Note a message: the values of the topic's columns, its number of its publisher."""
         self._taken += 1

@@ -122,6 +122,14 @@ class Device(ABC):
         """Whether its watchdog may just have taken the torque away, which it does not tell."""
         return False
 
+    def answered(self, number: int) -> None:
+        """Note that the request of tick ``number`` was answered in full."""
+        return
+
+    def doubted(self, now: int) -> bool:
+        """Whether the drive has to tell how it stands before it is given another set-point."""
+        return False
+
     @abstractmethod
     def forget(self) -> None:
         """Forget what the drive was told and has told, as after a restart."""

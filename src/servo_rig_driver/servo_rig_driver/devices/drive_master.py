@@ -51,6 +51,7 @@ _LEADS_UP = (DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, Drive
 _RUNGS = {state: rung for rung, state in enumerate((DriveState.NOT_READY, *_LEADS_UP))} | {
     DriveState.QUICK_STOP_ACTIVE: 0}
 """How far up a drive is; one in fault is on no rung."""
+STOPPED_BY_OTHER = 'was told to give no torque, by another than this driver,'
 PATIENCE = 16
 SETTLED = 0.5
 """After which a drive has obeyed an order that took its torque away, s."""
@@ -72,9 +73,9 @@ class DriveMaster:
     ``held``. A stop that was there at begin() is reset like any fault. A drive that is held or
     given up stays down until begin(), whoever clears its fault.
 
-    So is one that goes down by itself, without a fault and without an order of this master, or
-    that another master took down: ``stopped_by_other``. One that may have missed its requests
-    for longer than its watchdog waits is led up again.
+    So is one that goes down by itself, without a fault and without an order of this master, one
+    that another master took down, and one that was lost: ``why_held`` says so in words. One that
+    may have missed its requests for longer than its watchdog waits is led up again.
 
     A drive that follows its reference is taken down in order: quick stop, by which it brakes under
     its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
@@ -94,7 +95,9 @@ class DriveMaster:
         self._enabled_since: float | None = None
         self._stopping_since: float | None = None
         self._free = False  # whether it has told since begin() that nobody has stopped it
-        self.held = self.given_up = self.stopped_by_other = False
+        self._led = False  # whether it was led up since begin()
+        self.held = self.given_up = False
+        self.why_held = ''
         self._rung: int | None = None  # up to which it was led; None: not known to obey yet
         self._told, self._lowered_at = -1, -inf
         self._no_fault()
@@ -102,11 +105,17 @@ class DriveMaster:
     def begin(self) -> None:
         """Note that a person wants the drive up: all tries are there again."""
         self.tries = self.missed = 0
-        self._free = self.held = self.given_up = self.stopped_by_other = False
+        self._free = self._led = self.held = self.given_up = False
+        self.why_held = ''
 
-    def hold(self) -> None:
-        """Keep the drive down until begin(): another master has taken it down."""
-        self.held = self.stopped_by_other = True
+    def hold(self, why: str = STOPPED_BY_OTHER) -> None:
+        """Keep the drive down until begin(), and say why."""
+        self.held, self.why_held = True, why
+
+    def lost(self, why: str) -> None:
+        """Keep a drive down that was led up since begin(), and may have lost its supply since."""
+        if self._led:
+            self.hold(why)
 
     @property
     def enabled(self) -> bool:
@@ -157,7 +166,10 @@ class DriveMaster:
         self._no_fault()
         if self._went_down(state, now) and not starved:
             self.hold()
-        return Order.ENABLE if state in _LEADS_UP and not self.held else Order.NO_TORQUE
+        if state not in _LEADS_UP or self.held:
+            return Order.NO_TORQUE
+        self._led = True
+        return Order.ENABLE
 
     def _went_down(self, state: DriveState, now: float) -> bool:
         """

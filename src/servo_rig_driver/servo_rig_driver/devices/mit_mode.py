@@ -36,6 +36,7 @@ class MitMode(OnRequest):
     def __init__(self, table: MitTable, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)
         self.table = table
+        self.tells_state = bool(table.states)
         self._ids = {'drive': settings.node, 'host': settings.host}
         self._flag = EXTENDED if table.extended else 0
         for name in table.commands:  # ids that do not fit, before a motor turns
@@ -48,8 +49,7 @@ class MitMode(OnRequest):
                                   f'[0, {top:g}]; the drive would be told {top:g}')
 
     def forget_told(self) -> None:
-        """Forget what was asked last, and the turns counted."""
-        self._sent = ''
+        """Forget the turns counted."""
         self._turns = 0.0
         self._last_angle: float | None = None
 
@@ -115,13 +115,17 @@ class MitMode(OnRequest):
         if told is None or any(told.get(who, number) != number
                                for who, number in self._ids.items()):
             return None
-        self._state, self._fault = self.table.state(told, self._sent, self._state)
+        self._state, self._fault = self.table.state(told, self._state)
         own, reading = self.settings, self.reading
         reading.motor_position = self._unwrapped(told['position']) * own.ratio
         reading.load_speed = told['velocity']
         reading.current = told['torque'] / own.torque_per_ampere
         reading.temperature = told['temperature']
         return 0
+
+    def obeyed(self, said: str) -> None:
+        """Take over the state that a frame leads to."""
+        self._state = self.table.led_to(said, self._state)
 
     def _unwrapped(self, angle: float) -> float:
         """

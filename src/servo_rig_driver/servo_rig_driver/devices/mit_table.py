@@ -8,7 +8,7 @@ from math import isfinite
 
 from .bit_frames import bit_frame, BitFrame, Range
 from .device import DeviceError
-from .drive_master import DriveState
+from .drive_master import DriveState, MAY_PUSH
 from .tables import MALFORMED, read_table
 
 NEEDED = ('control', 'enable', 'stop', 'clear', 'feedback')
@@ -47,23 +47,25 @@ class MitTable:
     watchdog_rate: float = 0.0
     commands: tuple[str, ...] = field(default=())
 
-    def state(self, told: Mapping[str, float], asked: str, was: DriveState
-              ) -> tuple[DriveState, str]:
-        """
-        Return the state, and the fault in words, that a feedback tells.
-
-        ``asked`` is the name of the frame that it answers, ``was`` the state before.
-        """
+    def state(self, told: Mapping[str, float], was: DriveState) -> tuple[DriveState, str]:
+        """Return the state, and the fault in words, that a feedback tells; ``was``: before it."""
         raw = int(told['fault'])
+        mode = self.states.get(int(told['mode']), DriveState.UNKNOWN) if self.states else None
         if raw:
-            return DriveState.FAULT, self.words(raw)
-        if self.states:
-            return self.states.get(int(told['mode']), DriveState.UNKNOWN), ''
-        if asked == 'enable':
-            return DriveState.OPERATION_ENABLED, ''
-        if asked in ('stop', 'clear') or was is DriveState.FAULT:
-            return DriveState.SWITCH_ON_DISABLED, ''
-        return was, ''
+            failing = mode is not None and mode in MAY_PUSH  # it is told to stop, then reset
+            return (DriveState.FAULT_REACTION_ACTIVE if failing else DriveState.FAULT,
+                    self.words(raw))
+        if mode is not None:
+            return mode, ''
+        return DriveState.SWITCH_ON_DISABLED if was is DriveState.FAULT else was, ''
+
+    def led_to(self, frame: str, was: DriveState) -> DriveState:
+        """Return the state of a drive that tells none, once it has answered a frame."""
+        if was is DriveState.FAULT:
+            return was
+        if frame == 'enable':
+            return DriveState.OPERATION_ENABLED
+        return DriveState.SWITCH_ON_DISABLED if frame in ('stop', 'clear') else was
 
     def words(self, raw: int) -> str:
         """Return a fault in words."""

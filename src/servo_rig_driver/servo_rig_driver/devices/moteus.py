@@ -41,8 +41,9 @@ class Moteus(OnRequest):
         self._reads = table.read(table.reads)
 
     def forget_told(self) -> None:
-        """Forget that a position was held."""
+        """Forget that a position was held, and that a watchdog ran out."""
         self._holds = False  # whether the last command closed the position loop
+        self.missed = False
 
     def _frame(self, values: dict[str, float]) -> Frames:
         return [(self._to_drive, padded(self.table.write(values) + self._reads))]
@@ -64,8 +65,9 @@ class Moteus(OnRequest):
         if self.up(order) or order is Order.ENABLE:
             return self._frame(self._command(order, point))
         if self.clears(order):
+            self.missed = False
             return self.off()
-        if self._state is DriveState.FAULT:  # a stop command would clear it
+        if self._state is DriveState.FAULT and not self.missed:  # a stop command would clear it
             return self.query()
         return self.off()
 
@@ -103,8 +105,11 @@ class Moteus(OnRequest):
         mode, code = int(told['mode']), int(told['fault'])
         self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
         self._fault = ''
-        self.missed = mode == TIMEOUT
+        stopped = self._state is DriveState.SWITCH_ON_DISABLED
+        self.missed = mode == TIMEOUT or self.missed and stopped
         if self.missed:
+            if stopped:  # a timeout may have torque; the stop that takes it away is no reset yet
+                self._state = DriveState.FAULT
             self._fault = self.table.timeout
         elif mode == FAULTED or 0 < code < LIMITING:
             self._fault = self.table.faults.get(code, f'fault code {code}')

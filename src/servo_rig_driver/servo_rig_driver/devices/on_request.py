@@ -8,6 +8,7 @@ of its own: the driver brakes it to rest by its speed loop, and then takes the t
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
@@ -34,6 +35,7 @@ class OnRequest(Device):
     kinds = 1
     silent_watchdog: ClassVar[bool] = False
     """Whether its watchdog takes the torque away without a fault."""
+    tells_state = True  # whether its answers tell how it stands
 
     def __init__(self, settings: DriveSettings, watch: RigWatch) -> None:
         self.settings = settings
@@ -116,8 +118,7 @@ class OnRequest(Device):
 
     def _greet(self, port: BusPort, now: Callable[[], int]) -> None:
         """Tell the drive what it has to know, and let what it answers pass."""
-        frames = self.greeting()
-        if not frames:
+        if not (frames := self.greeting()):
             return
         self._answers = 0
         port.send(frames)
@@ -162,9 +163,30 @@ class OnRequest(Device):
         self._lapse(self._asked_at, now)
         self._asked_at = now
         order = self._settled(order)
-        frames = self.frames(order, point, now)
+        doubted = order is Order.ENABLE and self.doubted(now)
+        if doubted and not self.tells_state:
+            self._state = DriveState.UNKNOWN  # so that it is told to stop, and then led up
+        frames = self.query() if doubted else self.frames(order, point, now)
         self._last_order = order
+        if not self.tells_state:
+            self._open.append((number, self._sent))
         return frames
+
+    def answered(self, number: int) -> None:
+        """Take what request ``number`` said as obeyed, where answers do not tell how it stands."""
+        said = ''
+        while self._open and self._open[0][0] <= number:
+            _, said = self._open.popleft()
+        if said:
+            self.obeyed(said)
+
+    def obeyed(self, said: str) -> None:
+        """Note that the drive has answered a frame, by the name that a protocol gave it."""
+        return
+
+    def doubted(self, now: int) -> bool:
+        """Whether it has been silent so long that it may have stopped, or started again."""
+        return bool(self._heard_at) and now - self._heard_at > self.silence
 
     def _lapse(self, last: int, now: int) -> None:
         if last and now - last > self.silence:
@@ -200,10 +222,9 @@ class OnRequest(Device):
         self._lapse(self._heard_at, now)
         self._heard_at = now
         self.watch.beats.beat(self.settings.node, 0, now)
-        if kind == NO_ANSWER:
-            return None
         self._answers += kind == self.kinds - 1
-        return Answer(kind, self.reading.row(), None) if self._sampling else None
+        tells = self._sampling and kind != NO_ANSWER
+        return Answer(kind, self.reading.row(), None) if tells else None
 
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS: what was measured, and the reference it began with."""
@@ -223,6 +244,8 @@ class OnRequest(Device):
         self._state, self._fault = DriveState.UNKNOWN, ''
         self._last_order: Order | None = None
         self._braked, self._rested = 0, False
+        self._open: deque[tuple[int, str]] = deque()  # requests, and what they said
+        self._sent = ''
         self._asked_at = self._heard_at = self._lapsed_at = 0  # 0: not yet
         self.forget_told()
 

@@ -61,8 +61,13 @@ class SampleJoiner:
         self._closed = 0
 
     def ask(self, number: int) -> list[Sample]:
-        """Note that SYNC ``number`` goes out, numbers rise; return the samples that it proves."""
+        """Note that SYNC ``number`` goes out, numbers rise; return the samples sure by now."""
+        proved = self._proved()
         self._open.append([number, self.kinds, *[None] * self.kinds])
+        return proved
+
+    def _proved(self) -> list[Sample]:
+        """Return what is kept, once it is known to which SYNCs it belongs."""
         if not self._kept:
             return []
         self._since += 1

@@ -138,9 +138,9 @@ class Driver(ManagedNode):
         """
         Let the link bring the rig up; it goes on trying until that is done.
 
-        Fails while several publish commands.
+        Fails while several publish commands, and where the link has stopped by an error.
         """
-        if self._several(self._link.now()):
+        if self._link.broken or self._several(self._link.now()):
             return FAILURE
         result = super().on_activate(state)
         self._leaps = EncoderLeaps(self.health)  # a shaft may have been turned by hand
@@ -189,7 +189,7 @@ class Driver(ManagedNode):
                           round(of['answer_timeout'] * 1e9))
         settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
-                                of['realtime_priority'])
+                                of['realtime_priority'], of['enable_after_loss'])
         return RigLink(settings, sampler, watch, self.health,
                        lambda: Wire(open_bus(bus, of['retry_period']), bus), self._publish,
                        self._ros_now)

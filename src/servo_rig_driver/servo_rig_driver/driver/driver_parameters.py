@@ -131,6 +131,9 @@ DECLARED = (
     Declared('fault_resets', 5, '', 'Fault resets before the drive is given up; forgiven after '
              '10 s enabled', 0, 1000),
     Declared('fault_reset_pause', 0.5, 's', 'Time before each fault reset', 0.02, 60.0),
+    Declared('enable_after_loss', False, '', 'Enable a drive again by itself that has started '
+             'again, was silent for heartbeat_timeout or reported under-voltage: an emergency '
+             'stop may have cut its supply'),
     Declared('quick_stop_time', 0.5, 's', 'How long the drive may brake by a quick stop before '
              'its torque is taken away, when it is deactivated or the driver ends', 0.0, 5.0),
     Declared('diagnostics_period', 1.0, 's', 'Time between two /diagnostics; a change is told at '

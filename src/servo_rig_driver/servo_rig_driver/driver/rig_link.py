@@ -81,9 +81,15 @@ class RigLink:
                                 'two would fight over the drive, so this one stays away')
         self._thread.start()
 
+    @property
+    def broken(self) -> bool:
+        """Whether its thread has ended by an error of this program, so that nothing starts it."""
+        return self.state == 'broken'
+
     def start(self) -> None:
         """Bring the rig up and sample it, from now on and until stop()."""
         self.watch.foreign_stops = None
+        self.watch.lost = ''
         self.sampler.master.begin()
         self._active = True
 
@@ -179,6 +185,7 @@ class RigLink:
                 continue
             if self._active:
                 self._unheard = False
+                self.watch.silent(self.now())  # whether it was away for long
                 return self._yielding if self.watch.foreign else self._waking
             if not self.watch.foreign:
                 self.requests.rest()  # the drive may have gone on without the bus
@@ -212,6 +219,7 @@ class RigLink:
             return self._yielding
         if outcome is Outcome.DOUBLED:
             return self._refusing
+        self._hold_lost()
         self.sampler.restart()
         self.watch.welcome(self.now())
         return self._streaming
@@ -248,6 +256,7 @@ class RigLink:
     def _check(self, now: int) -> Callable | None:
         self._checked = now
         self.sampler.check(now)
+        self._hold_lost()
         if self.watch.foreign:
             self.requests.rest()
             return self._yielding
@@ -255,6 +264,11 @@ class RigLink:
             self.requests.rest()
             return self._waking
         return None
+
+    def _hold_lost(self) -> None:
+        why, self.watch.lost = self.watch.lost, ''
+        if why and not self.settings.enable_after_loss:
+            self.sampler.master.lost(why)
 
     def _must_wake(self, now: int) -> bool:
         """Tell whether the device has to be started again, and say why."""

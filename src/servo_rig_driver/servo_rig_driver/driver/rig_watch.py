@@ -11,6 +11,9 @@ from collections.abc import Mapping
 from ..devices.drive_master import DriveMaster, DriveState
 from .rig_health import Heartbeats, Level, RigHealth
 
+DRIVE = 'drive'
+NO_SUPPLY = 'under-voltage'
+"""What all tables call the fault of a drive whose supply is cut."""
 ENABLING_MAY_TAKE = 1_000_000_000
 
 
@@ -22,7 +25,8 @@ class RigWatch:
     it was set to ''; ``foreign_stops`` whether the last order of another one was to give no
     torque, None while there was none; ``restarted`` names a node that booted since welcome().
     ``doubtful`` says that two nodes seem to have one id. ``sign`` is by what a node is known to
-    be alive.
+    be alive. ``lost`` says by what the drive may have lost its supply since it was set to '', in
+    words.
     """
 
     def __init__(self, nodes: Mapping[int, str], health: RigHealth, timeout: float,
@@ -35,6 +39,7 @@ class RigWatch:
         self.foreign_at = 0
         self.foreign_stops: bool | None = None
         self.restarted = ''
+        self.lost = ''
         self.doubtful = False
         self._drive_was: DriveState | None = None
         self._disabled_since: int | None = None
@@ -50,6 +55,8 @@ class RigWatch:
     def booted(self, node: int) -> None:
         """Note that a node has started again."""
         self.restarted = self.name(node)
+        if self.nodes[node] == DRIVE:
+            self.lost = 'has started again, as after a loss of its supply,'
         self.health.count(f'nodes.{self.nodes[node]}_boots')
 
     def name(self, node: int) -> str:
@@ -63,6 +70,9 @@ class RigWatch:
             if node in late:
                 self.health.trouble(f'nodes.{name}', f'{self.name(node)} is silent: no '
                                     f'{self.sign} within {self.beats.timeout:g} s', now)
+                if name == DRIVE:
+                    self.lost = (f'was silent for {self.beats.timeout:g} s, so that it may have '
+                                 'lost its supply,')
         return bool(late)
 
     def welcome(self, now: int) -> None:
@@ -93,12 +103,14 @@ class RigWatch:
         if self._disabled_since is None:
             self._disabled_since = now
         failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
-        if master.stopped_by_other:
+        if failed and NO_SUPPLY in fault:
+            self.lost = f'reported {fault}, as where its supply is cut,'
+        if master.why_held:
             self.health.trouble(
-                'drive.stopped', 'the drive was told to give no torque, by another than this '
-                f'driver, and stands in {state.words}{f" ({fault})" if fault else ""}. It is not '
-                'enabled again: find out who stopped it and why, then deactivate and activate the '
-                'driver when it may move again', now)
+                'drive.stopped', f'the drive {master.why_held} and stands in {state.words}'
+                f'{f" ({fault})" if fault else ""}. It is not enabled again: find out who or what '
+                'stopped it and why, then deactivate and activate the driver when it may move '
+                'again', now)
         elif failed or master.held or master.given_up:
             how = 'in fault' if failed else f'stopped, and stays in {state.words}'
             words = f' ({fault})' if fault else ''

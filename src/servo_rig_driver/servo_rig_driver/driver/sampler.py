@@ -89,7 +89,8 @@ class Sampler:
             return None
         self._order = order
         self._asked += 1
-        point = self.player.at(instant, now) if self.master.enabled else None
+        follows = self.master.enabled and not self.device.doubted(now)
+        point = self.player.at(instant, now) if follows else None
         self._pass_on(self._joiner.ask(number))
         self._begun.append((number, point))
         return self.device.ask(number, order, point, now)
@@ -151,6 +152,7 @@ class Sampler:
             while begun < number:
                 begun, point = self._begun.popleft()
             self.samples += 1
+            self.device.answered(number)
             self.blocks.add(number, self.device.row(answers, point))
 
     def check(self, now: int) -> None:

@@ -36,7 +36,8 @@ class Processes:
 
     Each is a session of its own, so that Ctrl-C in the terminal reaches only the parent, which
     then ends the children: those that were started as ``first``, then all others at once. Where
-    it is killed, each child sees that its parent has gone and ends by itself.
+    it is killed, each child sees that its parent has gone and ends by itself. They are ended by
+    SIGTERM: SIGINT leaves the stack trace of a Python that has not taken its signals yet.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -99,12 +100,12 @@ class Processes:
 
     def ask(self, name: str) -> None:
         """Ask one process to end, and do not wait for it."""
-        self._children[name].process.send_signal(signal.SIGINT)
+        self._children[name].process.send_signal(signal.SIGTERM)
 
     def stop(self, name: str) -> None:
         """End one process: it is asked twice, then killed."""
         child = self._children[name]
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        for number in (signal.SIGTERM, signal.SIGTERM, signal.SIGKILL):
             if child.process.poll() is not None:
                 return
             child.process.send_signal(number)
@@ -123,7 +124,7 @@ class Processes:
             for first in (True, False):
                 children = [one for one in self._children.values() if one.first is first]
                 for child in children:
-                    child.process.send_signal(signal.SIGINT)
+                    child.process.send_signal(signal.SIGTERM)
                 for child in children:
                     self.stop(child.name)
         finally:

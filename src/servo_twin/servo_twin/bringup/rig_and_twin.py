@@ -102,7 +102,8 @@ def _start(bench: Bench, bag: Path, bus: Path, processes: Processes, session: Se
     if bench.rate is not None:
         driver['sync_period'] = 1.0 / bench.rate
     if bench.rig is not None:
-        driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus)}
+        driver |= {'bus.interface': 'unix_bus', 'bus.channel': str(bus),
+                   'enable_after_loss': True}  # an emulated motor hurts nobody
         processes.start('can_hub', python('servo_rig_driver.can_bus.can_hub', str(bus)))
         wait_until(bus.exists, 'the bus is there', START, processes)
         turned = [word for one in bench.turned for word in ('--set', one)]

@@ -35,6 +35,7 @@ class EmulatedMoteus(OneDrive):
         super().__init__(bench, settings, LOOP_RATE, send)
         self.table = table
         self.mode = table.modes['stopped']
+        self.timeout_mode = table.modes['stopped']  # servo.timeout_mode, as docs/driver.md asks
         self.code = 0
         self._control: float | None = None  # position of the loop, rad at the load
         self._told: dict[str, float] = {}
@@ -46,13 +47,17 @@ class EmulatedMoteus(OneDrive):
     @property
     def gives_torque(self) -> bool:
         """Whether a mode with torque is on."""
-        return self.mode in (self.table.modes['position'], self.table.modes['zero_velocity'])
+        return self._acts in (self.table.modes['position'], self.table.modes['zero_velocity'])
+
+    @property
+    def _acts(self) -> int:
+        return self.timeout_mode if self.mode == TIMEOUT else self.mode
 
     def command(self) -> tuple[float, ...]:
         """Return the position loop as an impedance, or zero speed."""
         if not self.gives_torque:
             return (rig_sampling.OFF,)
-        if self.mode == self.table.modes['zero_velocity']:
+        if self._acts == self.table.modes['zero_velocity']:
             return rig_sampling.IMPEDANCE_MODE, 0.0, 0.0, 0.0, 0.0, self._kd, 0.0
         told = self._told
         return (rig_sampling.IMPEDANCE_MODE, self._control or 0.0, 0.0,
