@@ -21,8 +21,8 @@ from .memory import LOOPS, relaxation, stop_operator
 from .orders import periodic, waves
 from .shape_search import SHAPES
 
-BENDS = (0.1, 0.2, 0.4, 0.7)  # shares of the largest torque at which it may bend
-SOFT = (0.025, 0.06)  # shares up to which a clearance may take the load up: oil, rough flanks
+BENDS = (0.2, 0.35, 0.55, 0.75)  # shares of the largest torque at which it may bend
+SOFT = (0.03, 0.1)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
 SHARES = ((1.0,), (1.0, 2.0))  # half waves over the travel of an axis, by which it is stiffer
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
