@@ -114,34 +114,43 @@ effects:
 """)
 
 
+def following(firmware, seed, smooths=0.0):
+    """Return a recording of the turret; ``smooths`` s is the lag of what its loop follows."""
+    time, chance = np.arange(0.0, 12.0, PERIOD), np.random.default_rng(seed)
+    goal = sum(0.3 * np.sin(2.0 * np.pi * f * time + chance.uniform(0.0, 6.0))
+               for f in (0.3, 0.8, 1.9))
+    goal -= goal[0]
+    keep = np.exp(-PERIOD / smooths) if smooths else 0.0
+    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    columns['reference_position'] = lfilter([1.0 - keep], [1.0, -keep], goal)
+    y = simulate(firmware, inputs_of(columns), PERIOD, initial_state(firmware, 0.0, 0.0),
+                 'closed_loop')
+    seen = {'reference_position': goal, 'voltage': y[:, 4],
+            'motor_position': y[:, 0] + chance.normal(0.0, 1e-3, len(time)),
+            'current': y[:, 3] + chance.normal(0.0, 0.01, len(time))}
+    return Recording(f'goals {seed}', PERIOD, columns | seen, family='goals', replicate=seed,
+                     digest=f'{seed:064d}')
+
+
 @pytest.mark.slow
 def test_a_firmware_that_smooths_its_reference_is_no_other_gain():
-    time = np.arange(0.0, 12.0, PERIOD)
-    keep = np.exp(-PERIOD / 0.045)
-
-    def recording(seed):
-        chance = np.random.default_rng(seed)
-        goal = sum(0.3 * np.sin(2.0 * np.pi * f * time + chance.uniform(0.0, 6.0))
-                   for f in (0.3, 0.8, 1.9))
-        goal -= goal[0]
-        columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
-        smooth = lfilter([1.0 - keep], [1.0, -keep], goal)
-        columns['reference_position'] = smooth
-        y = simulate(LOOP, inputs_of(columns), PERIOD, initial_state(LOOP, 0.0, 0.0),
-                     'closed_loop')
-        seen = {'reference_position': goal, 'voltage': y[:, 4],
-                'motor_position': y[:, 0] + chance.normal(0.0, 1e-3, len(time)),
-                'current': y[:, 3] + chance.normal(0.0, 0.01, len(time))}
-        return Recording(f'goals {seed}', PERIOD, columns | seen, family='goals', replicate=seed,
-                         digest=f'{seed:064d}')
-
-    several = [recording(seed) for seed in (1, 2, 3)]
+    several = [following(LOOP, seed, 0.045) for seed in (1, 2, 3)]
     report = diagnose(several[:1], LOOP, several[1:2], several[2:]).report
     first = report.which[0]
     assert first.effect == 'controller_mismatch'
     assert float(first.change.rpartition(' of ')[2].removesuffix(' s')) == pytest.approx(
         0.045, rel=0.15)
     assert 'recorded command' in report.verdict['sentence']
+
+
+@pytest.mark.slow
+def test_of_gains_that_make_up_for_each_other_the_one_that_is_off_is_named():
+    several = [following(LOOP.with_values({'controller.kv': 4.0}), seed) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], LOOP, several[1:2], several[2:])
+    assert [one.effect for one in answer.report.which] == ['controller_mismatch']
+    assert answer.augmented.numbers['controller.kv'] == pytest.approx(4.0, rel=0.02)
+    assert answer.augmented.numbers['controller.kd'] == LOOP.numbers['controller.kd']
+    assert 'kd' not in answer.report.verdict['sentence']
 
 
 @pytest.mark.slow

@@ -63,7 +63,7 @@ class Reading(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """What a law of an inertia sees, once a sample."""
+    """What a law of an inertia sees, at each step."""
 
     angle: float  # rad, of the load shaft
     coupled_angle: float  # rad, of the axis that this one carries; 0 where none is recorded

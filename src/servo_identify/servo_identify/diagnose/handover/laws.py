@@ -266,10 +266,10 @@ def _spline(effect: type[Effect], curve: Curve) -> Formed:
     rows = np.eye(size)
     table = np.array([[turning.py_func(row, v) if around else spline.py_func(row, v, low, high)
                        for row in rows] for v in x])
-    bend = np.vstack((np.diff(rows, 2, axis=0), np.diff(rows, axis=0)))
-    if around:  # where nothing was seen, it goes from edge to edge
+    bend = np.diff(rows, 2, axis=0)
+    if around:
         bend = np.vstack((bend, rows[-2] - 2 * rows[-1] + rows[0],
-                          rows[-1] - 2 * rows[0] + rows[1], rows[0] - rows[-1]))
+                          rows[-1] - 2 * rows[0] + rows[1]))
     sure = np.sqrt(curve.density / curve.density.max())[:, None]
     found = np.linalg.lstsq(np.vstack((sure * table, 0.05 * bend)),
                             np.concatenate((sure[:, 0] * y, np.zeros(len(bend)))), rcond=None)[0]

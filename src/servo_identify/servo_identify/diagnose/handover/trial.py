@@ -98,11 +98,11 @@ def alike(before: Tried, after: Tried) -> bool:
     Tell whether effects bring the simulation nearer where they were fitted, and harm nowhere.
 
     On a short accept recording a right effect may gain nothing; that is no ground against it. It
-    is one where the 90 % interval of its gain lies below zero.
+    is one where the 90 % interval of its gain lies below zero, and what is left then matters.
     """
     return (after.fitted is not None and before.fitted is not None
             and after.fitted.total() < before.fitted.total()
-            and shrink_interval(before.gap, after.gap)[1] > 0.0)
+            and (after.total <= PRACTICAL or shrink_interval(before.gap, after.gap)[1] > 0.0))
 
 
 def everywhere(before: Tried, after: Tried) -> bool:

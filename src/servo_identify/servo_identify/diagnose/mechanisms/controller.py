@@ -14,7 +14,6 @@ from servo_twin.physics.servo import Servo
 from ..decisions import CALIBRATED, FORM, OPEN
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
-from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .memory import lagged
@@ -44,7 +43,7 @@ def controller_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis
              and path not in servo.tolerance}
     columns, slots, theta = [], samples.errors[0].slots, servo.theta.copy()
     there = samples.base
-    found = _gains(samples, gains, residual)
+    found = _gains(builder, gains, residual)
     for path, value in found.items():
         given, parameter, moved = servo.numbers[path], gains[path], theta.copy()
         near = float(np.clip(1.25 * given or given + 0.1 * (abs(default_of(parameter)) or 1.0),
@@ -113,15 +112,17 @@ def _delays(words: str, knots: Sequence[float], amplitudes: np.ndarray, servo: S
     return f'its references {words} {knots[0]:.3g} s'
 
 
-def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],
+def _gains(builder: Builder, gains: Mapping[str, Parameter],
            residual: np.ndarray) -> dict[str, float]:
     """
     Return the gains that leave least of the controller's equation, by path.
 
     A filter or an integral that is far from the file's does no multiple of what a little of it
     does. Gains that make up for each other are as few as leave no more; the others are those of
-    the file. All are, where the equation is not certainly off.
+    the file. All are, where the equation is not certainly off. Beside each what may move without a
+    fault is free.
     """
+    samples = builder.samples
     given, rows = samples.servo.numbers, samples.rows('controller')
     known = {path: given[path] for path in gains}
     if not gains or not np.mean(residual[rows]**2) > OPEN**2:
@@ -136,22 +137,23 @@ def _gains(samples: ResidualSamples, gains: Mapping[str, Parameter],
             theta = samples.servo.theta.copy()
             for path, value in zip(free, values, strict=True):
                 theta[slots[path].start] = value
-            error = (residual + samples.at(theta, only=('controller',)) - samples.base)[rows]
+            change = samples.at(theta, only=('controller',)) - samples.base
+            error = builder.apart(residual + change)[rows]
             return error - (np.bincount(of, error) / count)[of]  # an integral begins anywhere
 
         low, high = (np.array([gains[path].bounds[k] for path in free]) for k in (0, 1))
         first = np.array([start[path] or (period if gains[path].unit == 's' else abs(
             default_of(gains[path])) or 1.0) for path in free])
-        found = least_squares(left, np.clip(first, low, high), bounds=(low, high), x_scale='jac',
-                              max_nfev=SETTLING)
-        return 2.0 * float(found.cost) / max(len(rows.nonzero()[0]), 1), dict(
-            zip(free, map(float, found.x), strict=True))
+        best = least_squares(left, np.clip(first, low, high), bounds=(low, high), x_scale='jac',
+                             max_nfev=SETTLING)
+        return 2.0 * float(best.cost) / max(len(of), 1), dict(
+            zip(free, map(float, best.x), strict=True))
 
-    least, best = settled(list(gains), known)
-    while len(best) > 1:
-        square, fewer = min((settled([one for one in best if one != path], best)
-                             for path in best), key=lambda one: one[0])
-        if square > max(CALIBRATED, (1.0 + FORM**2) * least):
-            break
-        best = fewer
-    return best
+    least, every = settled(list(gains), known)
+    found: dict[str, float] = {}
+    while len(found) + 1 < len(gains):
+        square, found = min((settled([*found, path], known | found) for path in gains
+                             if path not in found), key=lambda one: one[0])
+        if square <= max(CALIBRATED, (1.0 + FORM**2) * least):
+            return found
+    return every
