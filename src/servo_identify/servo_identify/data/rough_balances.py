@@ -32,8 +32,8 @@ GIVEN = 0.35  # of the logarithm of a resistance, a back EMF, a gain
 SAME = 0.1  # of the logarithm of what is 1 where two channels tell the same
 FRICTION_GIVEN = 1.5  # of the logarithm of a friction that the servo file gives
 OPEN = 0.03  # share of what is seen that a missing effect may leave, squared: a friction, a spring
-SPRINGS = (SpringLoad, RelaxingSpring, TorqueOverAngle)  # effects that act as a spring does
 OPEN_WINDING = 0.0025  # the same of a winding, 5 % squared: its warmth, a dead band, a sag
+SPRINGS = (SpringLoad, RelaxingSpring, TorqueOverAngle)  # effects that act as a spring does
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,12 @@ def listed(words: Sequence[str], last: str = 'and') -> str:
 
 
 def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
-            turn: str = '', most: int = TOLD) -> str:
+            turn: str = '', at_most: int = TOLD) -> str:
     """
     Return the size of an effect with its unit: its values, or the span of its curve.
 
-    Of values ``most`` are told. Waves are told by their amplitudes; ``turn`` is the shaft whose
-    turn they are counted in, STRAIGHT what moves without turning.
+    Of its values ``at_most`` are told. Waves are told by their amplitudes; ``turn`` is the shaft
+    whose turn they are counted in, STRAIGHT what moves without turning.
     """
     waves = _waves(parameters) if turn else []
     first = [(name, p) for name, p in parameters.items()
@@ -53,7 +53,8 @@ def size_of(parameters: dict[str, dict[str, Any]], curve: dict[str, Any] | None,
         some = [some[0], *(one for one in some[1:]  # the rest as far as it is told from nothing
                            if SURE * (one[1]['std'] or 0.0) <= abs(one[1]['value']))]
         each = [f'{name.replace("_", " ")} {_measured(p["value"], p["std"])} {p["unit"]}'
-                for name, p in (some[:1] if curve and len(some) > most else some[:most])]
+                for name, p in (
+                    some[:1] if curve and len(some) > at_most else some[:at_most])]
         return listed([one.strip() for one in each])
     if curve:
         y, least, most = curve['y'], min(curve['y']), max(curve['y'])

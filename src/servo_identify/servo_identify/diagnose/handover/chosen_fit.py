@@ -173,9 +173,7 @@ def _standing(alone: Tried | None, moved: Tried | None, given: Tried, beside: Tr
     """
     if alone is None:
         return None, False
-    if moved is None:
-        return alone, _helps(given, alone)
-    if moved.total < alone.total and not everywhere(given, alone):
+    if moved and moved.total < alone.total and not everywhere(given, alone):
         bare = trial.of(moved.base)
         return moved, moved.total < beside.total or alike(beside, moved) or (
             bare is not None and alike(bare, moved))
