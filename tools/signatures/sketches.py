@@ -109,6 +109,8 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
     'viscoelasticity': ('time', 'torsion', lambda: (
         TIME, np.where(TIME < 0.2, 0.0, 0.8 - 0.3 * np.exp(-6.0 * (TIME - 0.2)))),
         lambda: (TIME, 0.8 * (TIME >= 0.2))),
+    'slip': ('turns under a load', 'torsion', lambda: (TIME, 0.2 + 0.7 * TIME),
+             lambda: (TIME, 0.2 + 0.0 * TIME)),
     'transmission_error': ('load angle', 'torsion', lambda: (
         TURN, 0.4 * np.sin(TURN) + 0.25 * np.sin(9 * TURN)), lambda: (TURN, 0.0 * TURN)),
     'load_encoder_eccentricity': ('load angle', 'torsion', lambda: (TURN, 0.7 * np.sin(TURN)),

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..decisions import EVEN, SOLVED, WORTH
-from ..mechanisms.hypothesis import BY_RECORDING, CLOCK, EXTERNAL
+from ..mechanisms.hypothesis import BY_RECORDING, CLOCK, EXTERNAL, SLIP
 from .report import Alternative, MissingEffect
 from .sizes import listed
 
@@ -124,7 +124,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
                      f'where its values move too, {round(100.0 * refitted)} % is removed '
                      '(--refit).')
         else:
-            text += f' {left} of the error remains.' if gone > 0 else ''
+            text += f' {left} of the error remains.' if gone > 0 and left != '0 %' else ''
             if refitted - gap['solved'] > WORTH:
                 text += (f' Moving other values within their tolerances as well would remove '
                          f'{round(100.0 * refitted)} % (--refit).')
@@ -161,6 +161,9 @@ def _remedy(one: MissingEffect) -> str:
         return f'Measured or computed, it comes in as the column {EXTERNAL}.'
     if one.effect == CLOCK:
         return f'Bring the {one.site} to the time of the other channels before it is compared.'
+    if one.effect == SLIP:
+        return ('A twin cannot know what has slipped before: tighten the belt, the rope or the '
+                'clutch, or close the loop over the encoder of the load.')
     if one.added:  # a wave behind the controller
         return 'Record it as the column added_command, and it counts as part of the loop.'
     if one.site == 'controller':

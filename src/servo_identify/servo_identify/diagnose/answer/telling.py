@@ -46,6 +46,7 @@ SHOWN_BY = {
     'position_dependent_backlash': 'reversals at several angles',
     'hysteresis': 'loads up and down: the loop stays at rest',
     'viscoelasticity': 'a step of the load that is held: the torsion creeps on',
+    'slip': 'turns under a load, one way: the two encoders part and stay apart',
     'transmission_error': 'slow turns under two loads: it stays the same',
     'load_encoder_eccentricity': 'a turn of the load: the torque stays clean',
     'sensor_lag': 'a chirp: the reading falls with frequency where the quantity does not',

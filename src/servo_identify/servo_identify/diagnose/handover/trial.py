@@ -122,7 +122,7 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
     Return which effect a fit leaves nothing of, or a value of the file that it leaves, if one.
 
     ``begun`` are the effects as the equations have them. Nothing is a share of that, or of the
-    value, that matters to nobody.
+    value, that matters to nobody, or what is within one standard deviation of the fit.
     """
     were = {id(one.part): one.values for one in begun}
     for number, one in enumerate(best.added):
@@ -136,12 +136,22 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
         else:
             known = scale = {path: best.base.values[path] for path in one.values
                              if path in best.base.values}
-        now = [np.abs(np.subtract(one.values.get(path, off), off)) for path, off in known.items()]
+        now = [np.atleast_1d(np.abs(np.subtract(one.values.get(path, off), off)))
+               for path, off in known.items()]
         least = [np.abs(scale.get(path, 0.0)) for path in known]
-        if now and all(np.max(size) <= PRACTICAL * np.max(most) for size, most in zip(
-                now, least, strict=True)):
+        sure = [_std(best.estimate, path, len(size)) for path, size in zip(
+            known, now, strict=True)]
+        if now and all(np.max(size) <= PRACTICAL * np.max(most) or np.all(size <= std)
+                       for size, most, std in zip(now, least, sure, strict=True)):
             return number
     return None
+
+
+def _std(estimate: Estimate | None, path: str, size: int) -> np.ndarray:
+    """Return the standard deviations of a value of a fit, (size,); 0 where they are not known."""
+    known = {} if estimate is None else estimate.std_within
+    names = [path] if path in known else [f'{path}[{k}]' for k in range(size)]
+    return np.broadcast_to([known.get(name, 0.0) for name in names], size)
 
 
 def left_out(added: tuple[Added, ...], number: int) -> tuple[Added, ...]:

@@ -17,6 +17,9 @@ EXTERNAL = 'external_torque'
 CLOCK = 'clock_drift'
 """Name of a channel whose time runs apart from that of the others: a matter of the recording."""
 
+SLIP = 'slip'
+"""Name of a transmission that slips: what it has lost depends on all that it has done."""
+
 BY_RECORDING = 'recording'
 """Variable of what is another in each recording: no value of a servo file."""
 
@@ -60,7 +63,7 @@ class Mechanism:
     @property
     def outside(self) -> bool:
         """Whether no twin of the plant under what was recorded can show it."""
-        return (self.site == 'controller' or self.name in (EXTERNAL, CLOCK) or self.driving
+        return (self.site == 'controller' or self.name in (EXTERNAL, CLOCK, SLIP) or self.driving
                 or BY_RECORDING in self.variables)
 
     @property

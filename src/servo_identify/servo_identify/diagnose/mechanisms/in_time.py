@@ -70,6 +70,20 @@ def in_time(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
             yield one
 
 
+def same_swing(one: Hypothesis, other: Hypothesis, duration: float) -> bool:
+    """
+    Tell whether a torque that repeats in time is the swing of a payload, or the other way round.
+
+    Set off before the recording, or so far that its period grows, a payload swings on by itself.
+    ``duration`` (s) of a recording tells the two frequencies apart, or not.
+    """
+    waves_of, swings = (next((each for each in (one, other) if each.mechanism.name == name), None)
+                        for name in (EXTERNAL, 'payload_resonance'))
+    if waves_of is None or swings is None or 'time' not in waves_of.mechanism.variables:
+        return False
+    return bool(np.min(np.abs(np.subtract(waves_of.knots, swings.knots[0]))) * duration < 1.0)
+
+
 def _told(knots: Sequence[float], amplitudes: np.ndarray, servo: Servo) -> str:
     """Return the amplitude of each tone, root mean square over the recordings, and its period."""
     of, unit = np.asarray(knots), servo.reads('N m', 'load')

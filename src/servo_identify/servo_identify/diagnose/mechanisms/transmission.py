@@ -20,6 +20,7 @@ from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .memory import LOOPS, relaxation, stop_operator
 from .orders import periodic, waves
 from .shape_search import SHAPES
+from .slip import slip
 
 BENDS = (0.2, 0.35, 0.55, 0.75)  # shares of the largest torque at which it may bend
 SOFT = (0.03, 0.1)  # shares up to which a clearance may take the load up: oil, rough flanks
@@ -41,7 +42,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
                                  _by_load(builder, top)))
         yield from _varying(builder, residual)
     if top > 0.0:
-        yield from filter(None, (_backlash(builder, top),))
+        yield from filter(None, (_backlash(builder, top), slip(builder, top)))
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
                           ('angle', 'load'), 'odd')
         yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',

@@ -1,8 +1,9 @@
 """
 Sets of plain laws that leave nothing.
 
-A curve may be off its best form, so that a search leaves a tenth of a gap alone. A value, a
-weight or an eccentricity has no form to be off. Where a few of these bring all equations down to
+A curve may be off its best form, so that a search leaves a tenth of a gap alone. So may a law
+whose shape was searched, as the peak of an eddy brake or the time of a spring that fades. A value,
+a weight or an eccentricity has no form to be off. Where a few of these bring all equations down to
 their noise, they are the answer: by chance no few numbers do that.
 """
 
@@ -78,6 +79,6 @@ def completed(search: Search, explanation: Explanation) -> tuple[Search, Explana
 
 
 def _plain(one: Hypothesis) -> bool:
-    mechanism, curve = one.mechanism, int((one.signs == 1).sum()) > 1
+    mechanism, curve = one.mechanism, int((one.signs == 1).sum()) > (one.tried == 1)
     return (one.columns.size <= PLAIN and not curve and mechanism.name != UNKNOWN
             and BY_RECORDING not in mechanism.variables)

@@ -15,6 +15,7 @@ import numpy as np
 from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import BY_RECORDING, UNKNOWN
+from ..mechanisms.in_time import same_swing
 from .candidate_gains import Leavings
 from .choice import Choice, Fitted
 from .significance import Significance
@@ -55,7 +56,9 @@ class Search(Significance):
         taken = {regression.hypotheses[n].mechanism.key for n in near.choice.numbers}
         paths = {regression.hypotheses[n].path for n in near.choice.numbers}
         for number, one in enumerate(regression.hypotheses):
-            if one.mechanism.key in taken or (one.path and one.path in paths):
+            if one.mechanism.key in taken or (one.path and one.path in paths) or any(
+                    same_swing(one, regression.hypotheses[n], self.duration)
+                    for n in near.choice.numbers):
                 continue
             columns, kept = self.columns_of(near.choice.plus(number, 0))
             for side in range(len(self._bounds[number])):
@@ -67,6 +70,12 @@ class Search(Significance):
                 gain = before - left
                 found.append((gain > self.price, gain - cost * self.price, number, side))
         return sorted(found, reverse=True)
+
+    @cached_property
+    def duration(self) -> float:
+        """Longest recording, s."""
+        return max((one.measured.recording.duration for one in self.regression.samples.errors),
+                   default=0.0)
 
     def explain(self) -> Explanation:
         """Return the smallest set that predicts as well as the best, and what rivals it."""

@@ -1,0 +1,61 @@
+"""A second effect beside the right one: not what its form is off, nor what it does itself."""
+
+import numpy as np
+import pytest
+from test_selection import named_by_equations
+
+from servo_identify.diagnose.mechanisms.hypothesis import Columns, EXTERNAL, Hypothesis, Mechanism
+from servo_identify.diagnose.mechanisms.in_time import same_swing
+from servo_twin.description import servo_file
+from servo_twin.recording.recording import COLUMNS, Recording
+
+INERTIA, LEVEL, SLOPE, CONSTANT, PERIOD = 0.25, 0.5, 0.02, 0.6, 5e-3
+BRAKED = servo_file.loads(f"""
+servo: braked wheel
+step: 1.0e-3
+drive: {{type: current, gain: 1.0, torque_constant: {CONSTANT}}}
+mechanism: {{type: rigid, rotor_inertia: 1.0e-4, load_inertia: {INERTIA}, ratio: 1.0}}
+sensors:
+  motor_encoder: {{noise: 5.0e-4}}
+  current_sensor: {{noise: 0.02}}
+effects:
+  c: {{effect: coulomb_friction, at: load, level: {LEVEL}}}
+  v: {{effect: viscous_friction, at: load, slope: {SLOPE}}}
+tolerance: {{mechanism.load_inertia: 8 %, effects.c.level: 20 %, effects.v.slope: 30 %}}
+""")
+
+
+def braked(seed):
+    """Return a wheel with a brake that falls off more slowly than eddy currents do."""
+    chance = np.random.default_rng(seed)
+    time = np.arange(0.0, 40.0, PERIOD)
+    angle, speed, acceleration = np.zeros((3, len(time)))
+    for rate, peak in zip(chance.uniform(0.03, 0.4, 5), chance.uniform(4.0, 12.0, 5), strict=True):
+        w, at = 2.0 * np.pi * rate, 2.0 * np.pi * rate * time + chance.uniform(0.0, 6.0)
+        angle += peak / w * np.sin(at)
+        speed += peak * np.cos(at)
+        acceleration -= peak * w * np.sin(at)
+    brake = 0.55 * speed / (1.0 + (np.abs(speed) / 9.0) ** 1.75)
+    torque = INERTIA * acceleration + LEVEL * np.sign(speed) + SLOPE * speed + brake
+    seen = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    seen |= {'motor_position': angle + 5e-4 * chance.standard_normal(len(time)),
+             'current': torque / CONSTANT + 0.02 * chance.standard_normal(len(time))}
+    return Recording(f'ride {seed}', PERIOD, seen, family='ride', digest=f'{seed:064d}')
+
+
+@pytest.mark.slow
+def test_a_brake_of_another_form_is_no_other_friction_beside_it():
+    assert named_by_equations([braked(seed) for seed in (1, 2, 3)], BRAKED) == {
+        ('eddy_brake', 'load')}
+
+
+@pytest.mark.parametrize(('tone', 'same'), [(0.331, True), (0.36, False)])
+def test_a_wave_at_the_frequency_of_a_payload_is_its_swing(tone, same):
+    def one(name, variable, frequency):
+        mechanism = Mechanism(name, 'torque', 'load', (variable,), 'even')
+        return Hypothesis(mechanism, Columns(np.ones((4, 1))), np.zeros(1), knots=(frequency,))
+
+    wave, swing = one(EXTERNAL, 'time', tone), one('payload_resonance', 'acceleration', 0.335)
+    assert same_swing(wave, swing, 60.0) is same_swing(swing, wave, 60.0) is same
+    assert not same_swing(swing, swing, 60.0)
+    assert not same_swing(one(EXTERNAL, 'coupled angle', tone), swing, 60.0)
