@@ -117,6 +117,18 @@ def test_it_names_each_mistake_and_its_factor_in_recordings_of(rig):
         assert not missing, (words, said)
 
 
+def test_it_names_the_sign_of_an_external_torque_and_asks_nothing_where_there_is_none():
+    made = make_recording('load_steps', CONFIG / 'rigs' / 'rv_bench.yaml', settings={},
+                          duration=20.0, rate=250.0)
+    one = Recording('load steps', 0.004, {name: made[name] for name in COLUMNS if name in made})
+    turned = times(one, external_torque=-1.0)
+    assert 'positive where it pushes forward' in red(turned, 'rv_bench')
+    assert red(one, 'rv_bench') == ''
+    still = times(recorded('rv_bench'), external_torque=0.0)
+    assert not any('external' in asked.sentence
+                   for asked in questions([still], servo_of('rv_bench')))
+
+
 @pytest.mark.parametrize(('rig', 'has', 'is_of'), [
     ('rv_bench', 'motor', 'load'), ('rv_bench', 'load', 'motor'), ('geared_dc', 'motor', 'load'),
     ('dc_gearmotor', '', 'load'), ('ema_bench', 'load', 'motor')])

@@ -113,6 +113,12 @@ def test_a_command_and_a_current_of_one_sign_but_for_noise_raise_no_question(goo
     assert said(told - 0.1 * told.max())
 
 
+def test_a_current_that_holds_a_weight_is_no_magnitude(good):
+    lifting = good['current'] + 1.3 * np.abs(good['current']).max()
+    assert not [one for one in of_level('amber', changed(good, current=lifting))
+                if 'never changes its sign' in one.sentence]
+
+
 @pytest.mark.parametrize('rows', [1, 40], ids=['a spike', 'a while'])
 def test_it_asks_of_an_angle_that_jumps_whether_a_sensor_dropped_out(good, rows):
     def said(recording):

@@ -3,10 +3,10 @@ Make a bag of a table, or of each of several.
 
 Columns carry the names t, voltage, current_reference, current, motor_position, load_position,
 torque, external_torque, reference_position, reference_velocity, temperature, coupled_position,
-added_command, in SI units; what is missing is NaN. A header may say a unit: 'motor_position
-[deg]'. Other names and messages need a mapping file, which `servo-identify init` writes. Family
-and replicate come from the options, a recordings.yaml beside the table, or the mapping file,
-whichever is found first.
+added_command, in SI units; what is missing is NaN. An external torque is positive where it
+resists the load. A header may say a unit: 'motor_position [deg]'. Other names and messages need a
+mapping file, which `servo-identify init` writes. Family and replicate come from the options, a
+recordings.yaml beside the table, or the mapping file, whichever is found first.
 
 Of several tables, a pattern of them or a folder, each becomes a bag of its own name in the folder
 -o. One that cannot be is left out with its reason, and the exit status is 1 then.

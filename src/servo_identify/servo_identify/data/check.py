@@ -116,7 +116,7 @@ def _signs(one: Survey) -> list[Finding]:
                         'command changes: nothing was measured.',
                         'look at the sensor, or leave the column out')]
     small, little = ONE_SIGN * (most - least), ONE_SIGN * (highest - lowest)
-    if lowest < -little < little < highest and (least > -small or most < small):
+    if lowest < -little < little < highest and min(abs(least), abs(most)) < small:
         return [Finding('amber', f'{one.name}: the current never changes its sign while the '
                         'command does: is it a magnitude, or that of the supply?',
                         'record the current of the motor with its sign')]

@@ -16,6 +16,8 @@ from .column_units import UNIT
 from .mapping import FACTS, KEYS, STEPS, ZEROS
 
 _KINDS = {str: 'string', bool: 'boolean', int: 'integer', list: 'array', dict: 'object'}
+_SIGNS = {'external_torque': ', positive where it resists the load',
+          'torque': ', positive where the motor drives the load forward'}
 _MEANINGS = {
     'rows': 'The list of records in a JSON file, or the sheet of a spreadsheet.',
     'names': 'The columns of a text file that has no line of names.',
@@ -43,7 +45,8 @@ def schema() -> dict[str, Any]:
              'oneOf': [{'required': ['source']}, {'required': ['value']}]}
     steps['properties']['zero']['enum'] = list(ZEROS)
     every = steps['properties'].pop('every')
-    columns = {name: {'description': f'in {UNIT[name]}', **steps} for name in NAMES if name != 't'}
+    columns = {name: {'description': f'in {UNIT[name]}{_SIGNS.get(name, "")}', **steps}
+               for name in NAMES if name != 't'}
     properties = {name: _kind(name, kind) for name, kind in KEYS.items()}
     properties |= {
         'time': {'description': 'in s', **steps,

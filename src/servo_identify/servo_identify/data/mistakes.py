@@ -91,6 +91,9 @@ def mistakes(channels: Collection[str], servo: Servo) -> Iterator[Mistake]:
         yield _turned(['torque'], 'the torque sensor reads against the torque of the motor')
         yield _unit(['torque'], 1e-3, 'mN m')
         yield _unit(['torque'], 1e-2, 'N cm')
+    if 'external_torque' in channels:
+        yield _turned(['external_torque'], 'external_torque is positive where it pushes forward, '
+                      'and should be where it resists the load')
 
 
 def unread(servo: Servo) -> set[str]:

@@ -126,7 +126,9 @@ def untold(over: LookedOver) -> list[Finding]:
 
 
 def _same(one: Mistake, at: Signals) -> bool:
-    """Tell whether the channels that a mistake exchanges are alike."""
+    """Tell whether the channels that a mistake exchanges are alike, or those it scales are 0."""
+    if one.factors and not any(np.any(at.plain[name]) for name in one.factors):
+        return True
     return len(one.renamed) > 1 and all(
         np.linalg.norm(at.plain[old] - at.plain[new]) < FORM * np.linalg.norm(at.plain[old])
         for old, new in one.renamed.items())
