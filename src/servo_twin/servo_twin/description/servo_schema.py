@@ -61,7 +61,7 @@ def _named(parameters: Any) -> Schema:
 def _typed(kinds: Any, beside: tuple[str, ...] = (), needed: bool = True) -> Schema:
     """Return a section whose type says which values it may have."""
     cases = [{'if': {'properties': {'type': {'const': kind}}, 'required': ['type']},
-              'then': {'properties': {'type': True, **{
+              'then': {'properties': {'type': {'description': _about(part)}, **{
                   name: _value(parameter) for name, parameter in part.parameters.items()}},
                   'additionalProperties': False}} for kind, part in kinds.items()]
     return {'type': 'object' if needed else ['object', 'null'],
@@ -73,15 +73,19 @@ def _effect() -> Schema:
     cases = []
     for name in names():
         effect = find(name)
-        about = ' '.join((effect.__doc__ or '').split())[:200]
         cases.append({'if': {'properties': {'effect': {'const': name}}, 'required': ['effect']},
                       'then': {'properties': {
-                          'effect': {'description': about},
+                          'effect': {'description': _about(effect)},
                           'at': {'enum': list(effect.sites)},
                           **{key: _value(one) for key, one in effect.parameters.items()}},
                           'additionalProperties': False}})
     return {'type': ['object', 'null'], 'properties': {'effect': {'enum': names()}},
             'allOf': cases}
+
+
+def _about(part: type) -> str:
+    """Return what a part does, with its equations."""
+    return ' '.join((part.__doc__ or '').split())
 
 
 def _value(parameter: Parameter) -> Schema:
