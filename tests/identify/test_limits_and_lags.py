@@ -9,6 +9,7 @@ from test_selection import named_by_equations
 
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.shape_search import best_shape, best_shapes
+from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -123,9 +124,11 @@ def following(firmware, seed, smooths=0.0):
     keep = np.exp(-PERIOD / smooths) if smooths else 0.0
     columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
     columns['reference_position'] = lfilter([1.0 - keep], [1.0, -keep], goal)
+    columns['reference_velocity'] = np.gradient(columns['reference_position'], PERIOD)
     y = simulate(firmware, inputs_of(columns), PERIOD, initial_state(firmware, 0.0, 0.0),
                  'closed_loop')
-    seen = {'reference_position': goal, 'voltage': y[:, 4],
+    seen = {'reference_position': goal, 'reference_velocity': np.full(len(time), np.nan),
+            'voltage': y[:, 4],
             'motor_position': y[:, 0] + chance.normal(0.0, 1e-3, len(time)),
             'current': y[:, 3] + chance.normal(0.0, 0.01, len(time))}
     return Recording(f'goals {seed}', PERIOD, columns | seen, family='goals', replicate=seed,
@@ -141,6 +144,24 @@ def test_a_firmware_that_smooths_its_reference_is_no_other_gain():
     assert float(first.change.rpartition(' of ')[2].removesuffix(' s')) == pytest.approx(
         0.045, rel=0.15)
     assert 'recorded command' in report.verdict['sentence']
+
+
+@pytest.mark.slow
+def test_a_reference_speed_that_was_not_recorded_is_that_of_the_reference():
+    fed = LOOP.with_values({'controller.kf': 1.0})
+    several = [following(fed, seed) for seed in (1, 2)]
+    assert not several[0].has('reference_velocity')
+    assert named_by_equations(several, fed) == set()
+    assert named_by_equations(several, LOOP) == {('controller_mismatch', 'controller')}
+
+
+def test_a_reference_that_steps_says_no_speed():
+    fed = LOOP.with_values({'controller.kf': 1.0})
+    smooth = following(fed, 1)
+    steps = replace(smooth, columns={**smooth.columns, 'reference_position': np.round(
+        smooth['reference_position'], 1)})
+    for servo, judged in ((LOOP, True), (fed, False)):
+        assert ('controller' in residual_samples([steps], servo).present) is judged
 
 
 @pytest.mark.slow

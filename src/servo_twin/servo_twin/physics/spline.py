@@ -34,6 +34,14 @@ def turning(row, angle):
 
 
 @njit(error_model='numpy')
+def over_angle(row, angle, low, high):
+    """Return the B-spline between two angles, rad; over a turn where ``high`` is not above."""
+    if high > low:
+        return spline(row, angle, low, high)
+    return turning(row, angle)
+
+
+@njit(error_model='numpy')
 def _cubic(a, b, c, d, u):
     v = 1.0 - u
     return (a * v * v * v + b * (3.0 * u * u * (u - 2.0) + 4.0)

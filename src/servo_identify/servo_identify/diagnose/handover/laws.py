@@ -21,10 +21,11 @@ from servo_twin.physics.servo import Servo, Value
 from servo_twin.physics.spline import spline, turning
 
 from ..decisions import FORM
-from ..mechanisms.hypothesis import Mechanism
+from ..mechanisms.hypothesis import Mechanism, TURN
 from .curves import Curve, Part
 
 COEFFICIENTS, AROUND = 8, 12  # of a spline over an interval, and over a turn
+PASSED = 0.9  # share of a turn from which a curve over the angle repeats
 STARTS = (0.05, 0.2, 0.6)  # shares of the range of the variable from which a shape is sought
 FIXED = ('order', 'reference', 'exponent', 'regain')
 """Shapes that a curve hardly tells: their default holds."""
@@ -74,7 +75,8 @@ def formed(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     flexible = FLEXIBLE.get((part.mechanism.port, part.curve.variable))
     if flexible is None or law is not None and law.law:
         return law
-    return _spline(find(flexible), _at_its_port(part.mechanism, part.curve, servo, stiffness))
+    return _spline(find(flexible), _at_its_port(part.mechanism, part.curve, servo, stiffness),
+                   not servo.linear or part.mechanism.site == 'motor')
 
 
 def lawful(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
@@ -206,8 +208,8 @@ def _held(curve: Curve, left: np.ndarray) -> float:
 
 def _waves(effect: type[Effect], curve: Curve,
            values: dict[str, Value]) -> Formed | None:
-    """Return the harmonics of a law over a turn fitted to a curve."""
-    if curve.variable != 'angle':
+    """Return the harmonics of a law fitted to a curve over a turn; None over a part of one."""
+    if curve.variable != 'angle' or np.ptp(curve.x) < PASSED * TURN:
         return None
     orders = np.arange(1, MOST_MULTIPLES + 1)
     table = np.column_stack([f(k * curve.x) for k in orders for f in (np.cos, np.sin)])
@@ -255,9 +257,20 @@ def of_orders(effect: type[Effect], knots: Sequence[float],
     return found
 
 
-def _spline(effect: type[Effect], curve: Curve) -> Formed:
-    """Return a flexible effect with the form of a curve."""
-    around = 'low' not in effect.parameters
+def _edge(effect: type[Effect], name: str) -> float:
+    edge = effect.parameters[name].default
+    assert not isinstance(edge, tuple)
+    return edge
+
+
+def _spline(effect: type[Effect], curve: Curve, turns: bool) -> Formed:
+    """
+    Return a flexible effect with the form of a curve; ``turns``: what it acts on turns.
+
+    Over an angle it repeats where a whole turn was passed.
+    """
+    around = (turns and curve.variable == 'angle' and np.ptp(curve.x) > PASSED * TURN
+              and _edge(effect, 'high') <= _edge(effect, 'low'))
     size = AROUND if around else COEFFICIENTS
     x, y = curve.x, curve.y
     if curve.variable in ('current', 'command', 'torsion'):  # odd: by its size

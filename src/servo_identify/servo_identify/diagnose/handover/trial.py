@@ -139,19 +139,18 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
         now = [np.atleast_1d(np.abs(np.subtract(one.values.get(path, off), off)))
                for path, off in known.items()]
         least = [np.abs(scale.get(path, 0.0)) for path in known]
-        sure = [_std(best.estimate, path, len(size)) for path, size in zip(
-            known, now, strict=True)]
-        if now and all(np.max(size) <= PRACTICAL * np.max(most) or np.all(size <= std)
+        sure = [_std(best.estimate, path) if len(size) == 1 else 0.0 for path, size in zip(
+            known, now, strict=True)]  # those of a curve make up for each other
+        if now and all(np.max(size) <= max(PRACTICAL * np.max(most), std)
                        for size, most, std in zip(now, least, sure, strict=True)):
             return number
     return None
 
 
-def _std(estimate: Estimate | None, path: str, size: int) -> np.ndarray:
-    """Return the standard deviations of a value of a fit, (size,); 0 where they are not known."""
+def _std(estimate: Estimate | None, path: str) -> float:
+    """Return the standard deviation of a single value of a fit; 0.0 where it is not known."""
     known = {} if estimate is None else estimate.std_within
-    names = [path] if path in known else [f'{path}[{k}]' for k in range(size)]
-    return np.broadcast_to([known.get(name, 0.0) for name in names], size)
+    return known.get(path, known.get(f'{path}[0]', 0.0))
 
 
 def left_out(added: tuple[Added, ...], number: int) -> tuple[Added, ...]:

@@ -18,6 +18,7 @@ from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 
 from .driven_current import drive_current, there_and_around
+from .loop_output import commanded
 from .measured import Measured
 from .motion import bridged, Motion, motion_of, shifted
 from .test_function import TestFunction
@@ -99,23 +100,11 @@ class AlongMotion:
 
         ``shaken`` are the two angles where noise is added to them; ``held`` stands for references.
         """
-        motor, load = self._angles(self._readings) if shaken is None else shaken
         theta = theta.copy()
         for slot, change in (settings or {}).items():
             theta[slot] += change
-        return self._commanded(theta, motor, load, held or {})
-
-    def _commanded(self, theta: np.ndarray, motor: np.ndarray, load: np.ndarray,
-                   held: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the controller's output, V; ``held`` stands for references of the recording."""
-        measured = self.measured
-        references = np.column_stack([
-            held.get(name, measured.column(name, 0.0)) for name in (
-                'reference_position', 'reference_velocity', 'added_command')])
-        command, x = np.empty(len(motor)), fresh_state(self._kernel)
-        self._kernel.controller_output(theta, self.servo.switches, x, references, motor, load,
-                                       command, measured.period)
-        return command
+        angles = self._angles(self._readings) if shaken is None else shaken
+        return commanded(self.servo, self.measured, theta, angles, held or {})
 
     def current_between(self) -> np.ndarray | None:
         """
@@ -148,8 +137,8 @@ class AlongMotion:
         theta, loop = self.servo.theta, self.servo.theta.copy()
         if 'controller.ki' in self.slots:  # the integral of a late reference is no jump
             loop[self.slots['controller.ki'].start] = 0.0
-        now, then = (self.drive_current(theta, self._commanded(loop, *self._angles(
-            self._readings), held)) for held in ({}, before))
+        now, then = (self.drive_current(theta, self.controller_output(loop, held=held))
+                     for held in ({}, before))
         stepped = now - then
         stepped[0] = 0.0
         return stepped

@@ -8,6 +8,8 @@ from servo_twin.physics.driven_current import driven_current
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+TURNS = 8  # of a loop that may go to a row
+
 
 def there_and_around(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,
                      recording: Recording) -> tuple[np.ndarray, np.ndarray]:
@@ -20,6 +22,28 @@ def there_and_around(servo: Servo, theta: np.ndarray, command: np.ndarray, speed
     begin = float(np.nan_to_num(recording['current'][0])) if recording.has('current') else 0.0
     there, lasting = driven_current(servo, theta, command, speed, recording.period, begin).T
     return there, 0.5 * (lasting + np.append(lasting[:1], lasting[:-1]))
+
+
+def moving_between(servo: Servo, command: np.ndarray, speed: np.ndarray,
+                   recording: Recording) -> np.ndarray:
+    """
+    Return by how much the current differs, A, where the command goes straight from row to row.
+
+    A log that is slower than the loop does not show how it goes. That it is late as a whole is
+    taken off: of channels that are read early or late it is known.
+    """
+    def there(command: np.ndarray, speed: np.ndarray, period: float) -> np.ndarray:
+        begin = float(np.nan_to_num(recording['current'][0])) if recording.has('current') else 0.0
+        current = driven_current(servo, servo.theta, command, speed, period, begin)
+        return np.nan_to_num(current[:, 0])
+
+    rows = np.arange(len(command))
+    fine = np.arange(TURNS * (len(rows) - 1) + 1) / TURNS
+    held = there(command, speed, recording.period)
+    apart = there(np.interp(fine, rows, command), np.interp(fine, rows, speed),
+                  recording.period / TURNS)[::TURNS] - held
+    late = np.gradient(held)
+    return apart - late * (float(late @ apart) / max(float(late @ late), 1e-300))
 
 
 def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,

@@ -19,7 +19,9 @@ from servo_twin.physics.simulate import (
 from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.recording import Recording
 
+from ...data.mistakes import unread
 from ...data.signals import ANGLES
+from ..decisions import FORM
 from .noise import count_of, noises_of, of_encoders
 from .test_function import TestFunction
 
@@ -110,12 +112,29 @@ def measure(recordings: Sequence[Recording], servo: Servo,
         period = recording.period
         # a controller works by its own rows: on resampled ones it would be blamed for the grid
         looped = bool(servo.controller.parameters) and not recording.resampled and (
-            recording.has('reference_position') or recording.has('reference_velocity'))
+            recording.has('reference_velocity') or _speed_of_reference(recording, servo))
         shaft, gear, fast = (TestFunction(spacing, period, spacing * each)
                              for spacing, each in zip(some, apart, strict=True))
         prepared.append(Measured(recording, shaft, gear, fast, noise, count, looped, block,
                                  _twist(recording, servo)))
     return prepared
+
+
+def _speed_of_reference(recording: Recording, servo: Servo) -> bool:
+    """
+    Tell whether a recorded reference position says its speed, where the controller asks for it.
+
+    One that steps may have any: the speed since the last row is another than that to the next.
+    """
+    if not recording.has('reference_position'):
+        return False
+    if 'reference_velocity' in unread(servo):
+        return True
+    place = recording['reference_position'][np.isfinite(recording['reference_position'])]
+    if not len(place) > 1:
+        return False
+    around, since = np.gradient(place), np.diff(place, prepend=place[:1])
+    return bool(np.linalg.norm(since - around) <= FORM * np.linalg.norm(around))
 
 
 def _thinned(recordings: Sequence[Recording], spacings: Sequence[int]) -> int:

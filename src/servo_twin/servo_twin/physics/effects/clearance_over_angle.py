@@ -2,24 +2,27 @@
 
 from ..effect import Parameter
 from ..ports import Clearance
-from ..spline import turning
+from ..spline import over_angle
 
 
 class ClearanceOverAngle(Clearance):
     r"""
-    A periodic spline over the angle of the load.
+    A spline over the angle of the load.
 
-    .. math:: \theta_h = \sum_k c_k B_k(\theta_l \bmod 2\pi)
+    .. math:: \theta_h = \sum_k c_k B_k(\theta_l)
 
-    The gap in all is never below zero. Holds where the turn was passed.
+    The gap in all is never below zero. Between the lowest and the highest angle, and
+    beyond as it is there; where these are alike it repeats each turn.
     """
 
     source = 'Wood: Generalized Additive Models, 2017, sec. 5.3 (P-splines)'
     candidate = False
 
+    low = Parameter(0.0, 'rad', (-1e6, 1e6), 'Lowest angle of the curve.')
+    high = Parameter(0.0, 'rad', (-1e6, 1e6), 'Highest one; not above the lowest: a whole turn.')
     curve = Parameter((1e-4,), 'rad', (-1.0, 1.0), 'Coefficients of the spline.',
                       off=0.0)
 
     @staticmethod
     def law(p, s, motion, h):
-        return turning(p.curve, motion.load_angle)
+        return over_angle(p.curve, motion.load_angle, p.low, p.high)

@@ -1,0 +1,63 @@
+"""What the controller of a servo makes of recorded references and readings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from servo_twin.physics.kernel import fresh_state, kernel_of
+from servo_twin.physics.servo import Servo
+
+from .driven_current import TURNS
+from .measured import Measured
+
+Angles = tuple[np.ndarray, np.ndarray]
+
+
+def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angles,
+              held: Mapping[str, np.ndarray], turns: int = 1,
+              slope: Callable[[np.ndarray], np.ndarray] = np.gradient) -> np.ndarray:
+    """
+    Return the controller's output, V, at every sample; ``held`` stands for recorded references.
+
+    ``turns`` of its loop go to a row: between rows all goes straight. A reference speed that was
+    not recorded is that of the reference position, its ``slope`` by rows.
+    """
+    told = {name: held.get(name, measured.column(name, 0.0))
+            for name in ('reference_position', 'reference_velocity', 'added_command')}
+    if _speed_is_untold(measured):
+        told['reference_velocity'] = slope(told['reference_position']) / measured.period
+    series = [*told.values(), *angles]
+    if turns > 1:
+        rows = np.arange(len(series[0]))
+        fine = np.arange(turns * (len(rows) - 1) + 1) / turns
+        series = [np.interp(fine, rows, one) for one in series]
+    *references, motor, load = series
+    kernel, command = kernel_of(servo), np.empty(len(motor))
+    kernel.controller_output(theta, servo.switches, fresh_state(kernel),
+                             np.column_stack(references), motor, load, command,
+                             measured.period / turns)
+    return command[::turns]
+
+
+def untold(servo: Servo, measured: Measured, angles: Angles) -> np.ndarray:
+    """
+    Return by how much a controller may differ by what no row shows, V, at every sample.
+
+    Its loop may be quicker than the rows, and a reference speed that was not recorded may be that
+    since the last row.
+    """
+    def of(turns: int = 1, slope: Callable[[np.ndarray], np.ndarray] = np.gradient) -> np.ndarray:
+        return commanded(servo, measured, servo.theta, angles, {}, turns, slope)
+
+    known = of()
+    apart = np.abs(of(TURNS) - known)
+    if _speed_is_untold(measured):
+        apart += np.abs(of(slope=lambda x: np.diff(x, prepend=x[:1])) - known)
+    return apart
+
+
+def _speed_is_untold(measured: Measured) -> bool:
+    has = measured.recording.has
+    return has('reference_position') and not has('reference_velocity')
