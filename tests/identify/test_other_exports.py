@@ -156,7 +156,7 @@ def test_it_offers_only_what_rises_for_the_time(tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {'ms_today': 1e3 * run['time'], 'voltage': run['u'],
                                         'current': run['i'], 'motor_position': run['theta']})
     assert init(data) == 2
-    assert "--column t=SOURCE (of ['ms_today'];" in capsys.readouterr().err
+    assert "--column t=SOURCE:UNIT (of ['ms_today'];" in capsys.readouterr().err
 
 
 def test_it_says_what_to_cut_of_the_stamps_of_a_serial_monitor(tmp_path):
@@ -276,7 +276,7 @@ def test_it_offers_no_speed_for_an_angle(tmp_path, capsys):
         f'{0.001 * k},{k},{np.sin(k)},{k * k},1' for k in range(40)))
     words = ['init', str(table), '-o', str(tmp_path / 's.yaml'), '--no-questions']
     assert main(words) == 2
-    assert "motor_position=SOURCE (of ['r0482'])" in capsys.readouterr().err
+    assert "motor_position=SOURCE:UNIT (of ['r0482'])" in capsys.readouterr().err
     table.write_text(table.read_text().replace('r0482', 'r0482 [rpm]'))
     assert main(words) == 2
     assert 'motor_position or load_position, which no column of' in capsys.readouterr().err
