@@ -12,6 +12,7 @@ from servo_identify.data.column_names import ANGLE, looks_like, TOLD_TORQUE
 from servo_identify.data.column_units import factor_of
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.tables import read_table
+from servo_identify.init.sources import offered
 
 
 def init(data, *more):
@@ -325,3 +326,17 @@ def test_numbers_behind_a_key_are_no_first_row(tmp_path):
     table = read_table(path)
     assert table.columns['Time [s]'].tolist() == [0.0, 0.002, 0.004]
     assert table.columns['U [V]'].tolist() == [1.5, 2.5, 3.5]
+
+
+@pytest.mark.parametrize('label', ['Label,,,', 'Label,u,i,enc'])
+def test_an_oscilloscope_of_tektronix_has_its_units_and_labels_above_the_names(tmp_path, label):
+    table = tmp_path / 'tek.csv'
+    table.write_text('Model,MSO54\nFirmware Version,1.28\n\nWaveform Type,ANALOG,,\n'
+                     'Horizontal Units,s,,\nSample Interval,0.002,,\nProbe Attenuation,10,1,1\n'
+                     f'Vertical Units,V,A,V\n{label}\nTIME,CH1,CH2,CH3\n' + ''.join(
+                         f'{0.002 * k:.4f},{k},{0.1 * k},{np.sin(k):.6f}\n' for k in range(40)))
+    of = offered(table)
+    first, *channels = of.sources
+    assert (first, of.units[first]) == ('TIME [s]', 's')
+    assert channels == (['u [V]', 'i [A]', 'enc [V]'] if 'u' in label else
+                        ['CH1 [V]', 'CH2 [A]', 'CH3 [V]'])
