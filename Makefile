@@ -26,7 +26,7 @@ demo: setup  ## leave an effect out of a twin, record, diagnose: the answer besi
 test: training  ## run the tests but the long ones; ARGS=... goes to pytest
 	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal -m 'not long' $(ARGS)
 
-test-long: training  ## run the tests that take ten seconds and more each; some twenty minutes
+test-long: training  ## run the tests that take ten seconds and more each; some twenty-five minutes
 	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal -m long $(ARGS)
 
 fast: setup  ## run the tests that start no ROS graph and take less than five seconds each

@@ -64,14 +64,14 @@ def test_a_zero_that_is_the_same_in_all_is_one_value():
     assert report.which[0].parameters['offset']['value'] == pytest.approx(6.0, abs=0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_each_motion_was_recorded_once_the_motion_may_be_what_differs():
     several = [replace(off(recorded(SERVO, seed), more), family=f'motion {seed}')
                for seed, more in enumerate((0.0, 3.0, 6.0, 9.0))]
     assert all('by recording' not in one.change for one in report_of(several).which)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_teeth_that_wear_are_a_clearance_that_is_another_in_each_recording():
     widths = (2e-4, 6e-4, 1.1e-3, 1.7e-3)
     several = [recorded(SERVO.with_effects(Placed('gap', find('backlash'), 'mesh'), values={

@@ -47,7 +47,7 @@ def moved(seed, apart=0.0, late=0.0, drag=0.2):
                      digest=f'{seed:064d}')
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_clock_that_runs_apart_is_no_delay_and_none_is_seen_where_none_is():
     assert named_by_equations([moved(seed) for seed in (1, 2)], AXIS) == set()
     apart = [moved(seed, apart=2e-4) for seed in (1, 2)]
@@ -67,7 +67,7 @@ def test_the_answer_says_how_far_a_clock_runs_apart_and_what_to_do():
     assert 'Bring the load_position to the time of the other channels' in sentence
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_friction_whose_rise_with_speed_differs_by_recording_is_told_by_it():
     """Oil that warms from one recording to the next; the level of friction stays."""
     several = [moved(seed, drag=drag) for seed, drag in enumerate((0.9, 0.6, 0.4))]

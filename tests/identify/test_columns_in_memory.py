@@ -1,6 +1,6 @@
 """Columns that people hold in memory: dictionaries, arrays, frames, data sets."""
 
-from datetime import datetime, timedelta
+from datetime import datetime, timedelta, timezone
 from io import StringIO
 from math import pi
 
@@ -124,6 +124,15 @@ def test_times_of_a_clock_are_read_as_python_has_them():
     first = datetime(2026, 5, 4, 10)
     (one,) = si.read(held(t=[first + timedelta(seconds=float(t)) for t in TIME]), BENCH)
     assert one.period == pytest.approx(0.004) and '2026-05-04 10:00:00' in one.note
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('shown', [str, lambda stamp: stamp])
+def test_stamps_with_a_zone_and_stamps_as_text_are_times(shown):
+    first = datetime(2026, 5, 4, 10, tzinfo=timezone(timedelta(hours=2)))
+    stamps = [shown(first + timedelta(seconds=float(t))) for t in TIME]
+    (one,) = si.read(held(t=stamps), BENCH)
+    assert one.period == pytest.approx(0.004)
 
 
 def test_the_second_line_of_a_header_of_two_is_the_unit():

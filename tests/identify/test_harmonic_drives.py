@@ -203,7 +203,7 @@ def test_a_model_that_is_none_is_named(section, words):
         servo_file.loads(text)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_linear_model_has_no_plateau_and_the_models_with_friction_have_one():
     """The finding of the paper's figures 10 and 11, on the twin alone."""
     t = np.arange(6000) * 1e-3

@@ -47,7 +47,7 @@ def test_it_asks_whether_a_ratio_below_one_was_meant_the_other_way_round(run, tm
     assert 'turns of the motor for one of the load: is it 50?' in capsys.readouterr().err
 
 
-def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tmp_path, capsys):
+def test_it_names_all_that_is_missing_at_once_and_writes_nothing(run, tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')})
     assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions',
                  '--mechanism', 'rigid']) == 2
@@ -55,7 +55,29 @@ def test_it_names_all_that_is_missing_in_one_sentence_and_writes_nothing(run, tm
     for word in ('motor_position=theta', "voltage=u:UNIT'", '--drive', '--rotor-inertia',
                  '--load-inertia', '--ratio'):
         assert word.rstrip("'") in said
-    assert said.count('\n') == 1 and not (tmp_path / 's.yaml').exists()
+    assert not (tmp_path / 's.yaml').exists()
+    # the values hang on the drive, and are named for each
+    assert "--drive voltage --resistance '2.1 ohm' --back-emf '45 mV s/rad'" in said
+    assert "--drive current --gain '0.5 A/V'" in said
+    assert 'UNIT is one such as V' in said
+
+
+def test_the_flags_that_it_names_are_enough_for_the_next_call(run, tmp_path, capsys):
+    columns = {'time': run['time'], 'u': run['u'], 'i': run['i'], 'theta_motor': run['theta'],
+               'theta_load': run['q']}
+    data = write(tmp_path / 'run.csv', columns)
+    words = ['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions']
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    given = [('--column', 'motor_position=theta_motor:rad'), ('--column', 'voltage=u:V'),
+             ('--column', 'current=i:A'), ('--column', 'load_position=theta_load:rad'),
+             ('--drive', 'voltage'), ('--resistance', '2.1 ohm'), ('--back-emf', '212 rpm/V'),
+             ('--torque-constant', '45 mN m/A'), ('--mechanism', 'rigid'),
+             ('--rotor-inertia', '320 g cm2'), ('--load-inertia', '120 kg cm2'), ('--ratio', '50')]
+    for flag, value in given:
+        named = f'{value.rpartition(":")[0]}' if flag == '--column' else flag
+        assert named in said
+    assert main([*words, *(word for pair in given for word in pair)]) == 0
 
 
 def test_it_asks_on_a_terminal_until_the_answer_can_be(run, tmp_path, monkeypatch, capsys):

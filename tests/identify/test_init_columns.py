@@ -227,8 +227,8 @@ def test_a_column_of_text_is_named_apart_from_the_question_for_another(run, tmp_
         f'{t:.4f},{u:.6f},RUN,{u:.6f}\n' for t, u in zip(run['time'], run['u'], strict=True)))
     assert init(data, tmp_path) == 2
     said = capsys.readouterr().err
-    question, apart = said.split('; left out: ')
-    assert "motor_position=SOURCE (of ['level'])" in question
+    question, apart = said.split('\n  left out: ')
+    assert "motor_position=SOURCE:UNIT (of ['level'])" in question
     assert 'RUN' not in question and "column 'state' has 'RUN' in row 1" in apart
 
 
@@ -277,3 +277,43 @@ def test_a_share_of_the_supply_is_asked_for_and_never_taken_for_volts(tmp_path, 
     assert init(data, tmp_path, '--si', '--column', f'voltage={name}:24 V') == 0
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert one['voltage'] == pytest.approx(motor['u'], abs=1e-6)
+
+
+def test_the_unit_behind_a_name_is_that_of_a_column_that_is_given(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {'tout': run['time'], 'u': run['u'], 'i': run['i'],
+                                        'theta_deg': np.degrees(run['theta'])})
+    assert init(data, tmp_path, '--si', '--column', 'motor_position=theta_deg') == 0
+    assert "motor_position       is 'theta_deg' in deg" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(('name', 'first', 'unit'), [('micros', 2**32 - 2_000_000, 'us'),
+                                                     ('ms', 2**16 - 1000, 'ms')])
+def test_a_counter_of_time_that_begins_again_is_put_together(run, tmp_path, name, first, unit):
+    counts = np.round(run['time'] / {'us': 1e-6, 'ms': 1e-3}[unit]) + first
+    data = write(tmp_path / 'run.csv', {
+        name: counts % (2**32 if unit == 'us' else 2**16), 'voltage': run['u'],
+        'current': run['i'], 'motor_position': run['theta']})
+    assert init(data, tmp_path, '--column', f't={name}:{unit}') == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one.period == pytest.approx(0.002, rel=1e-3)
+    assert len(one.time) == pytest.approx(2000, abs=3)
+
+
+def test_it_asks_of_a_channel_in_volts_whether_it_is_the_command(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {'time': run['time'], 'CH1(V)': run['u'],
+                                        'CH2(A)': run['i'], 'motor_position': run['theta']})
+    assert init(data, tmp_path) == 2
+    said = capsys.readouterr().err
+    assert "--column 'voltage=CH1(V)' where that is the command" in said
+    assert init(data, tmp_path, '--column', 'voltage=') == 0
+    assert init(data, tmp_path, '--column', 'voltage=CH1(V)', '--force') == 0
+    assert "voltage              is 'CH1(V)' in V" in capsys.readouterr().out
+
+
+def test_it_offers_neither_speeds_nor_counts_nor_what_stands_still_for_an_angle(
+        run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {
+        'time': run['time'], 'voltage': run['u'], 'omega': run['u'], 'state': 0.0 * run['u'],
+        'frame': run['time'], 'x7': run['q']})
+    assert init(data, tmp_path) == 2
+    assert "motor_position=SOURCE:UNIT (of ['x7'])" in capsys.readouterr().err

@@ -66,7 +66,7 @@ def test_a_drive_that_runs_out_of_voltage_at_speed_is_named_with_its_line():
     assert at * values['effects.torque_speed_limit.limit'] == pytest.approx(120.0, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_current_that_passed_a_filter_is_late_and_no_resonance():
     several = [swung(HIP, seed, commanded=False, behind=0.015) for seed in (1, 2)]
     assert named_by_equations(several, HIP) == {('sensor_lag', 'current')}
@@ -174,7 +174,7 @@ def test_of_gains_that_make_up_for_each_other_the_one_that_is_off_is_named():
     assert 'kd' not in answer.report.verdict['sentence']
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_pushes_by_the_place_over_many_turns_is_a_spring_and_no_matter_of_the_load():
     drum = HIP.without_effects(lambda placed: placed.name == 'weight').with_values(
         {'effects.drags.slope': 0.3})

@@ -70,7 +70,7 @@ def test_volts_that_a_bridge_loses_by_the_sign_of_its_current_are_a_dead_band():
     assert lost == pytest.approx(0.4, rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_chopper_that_limits_the_current_saturates_the_drive():
     limited = HOBBY.with_effects(Placed('e', find('current_limit'), 'current'),
                                  values={'effects.e.limit': 0.25})

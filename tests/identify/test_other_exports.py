@@ -12,6 +12,7 @@ from servo_identify.data.column_names import ANGLE, looks_like, TOLD_TORQUE
 from servo_identify.data.column_units import factor_of
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.tables import read_table
+from servo_identify.init.sources import offered
 
 
 def init(data, *more):
@@ -156,7 +157,7 @@ def test_it_offers_only_what_rises_for_the_time(tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {'ms_today': 1e3 * run['time'], 'voltage': run['u'],
                                         'current': run['i'], 'motor_position': run['theta']})
     assert init(data) == 2
-    assert "--column t=SOURCE (of ['ms_today'];" in capsys.readouterr().err
+    assert "--column t=SOURCE:UNIT (of ['ms_today'];" in capsys.readouterr().err
 
 
 def test_it_says_what_to_cut_of_the_stamps_of_a_serial_monitor(tmp_path):
@@ -276,7 +277,7 @@ def test_it_offers_no_speed_for_an_angle(tmp_path, capsys):
         f'{0.001 * k},{k},{np.sin(k)},{k * k},1' for k in range(40)))
     words = ['init', str(table), '-o', str(tmp_path / 's.yaml'), '--no-questions']
     assert main(words) == 2
-    assert "motor_position=SOURCE (of ['r0482'])" in capsys.readouterr().err
+    assert "motor_position=SOURCE:UNIT (of ['r0482'])" in capsys.readouterr().err
     table.write_text(table.read_text().replace('r0482', 'r0482 [rpm]'))
     assert main(words) == 2
     assert 'motor_position or load_position, which no column of' in capsys.readouterr().err
@@ -325,3 +326,17 @@ def test_numbers_behind_a_key_are_no_first_row(tmp_path):
     table = read_table(path)
     assert table.columns['Time [s]'].tolist() == [0.0, 0.002, 0.004]
     assert table.columns['U [V]'].tolist() == [1.5, 2.5, 3.5]
+
+
+@pytest.mark.parametrize('label', ['Label,,,', 'Label,u,i,enc'])
+def test_an_oscilloscope_of_tektronix_has_its_units_and_labels_above_the_names(tmp_path, label):
+    table = tmp_path / 'tek.csv'
+    table.write_text('Model,MSO54\nFirmware Version,1.28\n\nWaveform Type,ANALOG,,\n'
+                     'Horizontal Units,s,,\nSample Interval,0.002,,\nProbe Attenuation,10,1,1\n'
+                     f'Vertical Units,V,A,V\n{label}\nTIME,CH1,CH2,CH3\n' + ''.join(
+                         f'{0.002 * k:.4f},{k},{0.1 * k},{np.sin(k):.6f}\n' for k in range(40)))
+    of = offered(table)
+    first, *channels = of.sources
+    assert (first, of.units[first]) == ('TIME [s]', 's')
+    assert channels == (['u [V]', 'i [A]', 'enc [V]'] if 'u' in label else
+                        ['CH1 [V]', 'CH2 [A]', 'CH3 [V]'])

@@ -101,7 +101,7 @@ def test_a_payload_is_its_weight_and_its_inertia_and_no_drive_that_is_weaker():
     assert {'gravity', 'parameter:load_inertia'} <= named and 'parameter:gain' not in named
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_carried_joint_changes_the_inertia_and_its_own_motion_is_felt():
     time = np.arange(0.0, 16.0, 2e-3)
 
@@ -121,7 +121,7 @@ def test_a_carried_joint_changes_the_inertia_and_its_own_motion_is_felt():
         ('parameter:load_inertia', 'load'), ('external_torque', 'load')}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_eccentric_disc_beside_another_ratio_is_both_and_no_wave_of_many_orders():
     several = []
     for seed in (1, 2):
@@ -134,7 +134,7 @@ def test_an_eccentric_disc_beside_another_ratio_is_both_and_no_wave_of_many_orde
         ('parameter:ratio', 'mesh'), ('load_encoder_eccentricity', 'load_position')}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_weight_beside_a_spring_is_both_and_no_curve_over_the_angle():
     rig = ARM.with_effects(Placed('s', find('spring_load'), 'load'), values={
         'effects.s.stiffness': 0.9, 'effects.s.rest': -0.3, 'effects.weight.cosine': 0.2,
@@ -147,7 +147,7 @@ def test_a_weight_beside_a_spring_is_both_and_no_curve_over_the_angle():
         {(weight, 'load'), ('spring_load', 'load')} for weight in weights]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_swing_of_two_seconds_is_a_payload_that_swings():
     rig = STAGE.with_effects(Placed('e', find('payload_resonance'), 'load'), values={
         'effects.e.inertia': 0.6, 'effects.e.frequency': 0.45, 'effects.e.damping': 0.02})

@@ -14,7 +14,7 @@ TORQUE = ('torque_sensor_offset', 'torque')
 MOTOR = ('motor_encoder_eccentricity', 'motor_position')
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(('rig', 'truth'), [
     (with_effect('torque_sensor_ripple', 'torque', order=2.0, cosine=(3.0,), sine=(2.0,)),
      TORQUE),

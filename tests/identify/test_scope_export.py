@@ -104,3 +104,22 @@ def test_stamps_of_a_clock_need_no_unit(tmp_path, first, step, unit):
     found = import_table(path, SERVO)
     assert found.period == 0.002 and "column 't' is converted to s" in found.note
     assert proposed(offered(path))['t'][0].unit == unit
+
+
+@pytest.mark.parametrize('names', ['t1;Position [°];t2;Strom [A]', 'Time 1;q [°];Time 2;i [A]'])
+def test_numbered_times_are_those_of_the_columns_behind_them(tmp_path, names):
+    table = tmp_path / 'a.csv'
+    row = '{:.4f};{:.6f};{:.4f};{:.6f}'
+    table.write_text(names + '\n' + '\n'.join(
+        row.format(t, t, t + 0.0005, 3.0 * t) for t in 0.002 * np.arange(60)).replace('.', ','))
+    found = read_table(table)
+    time, angle, current = found.columns.values()
+    assert current[1:] == pytest.approx(3.0 * (time[1:] - 0.0005)) and angle == pytest.approx(time)
+    assert 'have times of their own' in found.warnings[0]
+
+
+def test_two_temperatures_are_no_times(tmp_path):
+    table = tmp_path / 'a.csv'
+    table.write_text('T1,u,T2,i\n' + '\n'.join(
+        f'{20 + (k % 3)},{k},{30 - k % 2},{k}' for k in range(40)))
+    assert list(read_table(table).columns) == ['T1', 'u', 'T2', 'i']

@@ -123,7 +123,7 @@ def test_friction_is_the_motors_though_a_stiff_transmission_twists_little():
         ('stribeck_friction', 'motor')]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_offset_that_drifts_is_the_sensors():
     several = []
     for seed in (1, 2):
@@ -169,7 +169,7 @@ def test_a_gain_of_the_drive_may_differ_by_sign_or_fade(times):
     assert named_by_equations(several) == {('parameter:gain', 'drive')}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_gain_that_differs_by_sign_comes_with_its_effect():
     rig = with_effect('drive_asymmetry', 'command', difference_by_sign=0.2)
     first, second, third = (recorded(rig, seed) for seed in (1, 2, 3))
@@ -180,7 +180,7 @@ def test_a_gain_that_differs_by_sign_comes_with_its_effect():
     assert answer.report.gap['solved'] > 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize('rig', [
     SERVO.with_values({'mechanism.stiffness': 3.0 * SERVO.numbers['mechanism.stiffness']}),
     with_effect('stiffness_ripple', 'mesh', order=20.0, cosine=(2e4,), sine=(1e4,))])
@@ -199,7 +199,7 @@ def test_a_small_effect_in_one_equation_is_found_beside_a_large_one_in_another()
         ('command_delay', 'command'), ('parameter:load_inertia', 'load')}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_command_that_acts_late_by_less_than_loggers_do_is_told_and_not_named():
     rig = with_effect('command_delay', 'command', delay=0.9 * PERIOD)
     found = explained(residual_samples([recorded(rig, seed) for seed in (1, 2)], SERVO))

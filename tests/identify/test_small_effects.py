@@ -103,7 +103,7 @@ def test_the_one_encoder_of_a_direct_drive_may_be_eccentric():
     assert named_by_equations(several, TABLE) == {('load_encoder_eccentricity', 'load_position')}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_one_encoder_of_a_direct_drive_may_be_on_the_motor():
     table = servo_file.loads(TURNING.replace('load_encoder', 'motor_encoder'))
     rig = added(table, 'motor_encoder_eccentricity', 'motor_position', order=2.0,

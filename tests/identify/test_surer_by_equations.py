@@ -32,7 +32,7 @@ def answer_of(rig, servo=SERVO, **how):
     return diagnose([first], servo, [second], [third])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_volts_that_a_bridge_loses_come_out_whole_though_the_current_jumps():
     disc = HOBBY.with_values({'mechanism.rotor_inertia': 5e-3})
     report = answer_of(disc, disc, lost=0.5).report
@@ -41,7 +41,7 @@ def test_volts_that_a_bridge_loses_come_out_whole_though_the_current_jumps():
     assert report.gap['solved'] > 0.8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_payload_keeps_the_size_and_frequency_of_the_equations():
     numbers = SERVO.numbers
     swings = 0.1 * numbers['mechanism.load_inertia']

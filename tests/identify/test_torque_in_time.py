@@ -52,7 +52,7 @@ def test_one_that_is_measured_is_no_gap():
     assert answer_of(told=True).verdict['status'] == 'no_gap'
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize('rig', [
     with_effect('coulomb_friction', 'motor', level=0.1),
     with_effect('gravity', 'load', cosine=20.0, sine=10.0),

@@ -21,7 +21,7 @@ def test_a_reading_that_lacks_what_a_flange_takes_is_the_sensors():
     assert found == pytest.approx(FLANGE, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize('blind', [(), ('load_position',)])
 def test_a_file_that_has_the_inertia_in_front_of_its_sensor_lacks_nothing(blind):
     several = [without(recorded(BEHIND, seed), *blind) for seed in (1, 2)]

@@ -31,7 +31,7 @@ from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.recording import COLUMNS, Recording
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_error_over_the_motors_turn_may_leave_the_motor_alone():
     ratio = SERVO.numbers['mechanism.ratio']  # an effect of the load's turn does not act back
     rig = with_effect('transmission_error', 'mesh', order=2.0 * ratio, cosine=(2e-4,),

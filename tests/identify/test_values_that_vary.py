@@ -25,7 +25,7 @@ def report_of(recordings):
     return diagnose(first, SERVO, [second], [third]).report
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_torque_constant_that_falls_with_temperature_has_its_curve():
     several = [weak(recorded(SERVO, seed), 1.0 - 0.04 * seed, 20.0 + 10.0 * seed)
                for seed in range(6)]
@@ -44,7 +44,7 @@ def test_without_a_temperature_it_differs_by_recording():
     assert one.effect == 'torque_constant_error' and 'by recording' in one.change
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_field_that_is_weakened_shows_over_speed():
     def fading(seed):
         one = recorded(SERVO, seed)

@@ -65,7 +65,7 @@ def test_a_compiler_that_refuses_is_quoted(tmp_path, monkeypatch):
         example_fmu.made(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_wanted_place_is_reached_with_an_fmu(tmp_path):
     wanted = sine(6000)[:1500]
     servo = brought(two_inertias(FEED_DRIVE), made(tmp_path, 3))

@@ -214,7 +214,7 @@ def test_a_step_that_fails_says_when_and_why_and_a_twin_begins_anew(fmus, versio
     assert 'the nut ran off its thread' in found.warnings[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_its_linear_form_is_that_of_the_built_in_mechanism(fmus):
     forms = [linearise(servo, 'voltage', ('motor_speed', 'load_position'),
                        usual_point(servo, 'none'))

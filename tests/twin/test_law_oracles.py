@@ -121,7 +121,7 @@ def test_hysteresis_closes_its_minor_loops():
     assert ends[4] == pytest.approx(ends[0], abs=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_payload_shows_its_resonance_and_antiresonance():
     place = 'payload_resonance_at_load'
     servo = two_inertia(load=0.05, stiffness=1e5, damping=20.0, step=1e-5,

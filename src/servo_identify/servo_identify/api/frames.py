@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from datetime import datetime
+from datetime import datetime, UTC
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from servo_twin.recording.recording import COLUMNS, Recording
 
+from ..data.clock_times import seconds_of
 from ..data.column_names import TIMES
 from ..data.column_units import time_of
 from ..data.table import Table
@@ -116,6 +117,10 @@ def _with_unit(name: str, unit: str) -> str:
     return f'{name} [{unit}]' if unit else name
 
 
+def _in_utc(stamp: datetime) -> datetime:
+    return stamp.astimezone(UTC).replace(tzinfo=None) if stamp.tzinfo else stamp
+
+
 def _numbers(name: str, column: Any) -> np.ndarray:
     if hasattr(column, 'dtype') and hasattr(column.dtype, 'na_value'):  # pandas' own, maybe empty
         numeric = getattr(column.dtype, 'kind', 'O') in 'iufb'
@@ -124,7 +129,7 @@ def _numbers(name: str, column: Any) -> np.ndarray:
         column = np.ma.filled(column.astype(float), np.nan)
     values = np.asarray(column)
     if values.dtype.kind == 'O' and all(isinstance(one, datetime) for one in values.flat):
-        values = values.astype('datetime64[us]')
+        values = np.array([_in_utc(one) for one in values.flat], 'datetime64[us]')
     if values.dtype.kind == 'c':
         raise ValueError(f'column {name!r} holds complex numbers; give their real part, or which '
                          'is meant')
@@ -132,6 +137,9 @@ def _numbers(name: str, column: Any) -> np.ndarray:
         values = values - values[:1]
     if values.dtype.kind == 'm':
         return values / np.timedelta64(1, 's')
+    clock = seconds_of(values.tolist()) if values.dtype.kind in 'OU' and values.ndim == 1 else None
+    if clock is not None:
+        return clock
     try:
         return values.astype(float)
     except (TypeError, ValueError) as problem:

@@ -79,12 +79,14 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.asking import choose_columns, complete, not_asked_for, with_command
     from ..init.files import mapping_text, servo_text, write
     from ..init.given_columns import given_columns
+    from ..init.joint_choice import choose_joint
     from ..init.left_out import left_out, remarks
+    from ..init.next_step import next_command
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed, sampled_less_often
     from ..init.sources import offered
     from ..init.torques import as_currents, complete_drive
-    from ..init.turns import with_signs, with_turns
+    from ..init.turns import with_counter, with_signs, with_turns
 
     arguments.data = one_file(arguments.data, 'init')
     for path in (arguments.output, arguments.mapping_out):
@@ -92,17 +94,21 @@ def main(arguments: argparse.Namespace) -> int:
             judged_file(path, arguments.force)
     ask = None if arguments.no_questions or not sys.stdin.isatty() else _ask
     of = offered(arguments.data)
+    proposals, given = proposed(of, arguments.joint), given_columns(of, arguments.column)
+    arguments.joint, missing = choose_joint(of, proposals, given, arguments.joint, ask)
     proposals = proposed(of, arguments.joint)
-    columns, missing = choose_columns(of, proposals, given_columns(of, arguments.column),
-                                      arguments.si, ask, arguments.linear)
+    columns, more = choose_columns(of, proposals, given, arguments.si, ask, arguments.linear)
     machine = _machine(arguments)
     complete_drive(machine, columns)
-    missing += complete(machine, columns, ask)
+    missing += [*more, *complete(machine, columns, ask)]
     if missing:
-        raise ValueError('; '.join(['init needs to be told: ' + ', '.join(missing), *(
+        units = ['UNIT is one such as V, A, mA, rad, deg, 1/4096 rev (one count of an encoder)']
+        raise ValueError('\n  '.join(['init needs to be told:', *missing, *(
+            units if any(':UNIT' in one for one in missing) else []), *(
             f'the {section} is {said}' for section, said in machine.chosen.items()), *(
                 f'left out: {said}' for said in not_asked_for(of))]))
     columns = with_signs(as_currents(with_command(machine, columns), machine), of)
+    columns = with_counter(columns, of)
     if arguments.mapping_out is None and needs_mapping(of, columns):
         arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
     draft = servo_text(machine, {}, arguments.tolerance)
@@ -154,7 +160,8 @@ def main(arguments: argparse.Namespace) -> int:
         write(arguments.mapping_out, mapping_text(of, columns))
         written.append(arguments.mapping_out)
     drives = {'voltage', 'current'} & columns.keys()
-    following = shlex.join(_next(arguments)) if drives else (
+    following = shlex.join(next_command(
+        arguments.data, arguments.output, arguments.mapping_out)) if drives else (
         'record the command or the current: without both there is no diagnosis')
     tell(arguments, written=written, next=following)
     say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
@@ -207,36 +214,6 @@ def _machine(arguments: argparse.Namespace) -> Machine:
 
 def _given(arguments: argparse.Namespace, names: Sequence[str]) -> bool:
     return any(getattr(arguments, f'value_{name}') is not None for name in names)
-
-
-def _next(arguments: argparse.Namespace) -> list[str]:
-    words = ['servo-identify', 'diagnose', _alike(arguments.data), '--servo',
-             str(arguments.output)]
-    if arguments.mapping_out:
-        words += ['--mapping', str(arguments.mapping_out)]
-    return [*words, '-o', 'answer']
-
-
-def _alike(data: Path) -> str:
-    """Return a pattern of the tables beside one where all have its header, else its own name."""
-    from ..data.csv_layout import TEXTS
-
-    if data.suffix.lower() not in TEXTS:
-        return str(data)
-    beside = sorted(data.parent.glob(f'*{data.suffix}'))
-    alike = len(beside) > 1 and len(set(map(_header_of, beside))) == 1
-    return str(data.parent / f'*{data.suffix}') if alike else str(data)
-
-
-def _header_of(table: Path) -> tuple[str, ...] | int:
-    """Return the names in a table of text, or how many columns it has without; 0 for another."""
-    from ..data.csv_layout import layout_of
-
-    try:
-        layout = layout_of(table)
-    except ValueError:
-        return 0
-    return len(layout.names) if layout.bare else layout.names
 
 
 def _ask(question: str, default: str) -> str:

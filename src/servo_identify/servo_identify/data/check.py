@@ -11,6 +11,7 @@ from servo_twin.physics.servo import Servo
 
 from .clipped import clipped_findings, normalised_findings
 from .excitation import Excitation, excitation
+from .fill_values import fill_findings
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
 from .looked_over import looked_over
@@ -49,6 +50,9 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     if not recordings:
         return (Finding('red', 'There is no recording.', 'name at least one bag or table'),)
     surveys = [survey(one, servo) for one in recordings]
+    fills = [finding for one in surveys for finding in fill_findings(one.name, one.fills)]
+    if fills:  # nothing else can be said of such numbers
+        return tuple(each_once(fills))
     found = each_once([replace(finding, recording=one.name) for one in surveys
                        for finding in _of_one(one, servo)])
     looked = []

@@ -23,23 +23,27 @@ ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 TORQUE = 'a torque'  # of a sensor, or computed from the current: the name does not say which
 TOLD_TORQUE = 'a torque that was told'  # the command of a drive, in N m
 
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc', 'ts'}
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc', 'ts',
+         'tout', 'millis', 'micros'}
 SPEED = {'velocity', 'velo', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd',
          'dq', 'velocities', 'qvel', 'rate'}
 _REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
-_TOLD = {'command', 'commands', 'cmd', 'commanded', 'demand', 'demanded', 'set'}
+_TOLD = {'command', 'commands', 'cmd', 'commanded', 'demand', 'demanded', 'set', 'action'}
 """What a drive was told; of an angle or a speed that is a reference."""
-_CURRENT = {'current', 'i', 'iq', 'strom', 'amps', 'ampere', 'cur', 'curr'}
+_CURRENT = {'current', 'i', 'iq', 'im', 'strom', 'amps', 'ampere', 'cur', 'curr'}
 _TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force', 'effort', 'efforts'}
 _DOUBTFUL = {'tau', 'effort', 'efforts', 'est', 'estimate', 'estimated', 'calc', 'calculated',
              'computed', 'actual', 'act', 'ist', 'feedback', 'motor'}
 """Words beside a torque that a drive computes from its current, where no sensor is named."""
 _MEASURED = {'sensor', 'cell', 'flange', 'transducer', 'gauge', 'measured', 'meas', 'mess',
              'external', 'ext'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'pwm', 'duty', 'command', 'commands', 'cmd',
-            'spannung', 'ctrl'}
+_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'vm', 'pwm', 'duty', 'command', 'commands',
+            'cmd', 'spannung', 'ctrl'}
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
-_NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung'}
+_NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung', 'kp', 'kd', 'ki', 'gain'}
+_COUNTED = {'index', 'idx', 'id', 'frame', 'episode', 'task', 'row', 'sample', 'seq', 'done',
+            'reward', 'success', 'mode', 'flag', 'flags', 'error', 'errors', 'dir', 'direction'}
+"""Words of what counts rows, runs and faults, and is no quantity of a machine."""
 _POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
              'counts', 'ticks', 'positions', 'estimate', 'qpos'}
 _QUANTITIES = _TIME | SPEED | _CURRENT | _TORQUE | _SUPPLY | _NEITHER | _POSITION | (
@@ -51,6 +55,10 @@ _PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb
 _DESIRED = re.compile(r'(?<![a-z])(d?q|tau(?:_j)?)_d(?![a-z])')
 """Names of what is desired, as equations have it: q_d."""
 _ARRAYS = {'position', 'velocity', 'effort', 'actual', 'desired'}
+_OF_MOTORS = re.compile(r'motor_?(?=(?:states?|cmds?|commands?)\b)', re.IGNORECASE)
+"""How logs of legged robots call their actuators; the angle in it is that of the joint."""
+_LEROBOT = re.compile(r'observation\.\w+|action')
+"""Features of LeRobot: in brackets behind them stands which joint, and no unit."""
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 """Parts of German names, which are written as one word."""
 _IN_ANGLES = re.compile(r'_(deg|m?rad)$')
@@ -71,7 +79,7 @@ _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'lin
 def split(header: str) -> tuple[str, str]:
     """Return the name and the unit of a header; '' where it gives none."""
     match = re.fullmatch(r'\s*(.+?)\s*[\[(（【]\s*([^\[\]]*?)\s*[\])）】]\s*', header)
-    if match and match[2] and not match[2].isdigit():
+    if match and match[2] and not (match[2].isdigit() or _LEROBOT.fullmatch(match[1])):
         return match[1], match[2]
     return header.strip(), ''
 
@@ -84,7 +92,10 @@ def looks_like(source: str, kind: str = '') -> str:
     name, unit = names_in_english(name), units_in_symbols(unit)
     if name in NAMES:
         return name
+    name = _OF_MOTORS.sub('', name)
     words = _words(name) | ({'angle'} if _IN_ANGLES.search(name.lower()) else set())
+    if not words & _QUANTITIES and name.partition('[')[0] in ('observation.state', 'action'):
+        words |= {'angle'}
     if unit.lower() in _OF_UNIT and not words & _QUANTITIES:
         words |= {_OF_UNIT[unit.lower()]}
     if words <= _ABSCISSA and unit.lower() in _OF_TIME:
@@ -129,6 +140,12 @@ def _words(name: str) -> set[str]:
         re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
     # of the arrays of a message a table has position0, position1 ...
     return parts | {bare for part in parts if (bare := part.rstrip('0123456789')) in _ARRAYS}
+
+
+def is_no_angle(source: str) -> bool:
+    """Tell whether a name says that a source is a speed, a supply, a gain or a count of rows."""
+    return not looks_like(source) and bool(
+        _words(split(source)[0]) & (SPEED | _SUPPLY | _NEITHER | _COUNTED))
 
 
 def is_share(source: str) -> bool:

@@ -9,8 +9,8 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from .rough_balances import inertia_of, motor_side, torque_of_drive
-from .signals import Signals, signals
+from .rough_balances import inertia_of, torque_of_drive
+from .signals import motor_side, Signals, signals
 
 WIDTHS = (3.0, 8.0, 20.0, 50.0)
 """Standard deviations of the Gaussian that are tried, samples."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 import re
@@ -51,11 +51,20 @@ def _behind_keys(lines: Sequence[Sequence[str]], row: Sequence[str]
                  ) -> tuple[list[str], list[str]]:
     """Return names and units that stand behind keys, above rows that begin with an empty cell."""
     said = {cells[0]: list(cells) for cells in lines if len(cells) == len(row)}
+    if 'Vertical Units' in said and lines[-1] and lines[-1][0].upper() == 'TIME':
+        return _of_tektronix(said, list(lines[-1]))
     names = said.get('Channel') or said.get('Channel Name') or said.get('Name')
     if not names or row[0]:
         return [], []
     units = said.get('Unit') or said.get('Units') or [''] * len(row)
     return ['', *names[1:]], ['', *units[1:]]
+
+
+def _of_tektronix(said: Mapping[str, list[str]], names: list[str]) -> tuple[list[str], list[str]]:
+    """Return names and units of an oscilloscope; a channel has its label, where it has one."""
+    labels = said.get('Label') or said.get('Labels') or [''] * len(names)
+    called = [label or name for label, name in zip(labels[1:], names[1:], strict=False)]
+    return [names[0], *called], ['s', *said['Vertical Units'][1:]]
 
 
 def is_stamp(cell: str) -> bool:

@@ -17,8 +17,8 @@ import numpy as np
 
 from servo_twin.physics.servo import Servo
 
+from .drive_equation import drive_equation
 from .mistakes import MISTAKE, Mistake
-from .rough_balances import parts_of_drive
 from .signals import Signals
 
 FURTHER = 10.0  # than this a servo file is not off by: the factor is one of a unit
@@ -28,7 +28,7 @@ UNITS = {'voltage': 'V', 'current': 'A'}
 
 def own_units(seen: Sequence[Signals], servo: Servo) -> Iterator[Mistake]:
     """Yield which channels of recordings of one machine may be in units of their own."""
-    told = [parts for at in seen if (parts := parts_of_drive(at, servo)) is not None]
+    told = [own.parts() for at in seen if (own := drive_equation(at, servo)) is not None]
     if not told or len(told) < len(seen):
         return
     command, drop, back = np.concatenate([part - part.mean(axis=1)[:, None] for part in told], 1)

@@ -24,7 +24,8 @@ from servo_twin.physics.effects.spring_load import SpringLoad
 from servo_twin.physics.effects.torque_over_angle import TorqueOverAngle
 from servo_twin.physics.servo import Servo
 
-from .signals import Signals
+from .drive_equation import drive_equation
+from .signals import motor_side, Signals
 
 FREE = 3.0  # of the logarithm of a friction that the servo file does not give
 ABOUT = 0.5  # of the logarithm of an inertia: the data sheet of another machine of the class
@@ -83,14 +84,6 @@ def rotor_of(servo: Servo) -> float:
                for name in ('rotor', 'coupling', 'screw'))
 
 
-def motor_side(at: Signals, ratio: float) -> tuple[str, float] | None:
-    """Return the angle that tells the motor's motion, and the factor that brings it there."""
-    for name, factor in (('motor_position', 1.0), ('load_position', ratio)):
-        if name in at.plain:
-            return name, factor
-    return None
-
-
 def torque_of_drive(at: Signals, servo: Servo) -> tuple[np.ndarray, float] | None:
     """
     Return the motor's torque, N m, and what of it the back EMF takes away, N m s/rad.
@@ -113,25 +106,6 @@ def torque_of_drive(at: Signals, servo: Servo) -> tuple[np.ndarray, float] | Non
         return (constant * values['drive.gain'] / ohms * command,
                 constant * values['drive.back_emf'] / ohms)
     return constant * _wanted(command, servo), 0.0
-
-
-def parts_of_drive(at: Signals, servo: Servo) -> np.ndarray | None:
-    """
-    Return what the command, the current and the speed add to the equation of the drive.
-
-    (3, samples), V or A: the first is the sum of the others. None where the drive has no such
-    equation, or a channel of it is not there.
-    """
-    values, plain = servo.values, at.plain
-    side = motor_side(at, values['mechanism.ratio'])
-    kind = servo.drive.name
-    if side is None or 'voltage' not in plain or 'current' not in plain or kind not in (
-            'voltage_drive', 'current_drive', 'current_amplifier'):
-        return None
-    ohms, per_speed = (values['drive.resistance'], values['drive.back_emf']) if (
-        kind == 'voltage_drive') else (1.0, 0.0)
-    return np.stack([values['drive.gain'] * plain['voltage'], ohms * plain['current'],
-                     per_speed * side[1] * at.speed[side[0]]])
 
 
 def _wanted(command: np.ndarray, servo: Servo) -> np.ndarray:
@@ -162,22 +136,19 @@ def _same_motion(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
 
 
 def _drive(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
-    values, kind, plain = servo.values, servo.drive.name, at.plain
+    values, one = servo.values, np.ones((len(at), 1))
     side = motor_side(at, values['mechanism.ratio'])
-    if 'voltage' not in plain or side is None:
-        return
-    one = np.ones((len(at), 1))
-    speed = side[1] * at.speed[side[0]]
-    if kind == 'pmsm_drive':
-        yield RoughBalance('drive', speed, {'gain': Term(
-            values['drive.speed_gain'] * plain['voltage'], 1.0, SAME)}, one)
-    elif 'current' in plain and kind == 'voltage_drive':
-        yield RoughBalance('drive', values['drive.gain'] * plain['voltage'], {
-            'resistance': Term(plain['current'], values['drive.resistance'], GIVEN),
-            'back EMF': Term(speed, values['drive.back_emf'], GIVEN)}, one, open=OPEN_WINDING)
-    elif 'current' in plain and kind in ('current_drive', 'current_amplifier'):
-        yield RoughBalance('drive', plain['current'],
-                           {'gain': Term(_wanted(plain['voltage'], servo), 1.0, GIVEN)}, one)
+    if servo.drive.name == 'pmsm_drive' and side is not None and 'voltage' in at.plain:
+        yield RoughBalance('drive', side[1] * at.speed[side[0]], {'gain': Term(
+            values['drive.speed_gain'] * at.plain['voltage'], 1.0, SAME)}, one)
+    own = drive_equation(at, servo)
+    if own is not None and servo.drive.name == 'voltage_drive':
+        yield RoughBalance('drive', own.told, {
+            'resistance': Term(own.current, own.ohms, GIVEN),
+            'back EMF': Term(own.speed, own.per_speed, GIVEN)}, one, open=OPEN_WINDING)
+    elif own is not None:
+        yield RoughBalance('drive', own.current, {
+            'gain': Term(_wanted(at.plain['voltage'], servo), 1.0, GIVEN)}, one)
 
 
 def _torques(at: Signals, servo: Servo) -> Iterator[RoughBalance]:

@@ -10,8 +10,9 @@ HOLE = 3.0
 """Periods between two samples beyond which nothing is interpolated."""
 
 
-_NUMBERED = re.compile(r'(t|time|x_value|zeit) \((\d+)\)( \[[^\]]*\])?', re.IGNORECASE)
-"""A column of times that is there more than once, as csv_layout.py names it."""
+_NUMBERED = re.compile(r'(t|time|x_value|zeit)(?: \((\d+)\)|[ _]?\d+)( \[[^\]]*\])?',
+                       re.IGNORECASE)
+"""A column of times that is there more than once: by csv_layout.py, or as t1, t2."""
 _ALIKE = 1e-3  # periods within which two times are one
 
 
@@ -92,8 +93,10 @@ def on_one_timeline(columns: dict[str, np.ndarray], warnings: list[str]) -> dict
     """
     lines = timelines_of(list(columns))
     units = {match[3] for name in lines if (match := _NUMBERED.fullmatch(name))}
-    if len(units) != 1:
-        return columns
+    own = [columns[name] for name in lines
+           if (match := _NUMBERED.fullmatch(name)) and not match[2]]
+    if len(units) != 1 or not all(np.nanmin(np.diff(one), initial=0.0) >= 0.0 for one in own):
+        return columns  # t1 may also be a temperature
     leading = max(lines, key=lambda name: np.isfinite(columns[name]).sum())
     rows = columns[leading]
     rows = rows[np.isfinite(rows)]

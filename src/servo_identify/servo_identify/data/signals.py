@@ -103,3 +103,11 @@ def bridged(values: np.ndarray) -> np.ndarray:
         return values
     rows = np.arange(len(values))
     return np.interp(rows, rows[known], values[known])
+
+
+def motor_side(at: Signals, ratio: float) -> tuple[str, float] | None:
+    """Return the angle that tells the motor's motion, and the factor that brings it there."""
+    for name, factor in (('motor_position', 1.0), ('load_position', ratio)):
+        if name in at.plain:
+            return name, factor
+    return None

@@ -11,6 +11,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.parts import parts_of
 from servo_twin.recording.recording import COLUMNS, Recording
 
+from .fill_values import fill_value_of, without_fills
 from .long_bags import Long
 from .signals import ANGLES, TURN
 
@@ -18,6 +19,7 @@ FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 _BESIDE = 4  # samples before and behind a jump that say how the angle goes on
 _FAR = 10.0  # times the largest tenth of all steps, and those beside it, is a jump
 _SEAM = 4  # samples of a part that the next one is to see, so that each jump is seen once
+_SENSED = ('motor_position', 'load_position', 'torque', 'current')
 _COUNTED = 5000  # samples of which the different ones are counted
 
 
@@ -31,7 +33,7 @@ class Survey:
     rad, of those that jump back by it. ``jumps`` tells of another angle how often it jumps within
     a sample, and after how many s first. ``still`` of ``parts`` show no motion. ``command`` and
     ``current`` are their least and largest value. ``at_limit`` is the share of commands at the
-    servo's limit.
+    servo's limit. ``fills`` are numbers that stand for none, and in how many rows, by channel.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Survey:
     command: tuple[float, float]
     current: tuple[float, float]
     at_limit: float
+    fills: dict[str, tuple[float, int]]
 
     @property
     def duration(self) -> float:
@@ -67,10 +70,14 @@ def survey(one: Long, servo: Servo) -> Survey:
     wrapped, ranges = dict[str, float](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
     jumps, ends = dict[str, tuple[int, float]](), dict.fromkeys(ANGLES, np.empty(0))
     still = at_limit = parts = 0
+    fills = dict[str, tuple[float, int]]()
     limit = limit_of(servo)
     for part in parts_of(one):
         parts += 1
-        angles = {name: part[name][np.isfinite(part[name])] for name in ANGLES}
+        for name in _SENSED:
+            if fill := fill_value_of(part[name]):
+                fills[name] = fill[0], fill[1] + fills.get(name, (0.0, 0))[1]
+        angles = {name: without_fills(part[name]) for name in ANGLES}
         known.update({name: int(np.isfinite(part[name]).sum()) for name in COLUMNS})
         still += not any(len(x) and np.ptp(x) > 0.0 for x in angles.values())
         for name, values in angles.items():
@@ -95,7 +102,7 @@ def survey(one: Long, servo: Servo) -> Survey:
         tuple(name for name in ANGLES if whole[name] and name in counts),
         wrapped, jumps,
         ranges['voltage'], ranges['current'],
-        at_limit / max(1, known['voltage']))
+        at_limit / max(1, known['voltage']), fills)
 
 
 def wrapped_in(part: Recording, servo: Servo) -> dict[str, float]:

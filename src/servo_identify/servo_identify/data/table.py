@@ -24,6 +24,7 @@ _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the
           '1081,6 where semicolons or tabs part the columns')
 """Why a number with a comma or an apostrophe is none."""
 _AGAIN = '; the line of names stands there again: a second recording begins, cut the file there'
+_EMPTY = '; leave the cell empty where nothing was measured'
 _ARROW = ' -> '
 _SERIAL = ('; the monitor of a serial port wrote its own stamps in front: cut all up to '
            "' -> ' off, or log without them")
@@ -132,9 +133,10 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
             at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
             shown = str(values[at])
             why = _AGAIN if shown.strip() == name else _SERIAL if _ARROW in shown else (
-                _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else '')
-            raise ValueError(f'{path}: column {name!r} has {values[at]!r} in row {at + 1}, '
-                             f'which is no number{why}') from None
+                _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else
+                _EMPTY if shown.startswith('#') else '')
+            raise ValueError(f'{path}: column {name!r} has {shown!r} in row {at + 1}, which '
+                             f'is no number{why}') from None
     return column
 
 

@@ -215,7 +215,8 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
         warnings.append(f'there is no voltage, the command that the drive received: {drives}')
     for name in have:
         if name in seen.infinite:
-            raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}')
+            raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}; '
+                             'leave the cell empty where nothing was measured')
         if name in seen.absent and name != 't':
             count, first = seen.absent[name]
             warnings.append(

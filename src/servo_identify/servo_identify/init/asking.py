@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-import re
 import shlex
 
-from servo_twin.description.nearest_name import or_what
+import numpy as np
+
 from servo_twin.physics.straight_units import straightened
 
-from ..data.column_names import ANGLE, is_share, looks_like, NAMES
+from ..data.column_names import ANGLE, is_no_angle, is_share, looks_like, NAMES
 from ..data.column_units import COMMANDS, UNIT
 from ..data.finding import SHOWN
 from .given_columns import judge_unit
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import may_be_angle, Proposal, rises
+from .questions import Ask, one_of, until
 from .sources import Offered
 from .torques import choose_torques
 
-Ask = Callable[[str, str], str]
-"""Asks a question with the answer that Enter stands for ('' for none); returns the answer."""
-
+VOLTS = ('V', 'mV', 'volt', 'volts', 'Volt', 'Volts')
 ENCODERS = ('motor_position', 'load_position')
 
 
@@ -45,24 +44,27 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         if len(several) == 1:
             chosen[column] = several[0]
         elif ask:
-            answer = _one_of(ask, f'Which is {column}', [one.source for one in several])
+            answer = one_of(ask, f'Which is {column}', [one.source for one in several])
             chosen[column] = next((one for one in several if one.source == answer),
                                   Proposal(column, answer, ''))
         else:
-            joints = _joints([one.source for one in several])
-            missing.append(f'--joint NAME (of {joints})' if joints else
-                           f'--column {column}=SOURCE (of {[one.source for one in several]})')
+            unit = '' if all(one.unit for one in several) or si else ':UNIT'
+            missing.append(f'--column {column}=SOURCE{unit} '
+                           f'(of {[one.source for one in several]})'
+                           + _or_without(column))
         taken |= {chosen[column].source} if column in chosen else set()
-    if not any(one.startswith('--joint') for one in missing):  # whose torque it is
-        pick = partial(_one_of, ask, usual='') if ask else None
-        chosen, untold = choose_torques(of, proposals, chosen, pick)
-        missing += untold
+    pick = partial(one_of, ask, usual='') if ask else None
+    chosen, untold = choose_torques(of, proposals, chosen, pick)
+    missing += untold
+    if not {'voltage', 'current_reference'} & chosen.keys() and not any(
+            'voltage=' in one for one in untold):
+        missing += _choose_command(of, chosen, ask)
     taken |= {one.source for one in chosen.values()}
     chosen = {column: one for column, one in chosen.items() if one.source or one.every}
     loose = [one for one in proposals.get(ANGLE, ()) if one.source not in taken]
     if loose and not any(name in chosen for name in ENCODERS):
         if ask:
-            shaft = _one_of(ask, f'Is {loose[0].source!r} the angle of the motor or of the load',
+            shaft = one_of(ask, f'Is {loose[0].source!r} the angle of the motor or of the load',
                             ['motor', 'load'])
             chosen[f'{shaft}_position'] = Proposal(f'{shaft}_position', loose[0].source,
                                                    loose[0].unit)
@@ -76,21 +78,16 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         if any(name in chosen or not ask and proposals.get(name) for name in names) or (
                 not ask and loose and names is ENCODERS):
             continue
+        meant = [said for name, said in of.refused.items() if looks_like(name) in (*names, ANGLE)]
+        free = _may_be(of, names, taken)
         if ask:
             name = names[-1]
-            chosen[name] = Proposal(name, _one_of(ask, f'Which is {name}', list(of.sources)), '')
+            chosen[name] = Proposal(name, one_of(ask, f'Which is {name}', free or [*of.sources],
+                                                  free[0] if len(free) == 1 else ''), '')
+        elif not free and not meant:
+            missing.append(f'{" or ".join(names)}, which no column of {of.path} holds')
         else:
-            meant = [said for name, said in of.refused.items()
-                     if looks_like(name) in (*names, ANGLE)]
-            free = [one for one in of.sources if one not in taken]
-            if names == ('t',):
-                free = [one for one in free if rises(of.numbers.get(one))] or free
-            else:
-                free = [one for one in free if may_be_angle(one, of.units.get(one, ''))]
-            if not free and not meant:
-                missing.append(f'{" or ".join(names)}, which no column of {of.path} holds')
-                continue
-            missing.append(f'--column {names[0]}=SOURCE (of {free[:12]}'
+            missing.append(f'--column {names[0]}=SOURCE{"" if si else ":UNIT"} (of {free[:12]}'
                            + ''.join(f'; {one}' for one in meant)
                            + ('; or count the rows in their period: t=:2 ms'
                               if names == ('t',) and not of.messages else '') + ')')
@@ -104,15 +101,28 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             question = f'In which unit is {one.source!r} ({column})'
             # of a unit that cannot be, as counts, nothing else stands to reason
             usual = '' if refused else _usual(one, linear)
-            unit = _until(ask, f'{refused}\n{question}' if refused else question, usual,
+            unit = until(ask, f'{refused}\n{question}' if refused else question, usual,
                           lambda text, column=column: _judge_answer(column, text))
             chosen[column] = replace(one, unit=unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
-                f'({refused})' if refused else '(or --si for all)') + (
-                    '' if column in ('t', 'voltage', 'current', *ENCODERS) else
-                    f', or --column {column}= without it'))
+                f'({refused})' if refused else '(or --si for all)') + _or_without(column))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
+
+
+def _choose_command(of: Offered, chosen: dict[str, Proposal], ask: Ask | None) -> list[str]:
+    """Choose the command among channels in volts; return the flag that chooses it, if missing."""
+    volts = _in_volts(of, {one.source for one in chosen.values()})
+    if volts and ask:
+        source = one_of(ask, 'Which is the command that the drive received',
+                        [*volts, 'none of them'], '')
+        if source in volts:
+            chosen['voltage'] = Proposal('voltage', source, of.units[source])
+    if not volts or ask:
+        return []
+    others = f' (or of {volts[1:]})' if volts[1:] else ''
+    return [f'--column {shlex.quote(f"voltage={volts[0]}")} where that is the command that the '
+            f'drive received{others}, or --column voltage= without it']
 
 
 def not_asked_for(of: Offered) -> list[str]:
@@ -123,12 +133,30 @@ def not_asked_for(of: Offered) -> list[str]:
     return beside[:SHOWN] + ([f'and {more} columns more'] if more > 0 else [])
 
 
-def _joints(sources: Sequence[str]) -> list[str]:
-    """Return the names by which sources differ where nothing else tells them apart, else []."""
-    parted = [re.fullmatch(r'(.*?)\[([^\[\]]+)\](.*)', one) for one in sources]
-    around = {(one[1], one[3]) for one in parted if one}
-    named = [one[2] for one in parted if one and not one[2].isdigit()]
-    return named if len(around) == 1 and len(named) == len(sources) else []
+def _or_without(column: str) -> str:
+    """Say how a column is left out that is no part of every diagnosis."""
+    needed = column in ('t', 'voltage', 'current', *ENCODERS)
+    return '' if needed else f', or --column {column}= without it'
+
+
+def _may_be(of: Offered, names: Sequence[str], taken: Container[str]) -> list[str]:
+    """Return the sources that nothing speaks against for the time, or for an angle."""
+    free = [one for one in of.sources if one not in taken]
+    if names == ('t',):
+        return [one for one in free if rises(of.numbers.get(one))] or free
+    return [one for one in free if may_be_angle(one, of.units.get(one, ''))
+            and not _stands(of.numbers.get(one))]
+
+
+def _in_volts(of: Offered, taken: Container[str]) -> list[str]:
+    """Return the sources in volts of which nothing else is known, as the channels of a scope."""
+    return [one for one, unit in of.units.items() if one not in taken and not looks_like(one)
+            and unit in VOLTS and not is_no_angle(one) and not of.messages]
+
+
+def _stands(numbers: np.ndarray | None) -> bool:
+    """Tell whether all numbers are one, as of a state that did not change."""
+    return numbers is not None and not np.nanmax(np.abs(np.diff(numbers)), initial=0.0) > 0.0
 
 
 def _usual(one: Proposal, linear: bool) -> str:
@@ -162,9 +190,9 @@ def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None)
             machine.choose('mechanism', 'rigid', 'one encoder does not show what bends')
         elif ask:
             told = '; '.join(f'{name}: {ABOUT[name]}' for name in choices)
-            machine.parts[section] = _one_of(ask, f'{section} ({told})', list(choices))
+            machine.parts[section] = one_of(ask, f'{section} ({told})', list(choices))
         else:
-            missing.append(f'--{section} (of {list(choices)})')
+            missing.append(_each_with_values(machine, section, choices))
     if 'controller' not in machine.parts:
         machine.choose('controller', 'none', 'nothing was said of one')
     machine.parts = {section: machine.parts[section] for section in SECTIONS
@@ -172,12 +200,22 @@ def complete(machine: Machine, columns: Mapping[str, Proposal], ask: Ask | None)
     for path in machine.needed():
         parameter, unit = machine.declared()[path]
         if ask:
-            _until(ask, f'{path} [{unit or "a number"}]: {parameter.meaning} Such as '
+            until(ask, f'{path} [{unit or "a number"}]: {parameter.meaning} Such as '
                    f'{example(unit, path)}', '',
                    lambda text, path=path: machine.give(path, text))
         else:
             missing.append(f"{flag(path)} '{example(unit, path)}'")
     return missing
+
+
+def _each_with_values(machine: Machine, section: str, choices: Mapping[str, object]) -> str:
+    """Return the flags of a part that is missing, one type after the other with its values."""
+    told = []
+    for kind in choices:
+        one = replace(machine, parts={**machine.parts, section: kind})
+        values = one.flags_needed(section)
+        told.append(' '.join([f'--{section} {kind}', *values]))
+    return '\n    or '.join(told)
 
 
 def with_command(machine: Machine, columns: Mapping[str, Proposal]) -> dict[str, Proposal]:
@@ -195,29 +233,7 @@ def with_command(machine: Machine, columns: Mapping[str, Proposal]) -> dict[str,
     return {name: given[name] for name in NAMES if name in given}
 
 
-def _one_of(ask: Ask, question: str, choices: Sequence[str], usual: str | None = None) -> str:
-    """Ask for one of some choices; Enter stands for ``usual``, or for the first of them."""
-    def judge(text: str) -> None:
-        if text not in choices:
-            raise ValueError(or_what(text, choices))
-    listed = ', '.join(choices[:12])
-    return _until(ask, f'{question} ({listed})', choices[0] if usual is None else usual, judge)
-
-
 def _judge_answer(column: str, unit: str) -> None:
     if not unit:
         raise ValueError(f'a unit is needed, such as {UNIT[column]}')
     judge_unit('the unit', column, unit)
-
-
-def _until(ask: Ask, question: str, default: str, judge: Callable[[str], object]) -> str:
-    """Ask until the answer is judged well, with what was wrong with the last one."""
-    asked = question
-    while True:
-        answer = ask(asked, default).strip() or default
-        try:
-            judge(answer)
-        except ValueError as problem:
-            asked = f'{problem}\n{question}'
-        else:
-            return answer

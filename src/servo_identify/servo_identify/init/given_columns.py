@@ -10,7 +10,7 @@ from ..data.column_names import NAMES
 from ..data.column_units import factor_of
 from ..data.physical_units import factor_to
 from ..data.unit_symbols import UnitError
-from .proposals import Proposal
+from .proposals import Proposal, unit_said
 from .sources import Offered
 from .torques import shaft_of, stands_for_current
 
@@ -37,7 +37,7 @@ def given_columns(of: Offered, texts: Sequence[str]) -> dict[str, Proposal]:
             found[column] = _counted(of, text, unit)
             continue
         if not colon or rest in of.sources or rest[1:] in of.sources:
-            source, unit = rest, of.units.get(rest.removeprefix('-'), '')
+            source, unit = rest, unit_said(of, column, rest.removeprefix('-'))
         negate = source[:1] == '-' and source[1:] in of.sources
         source = source[negate:]
         if source not in of.sources:

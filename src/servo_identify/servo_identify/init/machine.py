@@ -87,6 +87,11 @@ class Machine:
             found.sort(key=lambda path: path != RATIO)  # the units of the others hang on it
         return found
 
+    def flags_needed(self, section: str) -> list[str]:
+        """Return the flags of the values of a part that are not given, each with an example."""
+        return [f"{flag(path)} '{example(self.declared()[path][1], path)}'"
+                for path in self.needed() if path.startswith(f'{section}.')]
+
     def give(self, path: str, text: str) -> None:
         """Take a value as text with its unit; raises ValueError that names it."""
         known = replace(self, texts={**self.texts, path: text}).declared()

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..data.column_names import (
     ANGLE,
+    is_no_angle,
     likely,
     looks_like,
     NAMES,
@@ -22,11 +23,14 @@ from ..data.column_names import (
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
+from .joints import of_joint
 from .sources import Offered
 
 _NO_ANGLES = ('reference_velocity', 'torque', 'current', 'voltage', 'temperature')
 _LIKE = {ANGLE: 'load_position', TORQUE: 'torque', TOLD_TORQUE: 'torque'}
 """A column in the unit of what a name says without saying which column it is."""
+_COUNTERS = {'millis': 'ms', 'micros': 'us'}
+"""How programs of Arduino call their time, and its unit."""
 
 
 @dataclass(frozen=True)
@@ -60,15 +64,11 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
     With a ``joint``, sources that name another one are left out.
     """
     found: dict[str, list[Proposal]] = {}
-    for source in _of_joint(of.sources, joint):
+    for source in of_joint(of.sources, joint, of.messages):
         column = looks_like(source, of.kinds.get(source, ''))
         if column:
-            unit = (of.units.get(source) or _unit_behind(source, column)
-                    or column == 't' and unit_of_stamps(of.firsts.get(source, 0.0))
-                    or (UNIT[column] if source in NAMES else ''))
-            if column == 't' and not unit:
-                unit = unit_of_time(of.numbers.get(source))
-            found.setdefault(column, []).append(Proposal(column, source, unit))
+            found.setdefault(column, []).append(
+                Proposal(column, source, unit_said(of, column, source)))
     if not of.messages:
         _part_from_temperatures(found, of)
         found['t'] = _each_once(found.get('t', []), of)
@@ -78,6 +78,16 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
     if of.messages:
         found['t'] = _time_of_messages(of, found)
     return found
+
+
+def unit_said(of: Offered, column: str, source: str) -> str:
+    """Return the unit of a source that header, name or size of its numbers say; '' for none."""
+    unit = of.units.get(source) or _unit_behind(source, column)
+    if column == 't' and not unit:
+        word = split(source)[0].lower()
+        unit = (unit_of_stamps(of.firsts.get(source, 0.0)) or _COUNTERS.get(word, '')
+                or looks_like(source) == 't' and unit_of_time(of.numbers.get(source)) or '')
+    return unit or (UNIT[column] if source in NAMES else '')
 
 
 def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> None:
@@ -117,7 +127,8 @@ def rises(times: np.ndarray | None) -> bool:
 def may_be_angle(source: str, unit: str) -> bool:
     """Tell whether nothing says that a source is another quantity than an angle."""
     named = looks_like(source) in ('', ANGLE, 'motor_position', 'load_position')
-    return named and not any(unit and _is_unit(column, unit) for column in _NO_ANGLES)
+    other = any(unit and _is_unit(column, unit) for column in _NO_ANGLES)
+    return named and not other and not is_no_angle(source)
 
 
 def _is_unit(column: str, unit: str) -> bool:
@@ -143,15 +154,6 @@ def _unit_behind(source: str, column: str) -> str:
         if _is_unit(_LIKE.get(column, column), word):
             return word
     return ''
-
-
-def _of_joint(sources: tuple[str, ...], joint: str) -> list[str]:
-    if not joint:
-        return list(sources)
-    mine = [one for one in sources if f'[{joint}]' in one or f'/{joint}/' in one]
-    shapes = {one.replace(joint, '*') for one in mine}
-    return [one for one in sources if one in mine or not any(
-        re.fullmatch(re.escape(shape).replace(r'\*', r'[^/\]]+'), one) for shape in shapes)]
 
 
 def _time_of_messages(of: Offered, found: dict[str, list[Proposal]]) -> list[Proposal]:

@@ -17,6 +17,9 @@ from ..data.unsigned import bits_of, OTHERS
 from .proposals import Proposal
 from .sources import Offered
 
+COUNTERS = (16, 32)
+"""Bits of a counter of time, as `millis` and `micros` of Arduino have 32."""
+WITHIN = 3.0  # periods, within which a counter goes on where it begins again
 NEAR = 0.003  # of a round, within which the one that is meant is taken for it
 
 
@@ -25,7 +28,26 @@ def with_turns(columns: Mapping[str, Proposal], recording: Recording,
     """Return the columns, with the round of those that jump back by it in this recording."""
     turned = {name: _meant(turn / factor_of(name, name, columns[name].unit, servo), turn == TURN)
               for name, turn in survey(recording, servo).wrapped.items()}
-    return {name: replace(one, wraps=turned.get(name, 0.0)) for name, one in columns.items()}
+    return {name: replace(one, wraps=turned.get(name, one.wraps)) for name, one in columns.items()}
+
+
+def with_counter(columns: Mapping[str, Proposal], of: Offered) -> dict[str, Proposal]:
+    """Return the columns, with the round of a counter of time that began again from 0."""
+    counts = of.numbers.get(columns['t'].source) if 't' in columns else None
+    bits = [] if counts is None else [one for one in COUNTERS if _begins_again(counts, one)]
+    if not bits:
+        return dict(columns)
+    return {**columns, 't': replace(columns['t'], wraps=2.0 ** bits[0])}
+
+
+def _begins_again(counts: np.ndarray, bits: int) -> bool:
+    """Tell whether counts begin again behind the last number of so many bits, and rise else."""
+    steps = np.diff(counts[np.isfinite(counts)])
+    back = np.flatnonzero(steps < 0.0)
+    if not len(back):
+        return False
+    usual = float(np.median(np.abs(steps)))
+    return bool(np.all(np.abs(steps[back] + 2.0 ** bits) < WITHIN * usual))
 
 
 def with_signs(columns: Mapping[str, Proposal], of: Offered) -> dict[str, Proposal]:

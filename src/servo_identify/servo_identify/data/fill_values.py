@@ -1,0 +1,48 @@
+"""
+Numbers that stand for what was not measured: -9999, 65535, 1e10.
+
+A few rows hold one and the same number far outside of all others. Taken for a measurement it
+moves every equation of the machine.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .finding import Finding
+
+FAR = 10.0
+"""Times the range of all other numbers, beyond which a number lies outside."""
+FEW = 0.05  # share of the rows
+_LEAST = 20  # other numbers, by which the range is known
+
+
+def fill_value_of(values: np.ndarray) -> tuple[float, int] | None:
+    """Return the number that stands for none, and in how many rows; None where there is none."""
+    known = values[np.isfinite(values)]
+    for end in (np.min, np.max) if len(known) else ():
+        held = float(end(known))
+        rest = known[known != held]
+        count = len(known) - len(rest)
+        if len(rest) < _LEAST or count > FEW * len(known):
+            continue
+        span = float(np.ptp(rest))
+        if span > 0.0 and float(np.abs(rest - held).min()) > FAR * span:
+            return held, count
+    return None
+
+
+def without_fills(values: np.ndarray) -> np.ndarray:
+    """Return the numbers that are known and stand for themselves."""
+    known = values[np.isfinite(values)]
+    fill = fill_value_of(known)
+    return known if fill is None else known[known != fill[0]]
+
+
+def fill_findings(name: str, fills: dict[str, tuple[float, int]]) -> list[Finding]:
+    """Say which columns of a recording hold such numbers."""
+    return [Finding('red', f'{name}: {column} is {value:.6g} in {count} row{"s" * (count != 1)} '
+                    f'and lies {FAR:g} times further out there than all its other numbers: does '
+                    'it stand for what was not measured?',
+                    'leave the cell empty in those rows, or cut them')
+            for column, (value, count) in fills.items()]

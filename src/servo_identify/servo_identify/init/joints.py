@@ -1,0 +1,61 @@
+"""
+Which joint of several a recording is to be read of.
+
+Robots log all joints side by side: ``q[3]``, ``actual_q_3``, ``/joint_states.position[elbow]``,
+``observation.state[elbow_flex.pos]``. One joint is one machine.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+import re
+
+from ..data.column_names import split
+
+_INDEXED = re.compile(r'(.*?)\[([^\[\]]+)\](.*)')
+_NUMBERED = re.compile(r'(.*[A-Za-z]_?)(\d+)(\D*)')
+
+
+def joint_in(source: str, messages: bool) -> tuple[tuple[str, str], str]:
+    """Return what stands around the joint in the name of a source, and the joint; '' for none."""
+    name = source if messages else split(source)[0]
+    match = _INDEXED.fullmatch(name) or (None if messages else _NUMBERED.fullmatch(name))
+    return ((match[1], match[3]), match[2]) if match else ((name, ''), '')
+
+
+def joints_of(several: Iterable[Sequence[str]], messages: bool) -> list[str]:
+    """
+    Return the joints by which sources differ where nothing else tells them apart, else [].
+
+    ``several`` are the sources that may be one column, for each column. A name in brackets is
+    that of a joint. A number is one where two columns have the same numbers.
+    """
+    found = Counter[tuple[str, ...]]()
+    for sources in several:
+        parted = [joint_in(one, messages) for one in sources]
+        joints = tuple(joint for _, joint in parted)
+        if len(joints) > 1 and all(joints) and len({around for around, _ in parted}) == 1:
+            found[joints] += 1
+    return next((list(joints) for joints, count in found.items()
+                 if count > 1 or not all(map(str.isdigit, joints))), [])
+
+
+def of_joint(sources: Sequence[str], joint: str, messages: bool) -> list[str]:
+    """Return the sources without those that are the same of another joint; all for ''."""
+    if not joint:
+        return list(sources)
+    parted = {one: joint_in(one, messages) for one in sources}
+    around = {shape for shape, named in parted.values() if named == joint}
+    # the name of a topic may hold the joint as well
+    shapes = [re.escape(one.replace(joint, '*')).replace(r'\*', '[^/]+') for one in sources
+              if f'/{joint}/' in one]
+    return [one for one, (shape, named) in parted.items() if named == joint
+            or f'/{joint}/' in one or not (named and shape in around or any(
+                re.fullmatch(other, one) for other in shapes))]
+
+
+def given_joint(sources: Iterable[str], joints: Sequence[str], messages: bool) -> str:
+    """Return the one of the joints that sources are of, '' where they are of several or none."""
+    found = {joint_in(one, messages)[1] for one in sources} & {*joints}
+    return found.pop() if len(found) == 1 else ''
