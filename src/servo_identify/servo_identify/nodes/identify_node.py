@@ -46,6 +46,7 @@ from . import message_conversion as conversion
 from .identify_parameters import value
 from .jobs_node import Jobs
 from .message_conversion import OK, STALE, WARN
+from .short_memory import SAID, Shortage
 
 REPORT_EVERY = 1.0  # s
 _GATHERED = 0.1  # s of samples that estimator and detector are given at once
@@ -58,8 +59,9 @@ class IdentifyNode(Node):
     Raises ServoError for a servo file that cannot be, UnknownParameter for a wrong name.
     """
 
-    def __init__(self, scratch: Path) -> None:
+    def __init__(self, scratch: Path, shortage: Shortage) -> None:
         super().__init__('identify')
+        self.shortage = shortage
         identify_parameters.declare(self)
         refuse_unknown(self)
         text = servo_at(value(self, 'servo_file')).read_text()
@@ -76,25 +78,36 @@ class IdentifyNode(Node):
         self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
         folder = value(self, 'folder')
         self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
-                         self._on_loaded)
+                         self._on_loaded, shortage)
+        guarded = shortage.guarded
         for topic, kind in twin_conversion.TOPICS.items():
-            self.create_subscription(kind, topic, partial(self._take, topic), sample_qos(),
-                                     qos_overriding_options=OVERRIDABLE)
-        self.create_subscription(Residual, 'twin/residual', self._compare, sample_qos(),
+            self.create_subscription(
+                kind, topic, guarded(partial(self._take, topic), self._estimate_again),
+                sample_qos(), qos_overriding_options=OVERRIDABLE)
+        self.create_subscription(Residual, 'twin/residual',
+                                 guarded(self._compare, self._watch_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._events = self.create_publisher(Event, 'events', EVENTS)
-        self.create_service(Trigger, 'identify/relearn', self._relearn)
-        self.create_timer(REPORT_EVERY, self._report, clock=STEADY)
-        self.create_timer(value(self, 'online.period'), self._tell, clock=STEADY)
+        self.create_service(Trigger, 'identify/relearn', guarded(self._relearn))
+        self.create_timer(REPORT_EVERY, guarded(self._report), clock=STEADY)
+        self.create_timer(value(self, 'online.period'), guarded(self._tell), clock=STEADY)
 
     def close(self) -> None:
         """End jobs and their threads."""
         self.jobs.close()
         if self._judging is not None:
             self._judging.join()
+
+    def _estimate_again(self) -> None:
+        """Drop an estimator that a shortage of memory may have left half done."""
+        self._estimator = None
+
+    def _watch_again(self) -> None:
+        """Drop a detector that a shortage of memory may have left half done."""
+        self._detector, self._residuals = None, []
 
     # Samples.
 
@@ -224,7 +237,11 @@ class IdentifyNode(Node):
                     conversion.to_status(name, 'models', OK, self.models.sentence, {
                         'loads': str(self.models.loads), 'returns': str(self.models.returns),
                         'on trial': 'yes' if self.models.trial else 'no',
-                        'samples kept': str(len(self.ring))})]
+                        'samples kept': str(len(self.ring))}),
+                    conversion.to_status(
+                        name, 'memory', *((WARN, f'{SAID}; estimator or detector began again')
+                                          if self.shortage.now else (OK, 'there is enough')),
+                        {'times short': str(self.shortage.times)})]
         self._diagnostics.publish(conversion.to_diagnostics(
             statuses, self.get_clock().now().nanoseconds))
 
@@ -260,25 +277,24 @@ def _joined(pieces: list) -> list:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the identify node until it is told to stop; 2: a bad servo file or parameter."""
+    """Run the identify node until it is told to stop; 1: no memory, 2: a bad file or parameter."""
     if asked_for_help('identify_node', __doc__, 'config/identify.yaml'):
         return 0
-    ending = started(arguments)
+    ending, shortage = started(arguments), Shortage()
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:
-            node = IdentifyNode(Path(scratch))
+            node = IdentifyNode(Path(scratch), shortage)
         except (*UNFIT, ServoError, OSError) as problem:
             return cannot_start('identify_node', problem)
         executor = EventsExecutor()
         executor.add_node(node)
         try:
-            ending.spin(executor)
+            return shortage.spin(ending, executor)
         finally:
             node.close()
             executor.remove_node(node)
             node.destroy_node()
             rclpy.try_shutdown()
-    return 0
 
 
 if __name__ == '__main__':
