@@ -8,13 +8,16 @@ servo file of each runs beside as its twin. The detector has the settings of the
 First nothing changes, and every change that is named is false; the detector learns again then.
 Then each change comes once a rig, at once and slowly, --times over, at a random instant. A
 change is found when a balance is named within 30 s after it is complete. Its balance is right when
-the balance that is named first is one that the change enters directly. Intervals are Wilson's,
+the balance that is named first is one that the change enters directly. Its place is asked for 8 s
+after the alarm. The place is right when it is named alone, or with the one that the channels of
+the rig cannot tell from it: motor and load without a torque sensor. Intervals are Wilson's,
 and of the rate Poisson's, both of 95 %.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
@@ -28,14 +31,16 @@ from scipy.stats import chi2
 
 from servo_identify.commands.watch import watched
 from servo_identify.watch.changes.change_detector import Alarm, ChangeDetector, Settings
+from servo_identify.watch.changes.change_place import AFTER, ChangePlace, Located
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import shipped
+from servo_twin.recording.joined_samples import CHANNELS, samples_of
 from servo_twin.recording.recording import BALANCES
 
 WITHIN = 30.0  # s after a change is complete
 PIECE = 600.0  # s that a rig is watched at a stretch with nothing changed
 GIVEN = 100  # samples that the detector is given at once, as in the node
-PLACES = {'torque_balance': ('motor', 'load')}
+ALIKE = {'motor', 'load'}  # friction of one is that of the other without a torque sensor
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,7 @@ class Outcome:
     watched: float = 0.0
     false: list[Alarm] = field(default_factory=list)
     true: list[Alarm] = field(default_factory=list)
+    located: Located | None = None
     passed_over: float = 0.0
 
     @property
@@ -81,19 +87,30 @@ class Outcome:
 
     @property
     def placed(self) -> bool:
-        """Whether the place of the first balance named is that of the change."""
-        first = self.true[0].balance if self.after > 0.0 else ''
-        return self.case.change.place in PLACES.get(first, (first,))
+        """Whether the place that is named is that of the change, and no other beside."""
+        places = set(self.located.places) if self.located else set()
+        alone = {self.case.change.place} if 'torque' in _sensed(self.case.rig) else (
+            ALIKE if self.case.change.place in ALIKE else set())
+        return self.within and (len(places) == 1 or bool(alone) and places <= alone)
+
+    @property
+    def within(self) -> bool:
+        """Whether the place of the change is among those that are named."""
+        return (self.after > 0.0 and self.located is not None
+                and self.case.change.place in self.located.places)
 
 
 def judged(case: Case, keep: Path | None) -> Outcome:
     """Have the detector watch a recording."""
-    residuals, covariates = _signals(case, keep)
+    residuals, covariates, rows = _signals(case, keep)
     settings = Settings()
     detector = ChangeDetector(BALANCES, PERIOD, settings)
+    servo = servo_file.load(shipped(f'servos/{case.rig}.yaml'))
+    place = ChangePlace(servo, PERIOD, settings.block, settings.learn)
     outcome, passed = Outcome(case), 0
     for at in range(0, len(residuals), GIVEN):
         found = detector.push(at, residuals[at:at + GIVEN], covariates[at:at + GIVEN])
+        place.push(at, rows[at:at + GIVEN + 2 * place.half])
         if detector.state == 'learning':
             continue
         outcome.watched += GIVEN * PERIOD if at * PERIOD < case.at else 0.0
@@ -103,22 +120,37 @@ def judged(case: Case, keep: Path | None) -> Outcome:
         if found and not late:
             passed += detector.passed_over
             detector.relearn()
+            place.relearn()
+    if outcome.true:
+        first = outcome.true[0]
+        outcome.located = place.locate(first.since, first.sequence + round(AFTER / PERIOD))
     outcome.passed_over = (passed + detector.passed_over) * settings.block
     return outcome
 
 
-def _signals(case: Case, keep: Path | None) -> tuple[np.ndarray, np.ndarray]:
+def _sensed(rig: str) -> set[str]:
+    """Return the channels that a rig's servo file has sensors of."""
+    servo = servo_file.load(shipped(f'servos/{rig}.yaml'))
+    return {sensor.channel for sensor in servo.sensors}
+
+
+def _signals(case: Case, keep: Path | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return residuals, covariates, and samples with half a window of none on both sides."""
     file = keep / f'{zlib.crc32(repr(case).encode()):08x}.npz' if keep else None
     if file and file.exists():
         with np.load(file) as kept:
-            return kept['residuals'].astype(float), kept['covariates'].astype(float)
+            return (kept['residuals'].astype(float), kept['covariates'].astype(float),
+                    kept['rows'])
     servo = servo_file.load(shipped(f'servos/{case.rig}.yaml'))
     recording = played(case.rig, case.seconds, case.seed, case.change, case.at, case.slow)
     residuals, covariates = watched(servo, recording)
+    half = ChangePlace(servo, PERIOD, 0.25, 60.0).half
+    rows = np.full((len(residuals) + 2 * half, len(CHANNELS)), np.nan)
+    rows[half:-half] = samples_of(recording.columns)
     if file:
         np.savez(file, residuals=residuals.astype(np.float32),
-                 covariates=covariates.astype(np.float32))
-    return residuals, covariates
+                 covariates=covariates.astype(np.float32), rows=rows)
+    return residuals, covariates, rows
 
 
 def quiet(rigs: Iterable[str], hours: float, seed: int) -> list[Case]:
@@ -170,6 +202,8 @@ def _line(one: Outcome) -> str:
         verdict = ('missed' if not one.after > 0.0 else
                    f'{"right" if one.right else "WRONG"} after {one.after:.1f} s')
         verdict += f', {len(one.false)} false before' if one.false else ''
+    if one.case.change:
+        verdict += f'; place {"right" if one.placed else "WRONG"}: {one.located}'
     return f'{one.case.name}: {verdict}; changed at {one.case.at:.1f} s; {said}; ' \
            f'{one.passed_over:.0f} s passed over'
 
@@ -197,12 +231,17 @@ def _report(outcomes: list[Outcome]) -> None:
         print(f'  {name}: found {sum(one.after > 0.0 for one in part)}, balance right '
               f'{sum(one.right for one in part)}, place right '
               f'{sum(one.placed for one in part)} of {len(part)}')
+    table = Counter((one.case.change.place, ' or '.join(one.located.places))
+                    for one in cases if one.after > 0.0 and one.located)
+    for (was, said), count in sorted(table.items()):
+        print(f'  in {was}, named {said}: {count}')
     for slow in (False, True):
         part = [one for one in cases if one.case.slow == slow]
         print(f'{"slowly" if slow else "at once"}: found '
               f'{wilson(sum(one.after > 0.0 for one in part), len(part))}; balance right '
               f'{wilson(sum(one.right for one in part), len(part))}; place right '
-              f'{wilson(sum(one.placed for one in part), len(part))}')
+              f'{wilson(sum(one.placed for one in part), len(part))}; among those named '
+              f'{wilson(sum(one.within for one in part), len(part))}')
 
 
 def main() -> None:

@@ -70,3 +70,19 @@ def test_its_noise_is_not_taken_for_what_the_driver_told_the_drive(tmp_path):
     made = [frame for _ in range(40_000) for frame in proxy._spoilt('rig', [])]
     proxy._note('driver', made, 0.0)
     assert len(made) > 30_000 and (tmp_path / 'log').read_bytes() == b''
+
+
+def test_a_task_without_an_answer_or_whose_memory_stays_is_a_miss():
+    sys.path.insert(0, str(SOAK))
+    from tasks import judged
+    row = {'kind': 'retrain', 'seconds': 20.0, 'answer': 'retrained', 'success': True,
+           'before': 200.0, 'after': 212.0, 'left': 0}
+
+    def kept(*rows):
+        return [one for *_, one in judged(list(rows))]
+
+    assert judged([]) == []
+    assert kept(row, {'kind': 'diagnose', 'cut': True}) == [True, True]
+    assert kept(row, {'kind': 'diagnose'}) == [False, True]
+    assert kept(row | {'after': 400.0}) == kept(row | {'left': 1}) == [True, False]
+    assert '1 of 1, the slowest after 20 s; 1 retrainings, 0 diagnoses' in judged([row])[0][1]

@@ -131,14 +131,18 @@ def test_it_names_the_balance_within_seconds_of_an_effect_being_switched_on(grap
     file = tmp_path / 'rig.yaml'
     file.write_text((CONFIG / 'rigs' / 'rv_bench.yaml').read_text().replace(
         'switches: []', 'switches:\n  - {at: 30.0, set: {friction.load_level: 1.6}}'))
-    bag = emulated(tmp_path, 'bag', 40, '--rig', str(file))
+    bag = emulated(tmp_path, 'bag', 52, '--rig', str(file))
     rig = graph('watch.learn:=20.0')
     rig.feed(bag, 2.0)
     events = []
     rig.node.create_subscription(Event, 'events', events.append, EVENTS)
     rig.wait(lambda: any((e.kind, e.content) == ('change', 'load') for e in events))
+    rig.wait(lambda: rig.fact('identify: changes', 'load'))
     seen = int(rig.fact('identify: changes', 'load').rpartition(' ')[2])
     assert 30_000 < seen <= 36_000
+    rig.wait(lambda: rig.fact('identify: changes', 'place'))
+    assert rig.fact('identify: changes', 'place').startswith('load')
+    assert rig.said['identify: changes'][0].endswith('; in: load')
     assert ('identify: changes', 'no balance changed') in rig.history
     rig.wait(lambda: rig.call('identify/relearn').success)
     rig.wait(rig.says('identify: changes', 'learning what is usual'))

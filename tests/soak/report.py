@@ -6,6 +6,8 @@ from collections import defaultdict
 from html import escape
 from statistics import quantiles
 
+import tasks
+
 UNWELL = 0.5  # s, beside the time by which it is seen
 SEEN = 10.0  # s behind a fault in which the detector may name it: its longest window is 8 s
 CALM = 60.0  # s without faults from which on its silence says something
@@ -49,6 +51,7 @@ def text(figures: dict) -> tuple[str, bool]:
         ("ends with another status than the signal's", ', '.join(figures['ends']) or '0',
          not figures['ends']),
         ('changes named by the detector where there was none', *_changes(figures)),
+        *tasks.judged(figures['tasks']),
         ('processes killed at the end, or left', f'{len(figures["killed"])}, '
          f'{len(figures["left"])}', not figures['killed'] and not figures['left']),
     ]

@@ -27,6 +27,7 @@ from bags import judged, replayed
 from faults import all_faults
 from report import page, text
 from rig import Rig
+from tasks import Tasks
 
 from servo_rig_driver.ros_start import udp_alone
 
@@ -48,6 +49,7 @@ class Soak:
         self.bench = self.rig.bench
         self.log: list[dict] = []
         self.misses: list[str] = []
+        self.tasks: Tasks | None = None
         self._looked = self._ill = 0.0
         self._well_beside = monotonic()
 
@@ -61,6 +63,8 @@ class Soak:
                 self.bus, self.ears, self.graph = self.rig.bus, self.rig.ears, self.rig.graph
                 if not self._well_within(START, one):
                     raise RuntimeError(f'the bench does not start: {one.state()}')
+            if self.bench.identify:
+                self.tasks = Tasks(self.rig, seconds)
             faults = all_faults(self.bench, self.graph, self.random)
             names = only or sorted(faults)
             order: list[str] = []
@@ -68,11 +72,13 @@ class Soak:
             while monotonic() < until and len(self.log) < most:
                 if len(order) < 2:
                     order += self.random.sample(names, len(names))
-                pair = [faults[order.pop()]]
+                pair = [faults[order.pop(self._next(order))]]
+                other = self._next(order)
                 if (self.random.random() < 0.25 and not only and pair[0].pairs
-                        and faults[order[-1]].pairs):
-                    pair.append(faults[order.pop()])
+                        and faults[order[other]].pairs):
+                    pair.append(faults[order.pop(other)])
                 self._suffer(pair)
+            self._asked()
             self._whole()
             self._deactivated()
         finally:
@@ -82,11 +88,27 @@ class Soak:
             left = self.bench.left()
         return self._figures(begun, killed, left)
 
+    def _next(self, order: list[str]) -> int:
+        """Return the place of the next fault: none that ends the identify node at its work."""
+        busy = self.tasks is not None and self.tasks.busy
+        return next((k for k in reversed(range(len(order)))
+                     if not (busy and 'identify' in order[k])), -1)
+
+    def _asked(self) -> None:
+        """Wait for the last answer."""
+        if self.tasks is not None:
+            self.tasks.end()
+            until = monotonic() + RECOVERY
+            while self.tasks.busy and monotonic() < until:
+                self._turn()
+
     def _turn(self) -> None:
         """Look at everything once."""
         running = [one for one in (self.rig, *self.others) if hasattr(one, 'bus')]
         for one in running:
             one.bus.read()
+        if self.tasks is not None:
+            self.tasks.turn()
         now = monotonic()
         if now - self._looked > 2.0:
             self._looked = now
@@ -216,6 +238,7 @@ class Soak:
             'slopes': [(f'{one.bench.namespace}: {told[0]}', *told[1:])
                        for one in (self.rig, *self.others) for told in one.usage.slopes()],
             'killed': killed, 'left': left,
+            'tasks': self.tasks.rows if self.tasks is not None else [],
             'misses': self.misses, 'logs': sum(
                 path.stat().st_size for path in (self.folder / 'logs').glob('*.log')),
             'refused': self.graph.refused, 'taken': self.graph.taken,

@@ -10,6 +10,7 @@ servo file before, `identify/relearn` has the change detector learn again.
 
 from __future__ import annotations
 
+from copy import copy
 from functools import partial
 from pathlib import Path
 import sys
@@ -39,6 +40,7 @@ from servo_twin_msgs.msg import Estimate, Event, Residual
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
 from ..watch.changes.change_detector import Alarm, ChangeDetector, Settings
+from ..watch.changes.change_place import AFTER, ChangePlace, Located
 from ..watch.changes.excitation_level import driving, half_window
 from ..watch.estimator.online_estimator import OnlineEstimator
 from . import identify_parameters
@@ -46,6 +48,7 @@ from . import message_conversion as conversion
 from .identify_parameters import value
 from .jobs_node import Jobs
 from .message_conversion import OK, STALE, WARN
+from .short_memory import SAID, Shortage
 
 REPORT_EVERY = 1.0  # s
 _GATHERED = 0.1  # s of samples that estimator and detector are given at once
@@ -58,8 +61,9 @@ class IdentifyNode(Node):
     Raises ServoError for a servo file that cannot be, UnknownParameter for a wrong name.
     """
 
-    def __init__(self, scratch: Path) -> None:
+    def __init__(self, scratch: Path, shortage: Shortage) -> None:
         super().__init__('identify')
+        self.shortage = shortage
         identify_parameters.declare(self)
         refuse_unknown(self)
         text = servo_at(value(self, 'servo_file')).read_text()
@@ -68,6 +72,10 @@ class IdentifyNode(Node):
         self._servo = servo_file.loads(text, 'servo_file')
         self._estimator: OnlineEstimator | None = None
         self._detector: ChangeDetector | None = None
+        self._place: ChangePlace | None = None
+        self._located: Located | None = None
+        self._to_locate: Alarm | None = None
+        self._locating: Thread | None = None
         self._stale = False
         self._pushed = 0
         self._residuals: list[tuple[int, object]] = []
@@ -76,25 +84,37 @@ class IdentifyNode(Node):
         self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
         folder = value(self, 'folder')
         self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
-                         self._on_loaded)
+                         self._on_loaded, shortage)
+        guarded = shortage.guarded
         for topic, kind in twin_conversion.TOPICS.items():
-            self.create_subscription(kind, topic, partial(self._take, topic), sample_qos(),
-                                     qos_overriding_options=OVERRIDABLE)
-        self.create_subscription(Residual, 'twin/residual', self._compare, sample_qos(),
+            self.create_subscription(
+                kind, topic, guarded(partial(self._take, topic), self._estimate_again),
+                sample_qos(), qos_overriding_options=OVERRIDABLE)
+        self.create_subscription(Residual, 'twin/residual',
+                                 guarded(self._compare, self._watch_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._events = self.create_publisher(Event, 'events', EVENTS)
-        self.create_service(Trigger, 'identify/relearn', self._relearn)
-        self.create_timer(REPORT_EVERY, self._report, clock=STEADY)
-        self.create_timer(value(self, 'online.period'), self._tell, clock=STEADY)
+        self.create_service(Trigger, 'identify/relearn', guarded(self._relearn))
+        self.create_timer(REPORT_EVERY, guarded(self._report), clock=STEADY)
+        self.create_timer(value(self, 'online.period'), guarded(self._tell), clock=STEADY)
 
     def close(self) -> None:
         """End jobs and their threads."""
         self.jobs.close()
-        if self._judging is not None:
-            self._judging.join()
+        for thread in (self._judging, self._locating):
+            if thread is not None:
+                thread.join()
+
+    def _estimate_again(self) -> None:
+        """Drop an estimator that a shortage of memory may have left half done."""
+        self._estimator = None
+
+    def _watch_again(self) -> None:
+        """Drop a detector that a shortage of memory may have left half done."""
+        self._detector, self._residuals = None, []
 
     # Samples.
 
@@ -141,9 +161,11 @@ class IdentifyNode(Node):
             self.get_logger().warning(str(problem), throttle_duration_sec=10.0)
             return
         if self._detector is None or self._detector.period != message.period:
-            self._detector = ChangeDetector(BALANCES, message.period, Settings(
-                value(self, 'watch.block'), value(self, 'watch.learn'),
-                value(self, 'watch.false_alarms')))
+            settings = Settings(value(self, 'watch.block'), value(self, 'watch.learn'),
+                                value(self, 'watch.false_alarms'))
+            self._detector = ChangeDetector(BALANCES, message.period, settings)
+            self._place = ChangePlace(self._servo, message.period, settings.block, settings.learn)
+            self._located = self._to_locate = None
         self._residuals.append((message.sequence, residuals))
         if sum(len(r) for _, r in self._residuals) * message.period < _GATHERED:
             return
@@ -154,6 +176,10 @@ class IdentifyNode(Node):
             rows = self.ring.rows(sequence - half, len(residuals) + 2 * half)
             found += self._detector.push(sequence, residuals, driving(
                 rows, message.period, self._servo.values['mechanism.ratio']))
+            wide = self._place.half
+            self._place.push(sequence, self.ring.rows(sequence - wide,
+                                                      len(residuals) + 2 * wide))
+            self._find_place(found, sequence + len(residuals), message.period)
         for alarm in found:
             self.get_logger().warning(f'balance {alarm.balance} changed')
             self._happened(alarm, message)
@@ -169,9 +195,33 @@ class IdentifyNode(Node):
         event.header.stamp = seen.header.stamp
         self._events.publish(event)
 
+    def _find_place(self, found: list[Alarm], at: int, period: float) -> None:
+        """Have the place of the first change found, some time after its alarm."""
+        if found and self._to_locate is None:
+            self._to_locate = found[0]
+        alarm = self._to_locate
+        if alarm is None or self._located is not None or at < alarm.sequence + AFTER / period or (
+                self._locating is not None and self._locating.is_alive()):
+            return
+        place = copy(self._place)
+
+        def locate() -> None:
+            found = place.locate(alarm.since)
+            if found is not None and alarm is self._to_locate:
+                self._located = found
+                self.get_logger().warning(f'the change is in: {found}')
+
+        self._locating = Thread(target=locate, daemon=True)
+        self._locating.start()
+
+    def _learn_again(self) -> None:
+        self._detector.relearn()
+        self._place.relearn()
+        self._located = self._to_locate = None
+
     def _relearn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._detector is not None:
-            self._detector.relearn()
+            self._learn_again()
         response.success = self._detector is not None
         response.message = ('learning again' if response.success
                             else 'nothing is watched: no residuals came, or watch.on is false')
@@ -189,7 +239,7 @@ class IdentifyNode(Node):
             if status.name == twin:
                 loads = next((v.value for v in status.values if v.key == 'servos loaded'), '')
                 if loads and self._twins_loads and loads != self._twins_loads and self._detector:
-                    self._detector.relearn()
+                    self._learn_again()
                 self._twins_loads = loads or self._twins_loads
 
     def _judge(self) -> None:
@@ -224,7 +274,11 @@ class IdentifyNode(Node):
                     conversion.to_status(name, 'models', OK, self.models.sentence, {
                         'loads': str(self.models.loads), 'returns': str(self.models.returns),
                         'on trial': 'yes' if self.models.trial else 'no',
-                        'samples kept': str(len(self.ring))})]
+                        'samples kept': str(len(self.ring))}),
+                    conversion.to_status(
+                        name, 'memory', *((WARN, f'{SAID}; estimator or detector began again')
+                                          if self.shortage.now else (OK, 'there is enough')),
+                        {'times short': str(self.shortage.times)})]
         self._diagnostics.publish(conversion.to_diagnostics(
             statuses, self.get_clock().now().nanoseconds))
 
@@ -244,7 +298,11 @@ class IdentifyNode(Node):
         for alarm in alarms:
             facts[alarm.balance] = (f'{alarm.feature} by {alarm.deviations:.1f} deviations since '
                                     f'sample {alarm.since}, seen at {alarm.sequence}')
-        return WARN, f'changed: {", ".join(alarm.balance for alarm in alarms)}', facts
+        said = f'changed: {", ".join(alarm.balance for alarm in alarms)}'
+        if self._located is not None:
+            facts['place'] = str(self._located)
+            said += f'; in: {" or ".join(self._located.places)}'
+        return WARN, said, facts
 
 
 def _joined(pieces: list) -> list:
@@ -260,25 +318,24 @@ def _joined(pieces: list) -> list:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the identify node until it is told to stop; 2: a bad servo file or parameter."""
+    """Run the identify node until it is told to stop; 1: no memory, 2: a bad file or parameter."""
     if asked_for_help('identify_node', __doc__, 'config/identify.yaml'):
         return 0
-    ending = started(arguments)
+    ending, shortage = started(arguments), Shortage()
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:
-            node = IdentifyNode(Path(scratch))
+            node = IdentifyNode(Path(scratch), shortage)
         except (*UNFIT, ServoError, OSError) as problem:
             return cannot_start('identify_node', problem)
         executor = EventsExecutor()
         executor.add_node(node)
         try:
-            ending.spin(executor)
+            return shortage.spin(ending, executor)
         finally:
             node.close()
             executor.remove_node(node)
             node.destroy_node()
             rclpy.try_shutdown()
-    return 0
 
 
 if __name__ == '__main__':

@@ -26,6 +26,7 @@ from servo_twin_msgs.srv import LoadServo
 from ..jobs.live.job_process import Job
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
+from .short_memory import is_shortage, SAID, Shortage, WAIT
 
 LOOK_EVERY = 0.1  # s between two looks at a job
 _LOADING = 60.0  # s that the twin may take to compile and load
@@ -41,10 +42,10 @@ class Jobs(Node):
     """
 
     def __init__(self, rig: Node, ring: Ring, models: Models, folder: Path,
-                 loaded: Callable[[], None]) -> None:
+                 loaded: Callable[[], None], shortage: Shortage) -> None:
         name, where = f'{rig.get_name()}_jobs', rig.get_namespace()
         super().__init__(name, namespace=where, cli_args=named(name, where))
-        self.models = models
+        self.models, self._shortage = models, shortage
         self._ring, self._folder, self._loaded = ring, folder, loaded
         # what somebody asked for waits while a trial is judged, and is refused beside another
         self._asked, self._busy, self._closing = Lock(), Lock(), Event()
@@ -52,9 +53,10 @@ class Jobs(Node):
         self._augmented: Path | None = None
         group = ReentrantCallbackGroup()
         self._twin = self.create_client(LoadServo, 'twin/load_servo', callback_group=group)
-        self.create_service(Trigger, 'identify/go_back', self._go_back, callback_group=group)
-        self.create_service(Trigger, 'identify/load_augmented', self._load_augmented,
+        self.create_service(Trigger, 'identify/go_back', shortage.guarded(self._go_back),
                             callback_group=group)
+        self.create_service(Trigger, 'identify/load_augmented',
+                            shortage.guarded(self._load_augmented), callback_group=group)
         shared = {'goal_callback': self._take, 'cancel_callback': lambda _: CancelResponse.ACCEPT,
                   'callback_group': group}
         self._actions = [
@@ -75,10 +77,16 @@ class Jobs(Node):
             self.destroy_node()
 
     def _spin(self) -> None:
-        try:
-            self._executor.spin()
-        except (KeyboardInterrupt, ExternalShutdownException, ShutdownException):
-            pass
+        while not self._closing.is_set():
+            try:
+                self._executor.spin()
+            except (KeyboardInterrupt, ExternalShutdownException, ShutdownException):
+                return
+            except Exception as problem:
+                if not is_shortage(problem):
+                    raise
+                self._shortage.happened()
+                time.sleep(WAIT)
 
     def _take(self, _: object) -> GoalResponse:
         if self._asked.locked():
@@ -124,6 +132,8 @@ class Jobs(Node):
                 result.success = True
             except (ValueError, OSError) as problem:
                 result.message = str(problem)
+            except (MemoryError, RuntimeError) as problem:
+                result.message = self._short(problem)
         _finish(handle, result.success)
         return result
 
@@ -154,6 +164,8 @@ class Jobs(Node):
                 result.success = True
             except (ValueError, KeyError, OSError) as problem:
                 result.message = str(problem)
+            except (MemoryError, RuntimeError) as problem:
+                result.message = self._short(problem)
         _finish(handle, result.success)
         return result
 
@@ -200,6 +212,8 @@ class Jobs(Node):
         except (ValueError, OSError) as problem:
             self.models.given_up(str(problem))
             self.get_logger().warning(self.models.sentence)
+        except (MemoryError, RuntimeError) as problem:
+            self.models.given_up(self._short(problem))
         finally:
             self._busy.release()
 
@@ -250,6 +264,13 @@ class Jobs(Node):
         if 0.0 < budget < job.seconds:
             raise ValueError(f'the budget of {budget:g} s is used up; the twin goes on with the '
                              f'servo file that it has')
+
+    def _short(self, problem: Exception) -> str:
+        """Return what is said of a shortage of memory; any other error goes on its way."""
+        if not is_shortage(problem):
+            raise problem
+        self._shortage.happened()
+        return SAID
 
     def _next_folder(self, what: str) -> Path:
         self._number += 1

@@ -47,8 +47,8 @@ class Ring:
         """Take a block (n, len(CHANNELS)); ``stamp``: ns of its first sample."""
         with self._lock:
             if abs(period - self.period) > 1e-9 * period:
-                self.period = period
                 self._rows = np.empty((max(1, round(self.seconds / period)), len(CHANNELS)))
+                self.period = period  # only now: without memory for the rows it begins again
                 self._clear()
             missing = sequence - self._next if self._next >= 0 else 0
             if not 0 <= missing <= round(_BRIDGED / period):

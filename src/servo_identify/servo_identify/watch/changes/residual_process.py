@@ -45,14 +45,18 @@ class ResidualProcess:
     The process of one feature of one balance, learned from ``values`` (n,).
 
     ``basis`` (n, 1 + 2 m): one, m covariates, their sizes, as means over each block. ``time`` (n,)
-    in blocks, rising. ``matched``: columns of the basis whose shares may wander.
+    in blocks, rising. ``matched``: columns of the basis whose shares may wander. The last ``own``
+    columns of the basis, if any, are of the values' unit, and their shares of variance one before
+    learning: what a value of the servo file may be off.
     """
 
     def __init__(self, values: np.ndarray, basis: np.ndarray, time: np.ndarray,
-                 matched: Sequence[int]) -> None:
+                 matched: Sequence[int], own: int = 0) -> None:
         size = np.abs(basis).max(axis=0)
         self.scale = np.where(size > 0.0, size, 1.0)
         self._middle, self.spread = float(values.mean()), float(values.std()) or 1.0
+        self._broad = basis.shape[1] - own
+        self.scale[self._broad:] = self.spread
         self._matched = list(matched)
         self._basis, self._time = basis / self.scale, time
         learned = (values - self._middle) / self.spread
@@ -75,14 +79,20 @@ class ResidualProcess:
     def covariance(self, one: np.ndarray, at: np.ndarray, other: np.ndarray, then: np.ndarray
                    ) -> np.ndarray:
         """Return the covariance of blocks with blocks, (n, k), of bases (n, p) and (k, p)."""
-        found = BROAD * one @ other.T
+        found = self._given(one, other)
         for share, part in zip(self._shares, self._parts(one, at, other, then), strict=True):
             found += share * part
         return found
 
+    def _given(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the covariance that the shares of the basis give before learning."""
+        k = self._broad
+        return BROAD * one[:, :k] @ other[:, :k].T + one[:, k:] @ other[:, k:].T
+
     def _parts(self, one: np.ndarray, at: np.ndarray, other: np.ndarray, then: np.ndarray
                ) -> list[np.ndarray]:
         """Return the covariances of the parts, of variance one each."""
+        one, other = one[:, :self._broad], other[:, :self._broad]
         apart = np.abs(at[:, None] - then)
         same = (apart == 0.0) + 0.0
         count = one.shape[1] // 2
@@ -103,7 +113,7 @@ class ResidualProcess:
         count = len(learned)
         parts = np.array(self._parts(self._basis, self._time, self._basis, self._time))
         flat = parts.reshape(len(parts), -1)
-        given = BROAD * self._basis @ self._basis.T + _LEAST * np.eye(count)
+        given = self._given(self._basis, self._basis) + _LEAST * np.eye(count)
 
         def unlikely(logs: np.ndarray) -> tuple[float, np.ndarray]:
             shares = np.exp(logs)
