@@ -155,6 +155,27 @@ def test_a_reference_speed_that_was_not_recorded_is_that_of_the_reference():
     assert named_by_equations(several, LOOP) == {('controller_mismatch', 'controller')}
 
 
+@pytest.mark.slow
+def test_a_log_that_is_slower_than_the_loop_is_no_other_inductance():
+    winding = LOOP.with_values({'drive.inductance': 4e-3})  # L/R of 1.3 ms
+
+    def logged(seed):
+        time, chance = np.arange(0.0, 20.0, 1e-3), np.random.default_rng(seed)
+        goal = sum(0.3 * np.sin(2.0 * np.pi * f * time + chance.uniform(0.0, 6.0))
+                   for f in (0.3, 1.1, 3.7))
+        columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+        columns['reference_position'] = goal - goal[0]
+        y = simulate(winding, inputs_of(columns), 1e-3, initial_state(winding, 0.0, 0.0),
+                     'closed_loop')[::5]
+        seen = {name: column[::5] for name, column in columns.items()}
+        seen |= {'voltage': y[:, 4],
+                 'motor_position': y[:, 0] + chance.normal(0.0, 1e-3, len(y)),
+                 'current': y[:, 3] + chance.normal(0.0, 0.01, len(y))}
+        return Recording(f'log {seed}', 5e-3, seen, family='log', digest=f'{seed:064d}')
+
+    assert named_by_equations([logged(seed) for seed in (1, 2)], winding) == set()
+
+
 def test_a_reference_that_steps_says_no_speed():
     fed = LOOP.with_values({'controller.kf': 1.0})
     smooth = following(fed, 1)

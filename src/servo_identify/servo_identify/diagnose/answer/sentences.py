@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..decisions import EVEN, SOLVED, WORTH
+from ..decisions import EVEN, FORM, OPEN, SOLVED, WORTH
 from ..mechanisms.hypothesis import BY_RECORDING, CLOCK, EXTERNAL, SLIP
 from .report import Alternative, MissingEffect
 from .sizes import listed
@@ -54,6 +54,11 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
             f' But the {PLACES.get(name, name)} leaves {size:.1f} times the noise that the '
             'readings show: the servo file says more of its sensors. If that is too much, '
             'something is missing there.' for name, size in hidden.items())
+        off, floor = gap.get('within_tolerance', 0.0), gap.get('floor', 0.0)
+        if off > max(FORM, OPEN * floor):
+            text += (f' But the simulation is off by {100.0 * off:.0f} % of what the channels '
+                     f'move, where noise makes {100.0 * floor:.0f} %: errors below the noise of '
+                     'the equations add up there.')
         return f'{text} But {late}.' if late else text
     if not which:
         text = f'The {place} does not match the rig, and no effect of the list explains it.'

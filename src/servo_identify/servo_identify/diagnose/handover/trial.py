@@ -122,12 +122,10 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
     Return which effect a fit leaves nothing of, or a value of the file that it leaves, if one.
 
     ``begun`` are the effects as the equations have them. Nothing is a share of that, or of the
-    value, that matters to nobody, or what is within one standard deviation of the fit.
+    value, that matters to nobody, or what is within one standard deviation.
     """
     were = {id(one.part): one.values for one in begun}
     for number, one in enumerate(best.added):
-        if not one.fitted:
-            continue  # held at what the equations say
         if one.placed:
             known: dict[str, Value] = {
                 f'effects.{placed.name}.{name}': placed.effect.parameters[name].off or 0.0
@@ -139,7 +137,7 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
         now = [np.atleast_1d(np.abs(np.subtract(one.values.get(path, off), off)))
                for path, off in known.items()]
         least = [np.abs(scale.get(path, 0.0)) for path in known]
-        sure = [_std(best.estimate, path) if len(size) == 1 else 0.0 for path, size in zip(
+        sure = [_std(best.estimate, one, path) if len(size) == 1 else 0.0 for path, size in zip(
             known, now, strict=True)]  # those of a curve make up for each other
         if now and all(np.max(size) <= max(PRACTICAL * np.max(most), std)
                        for size, most, std in zip(now, least, sure, strict=True)):
@@ -147,9 +145,14 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
     return None
 
 
-def _std(estimate: Estimate | None, path: str) -> float:
-    """Return the standard deviation of a single value of a fit; 0.0 where it is not known."""
-    known = {} if estimate is None else estimate.std_within
+def _std(estimate: Estimate | None, one: Added, path: str) -> float:
+    """
+    Return the standard deviation of a single value of an effect; 0.0 where it is not known.
+
+    It is that of the fit, or of the equations where it is held at what these say.
+    """
+    fitted = {} if estimate is None or path not in one.fitted else estimate.std_within
+    known = fitted or one.stds
     return known.get(path, known.get(f'{path}[0]', 0.0))
 
 

@@ -17,7 +17,7 @@ from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 
-from .driven_current import drive_current, there_and_around
+from .driven_current import drive_current, moving_between, there_and_around
 from .loop_output import commanded
 from .measured import Measured
 from .motion import bridged, Motion, motion_of, shifted
@@ -120,6 +120,14 @@ class AlongMotion:
             self.servo, self.servo.theta, self.measured.column('voltage', 0.0), self.fast_speed,
             self.measured.recording)
         return np.nan_to_num(around - there)
+
+    def current_moving(self) -> np.ndarray | None:
+        """Return :func:`.driven_current.moving_between`; None where no winding is told by rows."""
+        if not {'voltage', 'current'} <= self.measured.channels or not (
+                self.servo.numbers.get('drive.inductance')):
+            return None
+        return moving_between(self.servo, self.measured.column('voltage', 0.0), self.fast_speed,
+                              self.measured.recording)
 
     def current_stepped(self) -> np.ndarray | None:
         """

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from .driven_current import moving_between
 from .equation_errors import EquationErrors
 from .loop_output import untold
 
@@ -23,16 +22,11 @@ def doubt_about(one: EquationErrors, equation: str,
 
     Rounding to counts is no noise that a longer recording would reduce where a shaft creeps. With
     one encoder the other shaft is where the twin has it. A motor that answers a step of its
-    voltage within a row does what no row shows, and so do a winding and a controller whose loop is
-    quicker than the rows. While the teeth pass from flank to flank the torque does not tell where
-    they are.
+    voltage within a row does what no row shows, and so does a controller whose loop is quicker
+    than the rows. While the teeth pass from flank to flank the torque does not tell where they
+    are.
     """
     doubt = np.hypot(_rounding(one, equation), _within_row(one, equation))
-    if equation == 'drive' and one.servo.numbers.get('drive.inductance') and (
-            'voltage' in one.measured.channels):
-        apart = moving_between(one.servo, one.measured.column('voltage', 0.0), one.fast_speed,
-                               one.measured.recording)
-        doubt = np.hypot(doubt, np.sqrt(np.maximum(one.test(equation).project(apart**2), 0.0)))
     tells = np.ones(len(keep), dtype=bool)
     if equation == 'controller':
         return one.test(equation).project(untold(one.servo, one.measured, one.angles())), tells

@@ -29,21 +29,18 @@ def moving_between(servo: Servo, command: np.ndarray, speed: np.ndarray,
     """
     Return by how much the current differs, A, where the command goes straight from row to row.
 
-    A log that is slower than the loop does not show how it goes. That it is late as a whole is
-    taken off: of channels that are read early or late it is known.
+    A log that is slower than the loop does not show how it goes.
     """
-    def there(command: np.ndarray, speed: np.ndarray, period: float) -> np.ndarray:
-        begin = float(np.nan_to_num(recording['current'][0])) if recording.has('current') else 0.0
-        current = driven_current(servo, servo.theta, command, speed, period, begin)
-        return np.nan_to_num(current[:, 0])
-
     rows = np.arange(len(command))
     fine = np.arange(TURNS * (len(rows) - 1) + 1) / TURNS
-    held = there(command, speed, recording.period)
-    apart = there(np.interp(fine, rows, command), np.interp(fine, rows, speed),
-                  recording.period / TURNS)[::TURNS] - held
-    late = np.gradient(held)
-    return apart - late * (float(late @ apart) / max(float(late @ late), 1e-300))
+    begin = float(np.nan_to_num(recording['current'][0]))
+
+    def before(command: np.ndarray, speed: np.ndarray, period: float) -> np.ndarray:
+        return driven_current(servo, servo.theta, command, speed, period, begin)[:, 0]
+
+    straight = before(np.interp(fine, rows, command), np.interp(fine, rows, speed),
+                      recording.period / TURNS)[::TURNS]
+    return np.nan_to_num(straight - before(command, speed, recording.period))
 
 
 def drive_current(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
 
 from .driven_current import TURNS
 from .measured import Measured
+from .motion import bridged
 
 Angles = tuple[np.ndarray, np.ndarray]
 
@@ -21,7 +23,7 @@ def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angle
     """
     Return the controller's output, V, at every sample; ``held`` stands for recorded references.
 
-    ``turns`` of its loop go to a row: between rows all goes straight. A reference speed that was
+    ``turns`` of its loop go to a row: between rows all goes smoothly. A reference speed that was
     not recorded is that of the reference position, its ``slope`` by rows.
     """
     told = {name: held.get(name, measured.column(name, 0.0))
@@ -32,7 +34,7 @@ def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angle
     if turns > 1:
         rows = np.arange(len(series[0]))
         fine = np.arange(turns * (len(rows) - 1) + 1) / turns
-        series = [np.interp(fine, rows, one) for one in series]
+        series = [CubicSpline(rows, bridged(one))(fine) for one in series]
     *references, motor, load = series
     kernel, command = kernel_of(servo), np.empty(len(motor))
     kernel.controller_output(theta, servo.switches, fresh_state(kernel),

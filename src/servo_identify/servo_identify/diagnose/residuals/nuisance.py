@@ -15,6 +15,7 @@ ACTS = (-1.1, 0.6)  # sample periods: a command acts with the next row, or is se
 READ = (-0.6, 1.1)  # of a current against its command: it is read before that acts, or after
 STEPPED = (-0.5, 0.5)  # of the jump by which a current is read after or before it, from its mean
 BETWEEN = (-1.0, 1.0)  # of the same: a current is read before, after or in the mean of its row
+MOVING = (0.0, 1.0)  # of a command that goes straight between rows: the loop may be quicker
 STEP = 0.25  # share of a tolerance over which a slope is taken
 FINE = 1e-3  # share of a ratio over which its slope is taken: its error adds up over the travel
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
@@ -71,6 +72,9 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
         put(f'late:{label}', samples.place({  # the drive is held against the reading as it is
             number: {name: column for name, column in several.items() if name != 'drive'}
             for number, several in known.items()}, 1)[:, 0], bounds)
+    moving = {number: one.of_signal('drive_current', series) for number, one in enumerate(
+        samples.errors) for series in [one.current_moving()] if series is not None}
+    put('late:command between rows', samples.place(moving, 1)[:, 0], MOVING)
     for number, one in enumerate(samples.errors):
         for label, equation in (('zero', 'transmission'), ('integral', 'controller')):
             if equation in one.equations and (
