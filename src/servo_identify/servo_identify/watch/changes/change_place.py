@@ -114,7 +114,10 @@ class ChangePlace:
         Blocks count up to the sample ``end``, all of them without it. Takes seconds.
         """
         with ONE_THREAD.limit(limits=1, user_api='blas'):
-            return self._locate(since, end)
+            try:
+                return self._locate(since, end)
+            except np.linalg.LinAlgError:  # what is usual repeats itself to the last bit
+                return None
 
     def _locate(self, since: int, end: int | None) -> Located | None:
         kept = list(self._blocks)  # samples may come meanwhile
