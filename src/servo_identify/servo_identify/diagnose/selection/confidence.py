@@ -131,9 +131,10 @@ def rivals_of(found: Explained, number: int) -> tuple[float, list[Rival]]:
     own = found.hypotheses[number].mechanism
     best = found.explanation.best
 
-    def rank(fit: Fitted) -> tuple[bool, float]:
-        same = search.alike(fit, best)
-        return not same, search.evidence(fit) if same else fit.total
+    def rank(fit: Fitted) -> tuple[bool, int, float]:
+        if search.alike(fit, best):
+            return False, search.nameless(fit), search.evidence(fit)
+        return True, 0, fit.total
 
     contest: dict[tuple[str, ...], tuple[Fitted, int, int]] = {}
     for choice in _swaps(found, rest, number):

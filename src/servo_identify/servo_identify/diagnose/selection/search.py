@@ -175,7 +175,7 @@ class Search(Significance):
             if self.alike(one, best):
                 alike.append(one)
         return min(alike, default=best, key=lambda f: (
-            len(f.choice.members), self._nameless(f), self.evidence(f), len(f.columns)))
+            len(f.choice.members), self.nameless(f), self.evidence(f), len(f.columns)))
 
     def alike(self, one: Fitted, best: Fitted) -> bool:
         """
@@ -200,7 +200,7 @@ class Search(Significance):
         return float(0.5 * (self._blocks_of * left).sum()
                      + self.price * (fit.numbers + self.idle(fit)) + fit.far)
 
-    def _nameless(self, fit: Fitted) -> int:
+    def nameless(self, fit: Fitted) -> int:
         """How many members of a set have no name, or differ by recording without saying why."""
         members = (self.regression.hypotheses[n].mechanism for n in fit.choice.numbers)
         return sum(one.name == UNKNOWN or BY_RECORDING in one.variables for one in members)

@@ -161,9 +161,13 @@ class Significance(Fits):
         noise without any effect. The gain of each hypothesis is that of its columns within their
         bounds, in the groups where more is left than the floor. An equation in which the new
         members do not act, and something else is certainly missing, is left out: that is no noise.
+        All are in which they do not act, where one in which they do is certainly off: chance
+        elsewhere says nothing of it.
         """
         regression = self.regression
-        told = self.acts(before, after) | (self.power(after) <= self.open_from)
+        told = self.acts(before, after)
+        if not np.any(told & (self.power(before) > self.open_from)):
+            told = told | (self.power(after) <= self.open_from)
         there = told[:, None] & (self.groups(before.held_out) > self.floor())
         weight = np.where(there, after.weight, 0.0)
         whole = self.sums(weight).whole
