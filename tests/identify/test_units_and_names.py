@@ -10,6 +10,7 @@ from servo_identify.data.column_units import factor_of
 from servo_identify.data.physical_units import factor_to, value_in
 from servo_identify.data.unit_symbols import UnitError
 from servo_identify.init.asking import choose_columns
+from servo_identify.init.joint_choice import choose_joint
 from servo_identify.init.proposals import ANGLE, looks_like, proposed
 from servo_identify.init.sources import Offered
 
@@ -121,8 +122,9 @@ def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out
              for joint in ('shoulder', 'elbow')]
     of = Offered(Path('bag'), (*names, '/joint_states.stamp'), {}, kinds=dict.fromkeys(
         names, 'sensor_msgs/msg/JointState'))
-    missing = choose_columns(of, proposed(of), {}, True, None)[1]
-    assert missing == ["--joint NAME (of ['shoulder', 'elbow'])"]
+    joint, asked = choose_joint(of, proposed(of), {}, '', None)
+    assert joint == 'shoulder'
+    assert asked == ["--joint NAME (of ['shoulder', 'elbow']; what follows is for 'shoulder')"]
     chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
     effort, = missing
     assert effort.startswith("--column 'current=/joint_states.effort[elbow]:N m' where the drive")

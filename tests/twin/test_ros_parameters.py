@@ -72,7 +72,7 @@ def started():
 
 @pytest.mark.parametrize('make, wrong, right', [
     (Driver, 'limmit.voltage', 'limit.voltage'), (Adapter, 'jiont', 'joint'),
-    (Recorder, 'outputt', 'output'), (lambda: IdentifyNode(None), 'watch.onn', 'watch.on')])
+    (Recorder, 'outputt', 'output'), (lambda: IdentifyNode(None, None), 'watch.onn', 'watch.on')])
 def test_a_name_that_no_parameter_has_is_refused_at_the_start(started, make, wrong, right):
     started('-p', 'use_sim_time:=false', '-p', f'{wrong}:=1.0')
     with pytest.raises(ValueError, match=f"has no parameter '{wrong}'.* did you mean '{right}'"):
