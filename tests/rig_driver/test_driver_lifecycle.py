@@ -189,6 +189,8 @@ def test_it_says_why_it_cannot_be_configured(led):
 
 def test_it_judges_parameters_while_it_is_configured(led):
     _, _, hands = led
+    if hands.state() == 'unconfigured':  # where no test before has configured it
+        assert hands.change(CONFIGURE)
     assert 'command_timeout' in hands.set('command_timeout', -1.0).reason
     assert hands.set('command_timeout', 0.2).successful
     assert 'in real time' in hands.set('use_sim_time', True).reason
