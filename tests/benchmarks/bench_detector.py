@@ -32,6 +32,7 @@ from scipy.stats import chi2
 from servo_identify.commands.watch import watched
 from servo_identify.watch.changes.change_detector import Alarm, ChangeDetector, Settings
 from servo_identify.watch.changes.change_place import AFTER, ChangePlace, Located
+from servo_identify.watch.changes.equation_changes import Equations
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import shipped
 from servo_twin.recording.joined_samples import CHANNELS, samples_of
@@ -144,7 +145,7 @@ def _signals(case: Case, keep: Path | None) -> tuple[np.ndarray, np.ndarray, np.
     servo = servo_file.load(shipped(f'servos/{case.rig}.yaml'))
     recording = played(case.rig, case.seconds, case.seed, case.change, case.at, case.slow)
     residuals, covariates = watched(servo, recording)
-    half = ChangePlace(servo, PERIOD, 0.25, 60.0).half
+    half = Equations(servo, PERIOD).half
     rows = np.full((len(residuals) + 2 * half, len(CHANNELS)), np.nan)
     rows[half:-half] = samples_of(recording.columns)
     if file:

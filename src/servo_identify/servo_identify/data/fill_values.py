@@ -32,10 +32,9 @@ def fill_value_of(values: np.ndarray) -> tuple[float, int] | None:
     return None
 
 
-def without_fills(values: np.ndarray) -> np.ndarray:
-    """Return the numbers that are known and stand for themselves."""
+def without(values: np.ndarray, fill: tuple[float, int] | None) -> np.ndarray:
+    """Return the numbers that are known and do not stand for none."""
     known = values[np.isfinite(values)]
-    fill = fill_value_of(known)
     return known if fill is None else known[known != fill[0]]
 
 

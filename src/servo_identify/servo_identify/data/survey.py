@@ -11,7 +11,7 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.parts import parts_of
 from servo_twin.recording.recording import COLUMNS, Recording
 
-from .fill_values import fill_value_of, without_fills
+from .fill_values import fill_value_of, without
 from .long_bags import Long
 from .signals import ANGLES, TURN
 
@@ -19,7 +19,7 @@ FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
 _BESIDE = 4  # samples before and behind a jump that say how the angle goes on
 _FAR = 10.0  # times the largest tenth of all steps, and those beside it, is a jump
 _SEAM = 4  # samples of a part that the next one is to see, so that each jump is seen once
-_SENSED = ('motor_position', 'load_position', 'torque', 'current')
+_SENSED = (*ANGLES, 'torque', 'current')
 _COUNTED = 5000  # samples of which the different ones are counted
 
 
@@ -74,10 +74,11 @@ def survey(one: Long, servo: Servo) -> Survey:
     limit = limit_of(servo)
     for part in parts_of(one):
         parts += 1
-        for name in _SENSED:
-            if fill := fill_value_of(part[name]):
+        none = {name: fill_value_of(part[name]) for name in _SENSED}
+        for name, fill in none.items():
+            if fill:
                 fills[name] = fill[0], fill[1] + fills.get(name, (0.0, 0))[1]
-        angles = {name: without_fills(part[name]) for name in ANGLES}
+        angles = {name: without(part[name], none[name]) for name in ANGLES}
         known.update({name: int(np.isfinite(part[name]).sum()) for name in COLUMNS})
         still += not any(len(x) and np.ptp(x) > 0.0 for x in angles.values())
         for name, values in angles.items():

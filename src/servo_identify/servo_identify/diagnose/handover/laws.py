@@ -76,18 +76,23 @@ def formed(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     if flexible is None or law is not None and law.law:
         return law
     return _spline(find(flexible), _at_its_port(part.mechanism, part.curve, servo, stiffness),
-                   not servo.linear or part.mechanism.site == 'motor')
+                   _turns(part.mechanism, servo))
 
 
 def lawful(part: Part, servo: Servo, stiffness: float = inf) -> Formed | None:
     """Return the law of the catalogue that is nearest to a curve; None where there is none."""
     if part.curve is None or part.mechanism.name not in names():
         return None
-    if servo.linear and part.mechanism.site != 'motor' and part.curve.variable == 'angle' and (
+    if not _turns(part.mechanism, servo) and part.curve.variable == 'angle' and (
             'order' in find(part.mechanism.name).parameters):
-        return None  # nothing turns there
+        return None
     return _fitted(find(part.mechanism.name),
                    _at_its_port(part.mechanism, part.curve, servo, stiffness))
+
+
+def _turns(mechanism: Mechanism, servo: Servo) -> bool:
+    """Whether what a mechanism acts on turns."""
+    return not servo.linear or mechanism.site == 'motor'
 
 
 def _at_its_port(mechanism: Mechanism, curve: Curve, servo: Servo, stiffness: float) -> Curve:

@@ -16,7 +16,7 @@ from .controller import controller_of
 from .drive import drive_of
 from .eddy_brake import eddy_brake
 from .friction import friction_of
-from .hypothesis import CLOCK, EXTERNAL, Hypothesis, SLIP, UNKNOWN
+from .hypothesis import Hypothesis, OUTSIDE, UNKNOWN
 from .in_time import in_time
 from .next_joint import next_joint
 from .patterns import patterns_of
@@ -75,7 +75,7 @@ def _check(without: Collection[str], found: list[Hypothesis], builder: Builder) 
     values = {f'parameter:{path.rpartition(".")[2]}' for path in builder.samples.servo.values
               if path.split('.')[0] in ('drive', 'mechanism')}
     known = {one.mechanism.name for one in found} | set(names()) | values | set(ALIASES) | {
-        *ALIASES.values(), 'controller_mismatch', EXTERNAL, CLOCK, SLIP} - {UNKNOWN}
+        *ALIASES.values(), 'controller_mismatch', *OUTSIDE} - {UNKNOWN}
     for name in without:
         if name not in known and not name.startswith('parameter:'):
             raise ValueError(f'there is no effect {name!r} to leave out; '

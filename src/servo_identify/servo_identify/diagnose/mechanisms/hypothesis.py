@@ -20,6 +20,9 @@ CLOCK = 'clock_drift'
 SLIP = 'slip'
 """Name of a transmission that slips: what it has lost depends on all that it has done."""
 
+OUTSIDE = (EXTERNAL, CLOCK, SLIP)
+"""Names of what no effect of a twin can show."""
+
 BY_RECORDING = 'recording'
 """Variable of what is another in each recording: no value of a servo file."""
 
@@ -63,7 +66,7 @@ class Mechanism:
     @property
     def outside(self) -> bool:
         """Whether no twin of the plant under what was recorded can show it."""
-        return (self.site == 'controller' or self.name in (EXTERNAL, CLOCK, SLIP) or self.driving
+        return (self.site == 'controller' or self.name in OUTSIDE or self.driving
                 or BY_RECORDING in self.variables)
 
     @property

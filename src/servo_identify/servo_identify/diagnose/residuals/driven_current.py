@@ -11,6 +11,11 @@ from servo_twin.recording.recording import Recording
 TURNS = 8  # of a loop that may go to a row
 
 
+def between_rows(count: int) -> np.ndarray:
+    """Return the instants of a loop that turns TURNS times a row, in rows, from the first on."""
+    return np.arange(TURNS * (count - 1) + 1) / TURNS
+
+
 def there_and_around(servo: Servo, theta: np.ndarray, command: np.ndarray, speed: np.ndarray,
                      recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     """
@@ -31,8 +36,7 @@ def moving_between(servo: Servo, command: np.ndarray, speed: np.ndarray,
 
     A log that is slower than the loop does not show how it goes.
     """
-    rows = np.arange(len(command))
-    fine = np.arange(TURNS * (len(rows) - 1) + 1) / TURNS
+    rows, fine = np.arange(len(command)), between_rows(len(command))
     begin = float(np.nan_to_num(recording['current'][0]))
 
     def before(command: np.ndarray, speed: np.ndarray, period: float) -> np.ndarray:

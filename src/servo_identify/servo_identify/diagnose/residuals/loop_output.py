@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -10,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
 
-from .driven_current import TURNS
+from .driven_current import between_rows, TURNS
 from .measured import Measured
 from .motion import bridged
 
@@ -18,22 +19,21 @@ Angles = tuple[np.ndarray, np.ndarray]
 
 
 def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angles,
-              held: Mapping[str, np.ndarray], turns: int = 1,
+              held: Mapping[str, np.ndarray], quick: bool = False,
               slope: Callable[[np.ndarray], np.ndarray] = np.gradient) -> np.ndarray:
     """
     Return the controller's output, V, at every sample; ``held`` stands for recorded references.
 
-    ``turns`` of its loop go to a row: between rows all goes smoothly. A reference speed that was
-    not recorded is that of the reference position, its ``slope`` by rows.
+    ``quick``: TURNS of its loop go to a row, and between rows all goes smoothly. A reference speed
+    that was not recorded is that of the reference position, its ``slope`` by rows.
     """
     told = {name: held.get(name, measured.column(name, 0.0))
             for name in ('reference_position', 'reference_velocity', 'added_command')}
     if _speed_is_untold(measured):
         told['reference_velocity'] = slope(told['reference_position']) / measured.period
-    series = [*told.values(), *angles]
-    if turns > 1:
-        rows = np.arange(len(series[0]))
-        fine = np.arange(turns * (len(rows) - 1) + 1) / turns
+    series, turns = [*told.values(), *angles], TURNS if quick else 1
+    if quick:
+        rows, fine = np.arange(len(series[0])), between_rows(len(series[0]))
         series = [CubicSpline(rows, bridged(one))(fine) for one in series]
     *references, motor, load = series
     kernel, command = kernel_of(servo), np.empty(len(motor))
@@ -50,11 +50,9 @@ def untold(servo: Servo, measured: Measured, angles: Angles) -> np.ndarray:
     Its loop may be quicker than the rows, and a reference speed that was not recorded may be that
     since the last row.
     """
-    def of(turns: int = 1, slope: Callable[[np.ndarray], np.ndarray] = np.gradient) -> np.ndarray:
-        return commanded(servo, measured, servo.theta, angles, {}, turns, slope)
-
+    of = partial(commanded, servo, measured, servo.theta, angles, {})
     known = of()
-    apart = np.abs(of(TURNS) - known)
+    apart = np.abs(of(quick=True) - known)
     if _speed_is_untold(measured):
         apart += np.abs(of(slope=lambda x: np.diff(x, prepend=x[:1])) - known)
     return apart

@@ -16,6 +16,7 @@ from ...fit.free_values import SURE
 from ..decisions import CALIBRATED, FORM
 from ..mechanisms.hypothesis import BY_RECORDING, UNKNOWN
 from ..mechanisms.in_time import same_swing
+from ..mechanisms.signal_scales import Scales
 from .candidate_gains import Leavings
 from .choice import Choice, Fitted
 from .significance import Significance
@@ -74,8 +75,7 @@ class Search(Significance):
     @cached_property
     def duration(self) -> float:
         """Longest recording, s."""
-        return max((one.measured.recording.duration for one in self.regression.samples.errors),
-                   default=0.0)
+        return Scales(self.regression.samples).duration
 
     def explain(self) -> Explanation:
         """Return the smallest set that predicts as well as the best, and what rivals it."""

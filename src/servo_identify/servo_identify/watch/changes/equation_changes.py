@@ -33,6 +33,8 @@ from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.recording import BALANCES
 
+from ..estimator.equation_samples import biweight
+
 PLACES = ('motor', 'transmission', 'load', 'drive', 'sensor')
 NAMES = ('drive', 'motor', 'transmission', 'load', 'torque_balance')
 MOTOR, LOAD, TORQUE, CURRENT, VOLTAGE = range(len(OUTPUTS))
@@ -42,6 +44,10 @@ _EXTERNAL = CHANNELS.index('external_torque')
 _SLOW = 0.03  # rad/s at the load, in which a direction fades
 _LOADED = 0.3  # of the usual torque: from there on a flank of the teeth is in contact
 FORMULA = 0.01  # share by which a formula may be off, term by term
+_OF_A_SHAFT = (
+    ('dry friction', ('direction',)), ('viscous friction', ('speed',)),
+    ('friction', ('direction', 'speed')), ('all friction', ('usual',)),
+    ('inertia', ('acceleration',)))
 _SENSORS = {TORQUE: 'torque', LOAD: 'load encoder', CURRENT: 'current', MOTOR: 'motor encoder'}
 
 
@@ -80,8 +86,8 @@ class Equations:
         self._values = servo.values
         self._parts = {sensor.channel for sensor in servo.sensors}
         self._ratio = servo.values['mechanism.ratio']
-        inner = np.arange(-self.half, self.half + 1) / self.half
-        self._window = (1.0 - inner ** 2) ** 2 / np.sum((1.0 - inner ** 2) ** 2)
+        self._lever = self._ratio * servo.values.get('mechanism.efficiency', 1.0)
+        self._window = biweight(self.half)
         self._rate = np.gradient(self._window, period)
         self._period = period
         self._index: dict[str, int] = {}
@@ -163,9 +169,8 @@ class Equations:
               'motor': [('current', 1.0, 'drive.torque_constant'),
                         ('acceleration', self._ratio, 'mechanism.rotor_inertia')],
               'load': [('acceleration', 1.0, 'mechanism.load_inertia')]}
-        lever = self._ratio * self._values.get('mechanism.efficiency', 1.0)
-        of['torque_balance'] = [(name, lever * factor, path) for name, factor, path in of['motor']
-                                ] + of['load']
+        of['torque_balance'] = [*((name, self._lever * factor, path)
+                                  for name, factor, path in of['motor']), *of['load']]
         if 'drive.resistance' in self._values:
             of['drive'] += [('current', 1.0, 'drive.resistance'),
                             ('speed', self._ratio, 'drive.back_emf')]
@@ -193,16 +198,11 @@ class Equations:
 
         for equation in ('load', 'torque_balance'):
             for name, signals in (
-                    ('dry friction', ('direction',)), ('viscous friction', ('speed',)),
-                    ('friction', ('direction', 'speed')), ('all friction', ('usual',)),
-                    ('inertia', ('acceleration',)), ('unbalance', ('sine', 'cosine')),
+                    *_OF_A_SHAFT, ('unbalance', ('sine', 'cosine')),
                     ('fan', ('fan',)), ('external torque', ('external',))):
                 part('load', equation, name, *signals)
         for equation in ('motor', 'torque_balance'):
-            for name, signals in (
-                    ('dry friction', ('direction',)), ('viscous friction', ('speed',)),
-                    ('friction', ('direction', 'speed')), ('all friction', ('usual',)),
-                    ('inertia', ('acceleration',)), ('torque constant', ('current',))):
+            for name, signals in (*_OF_A_SHAFT, ('torque constant', ('current',))):
                 part('motor', equation, name, *signals)
         part('drive', 'drive', 'gain', 'command')
         part('drive', 'drive', 'offset', 'one')
@@ -231,10 +231,9 @@ class Equations:
         """Add a magnet that weakens: torque constant and back EMF change by one share."""
         for equation in ('motor', 'torque_balance'):
             if equation in self.names and 'drive' in self.names:
-                lever = self._ratio * self._values.get('mechanism.efficiency', 1.0)
                 found.append(Candidate('motor', 'torque and EMF constant', ((
                     (self.names.index(equation), self._index['current'],
                      -self._values['drive.torque_constant']
-                     * (lever if equation == 'torque_balance' else 1.0)),
+                     * (self._lever if equation == 'torque_balance' else 1.0)),
                     (self.names.index('drive'), self._index['speed'],
                      self._values['drive.back_emf'] * self._ratio)),)))

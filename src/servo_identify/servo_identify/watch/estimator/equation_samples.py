@@ -67,8 +67,8 @@ class Filters:
         self.friction_noise = float(np.linalg.norm([
             np.nan_to_num(servo.noise(OUTPUTS[c])) * np.linalg.norm(taps)
             for c, taps in self._friction])) or 1.0
-        self._window = _window(half)
-        self._speed = np.convolve(_window(half - 1), np.array([1.0, 0.0, -1.0]) / (2.0 * period))
+        self._window = biweight(half)
+        self._speed = np.convolve(biweight(half - 1), np.array([1.0, 0.0, -1.0]) / (2.0 * period))
         self._drive = taps['drive'][VOLTAGE] / -values['drive.gain']
         self._current = taps['drive'][CURRENT]
         self.drives = bool(self._current.any()) and 'drive.resistance' not in values
@@ -95,7 +95,7 @@ class Filters:
             both, np.convolve(e[TORQUE], self._window, 'valid'), load[here])
 
 
-def _window(half: int) -> np.ndarray:
+def biweight(half: int) -> np.ndarray:
     """Return the biweight window of the balances, of sum 1, shape (2 half + 1,)."""
     window = (1.0 - (np.arange(-half, half + 1) / max(half, 1)) ** 2) ** 2
     return window / window.sum() if window.sum() > 0.0 else np.ones(1)
