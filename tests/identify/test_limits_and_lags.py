@@ -176,6 +176,21 @@ def test_a_log_that_is_slower_than_the_loop_is_no_other_inductance():
     assert named_by_equations([logged(seed) for seed in (1, 2)], winding) == set()
 
 
+@pytest.mark.slow
+def test_an_integral_that_held_a_weight_before_the_recording_is_no_other_gain():
+    hoist = LOOP.with_effects(Placed('weight', find('constant_torque'), 'load'),
+                              values={'effects.weight.torque': 1.0}).with_values(
+        {'controller.ki': 30.0, 'controller.limit': 5.0})
+    several = [following(hoist, seed) for seed in (1, 2)]
+    cut = [replace(one, columns={name: column[len(one) // 3:]
+                                 for name, column in one.columns.items()}) for one in several]
+    at_limit = [np.isclose(np.abs(one['voltage']), 5.0) for one in cut]
+    assert all(0.02 < np.mean(one) < 0.5 for one in at_limit)
+    assert named_by_equations(cut, hoist) == set()
+    stiffer = hoist.with_values({'controller.kv': 1.3 * hoist.numbers['controller.kv']})
+    assert ('controller_mismatch', 'controller') in named_by_equations(cut, stiffer)
+
+
 def test_a_reference_that_steps_says_no_speed():
     fed = LOOP.with_values({'controller.kf': 1.0})
     smooth = following(fed, 1)

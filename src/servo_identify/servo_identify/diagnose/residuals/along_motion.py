@@ -1,8 +1,4 @@
-"""
-A servo's models along what was measured: readings, motions, drive and controller.
-
-The models are those of the twin, evaluated along the measured motion (physics.motion_evaluation).
-"""
+"""A servo's models along what was measured, see :mod:`servo_twin.physics.motion_evaluation`."""
 
 from __future__ import annotations
 
@@ -18,7 +14,7 @@ from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 
 from .driven_current import drive_current, moving_between, there_and_around
-from .loop_output import commanded
+from .loop_output import added_from_start, commanded
 from .measured import Measured
 from .motion import bridged, Motion, motion_of, shifted
 from .test_function import TestFunction
@@ -89,29 +85,33 @@ class AlongMotion:
     def fast_speed(self) -> np.ndarray:
         """Speed of the motor for the electrical equations, rad/s, at every sample."""
         fast = self.measured.fast
-        return np.pad(fast.smooth(bridged(self._angles(self._readings)[0]), 1), fast.reach,
-                      mode='edge')
+        return np.pad(fast.smooth(bridged(self.angles()[0]), 1), fast.reach, mode='edge')
 
     def controller_output(self, theta: np.ndarray, settings: Mapping[int, float] | None = None,
                           shaken: tuple[np.ndarray, np.ndarray] | None = None,
                           held: Mapping[str, np.ndarray] | None = None) -> np.ndarray:
         """
-        Return what the controller makes of references and readings, V, at every sample.
+        Return what the controller makes of ``held`` or recorded references, V, at every sample.
 
-        ``shaken`` are the two angles where noise is added to them; ``held`` stands for references.
+        ``shaken`` are the two angles where noise is added to them.
         """
         theta = theta.copy()
         for slot, change in (settings or {}).items():
             theta[slot] += change
-        angles = self._angles(self._readings) if shaken is None else shaken
-        return commanded(self.servo, self.measured, theta, angles, held or {})
+        return commanded(self.servo, self.measured, theta, shaken or self.angles(),
+                         {'added_command': self.added_command, **(held or {})})
+
+    @cached_property
+    def added_command(self) -> np.ndarray:
+        """What is added to the controller's output, see :func:`.loop_output.added_from_start`."""
+        return added_from_start(self.servo, self.measured, self.angles())
 
     def current_between(self) -> np.ndarray | None:
         """
         Return the mean of a winding's current around each sample, less what it is there, A.
 
-        A command that is held makes it jump with its row and fade till the next. None where no
-        command, or no current, was recorded, or the drive has no winding.
+        A held command makes it jump with its row and fade till the next. None without a winding,
+        or where command or current was not recorded.
         """
         if not {'voltage', 'current'} <= self.measured.channels or (
                 'drive.resistance' not in self.slots):

@@ -29,7 +29,9 @@ def doubt_about(one: EquationErrors, equation: str,
     doubt = np.hypot(_rounding(one, equation), _within_row(one, equation))
     tells = np.ones(len(keep), dtype=bool)
     if equation == 'controller':
-        return one.test(equation).project(untold(one.servo, one.measured, one.angles())), tells
+        held = {'added_command': one.added_command}
+        return one.test(equation).project(untold(
+            one.servo, one.measured, one.angles(), held)), tells
     if equation in ('torque', 'motor', 'load'):
         return np.hypot(doubt, _swing(one, equation)), ~_crossing_gap(one, equation)
     if equation != 'transmission':

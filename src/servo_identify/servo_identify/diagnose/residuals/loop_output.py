@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 
 from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
@@ -16,6 +17,7 @@ from .measured import Measured
 from .motion import bridged
 
 Angles = tuple[np.ndarray, np.ndarray]
+SMALL = 1e-3  # of a command, by which it is shaken to see whether it is at its limit
 
 
 def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angles,
@@ -43,14 +45,42 @@ def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angle
     return command[::turns]
 
 
-def untold(servo: Servo, measured: Measured, angles: Angles) -> np.ndarray:
+def added_from_start(servo: Servo, measured: Measured, angles: Angles) -> np.ndarray:
+    """
+    Return what is added to a controller's output, V: as recorded, and its integral at the start.
+
+    A recording may begin while the loop holds a load. Its integral then is no matter of a constant
+    alone: from another one it meets the limit of the command at another time, and stands still
+    there. It is that from which the output comes nearest to what was recorded.
+    """
+    added = measured.column('added_command', 0.0)
+    command = measured.column('voltage', 0.0)
+    if not servo.numbers.get('controller.ki'):
+        return added
+
+    def off(start: float, by: float = 0.0) -> np.ndarray:
+        return command - commanded(servo, measured, servo.theta, angles,
+                                   {'added_command': added + start + by})
+
+    step = SMALL * (float(np.nanstd(command)) or 1.0)
+    start = float(np.nan_to_num(np.nanmedian(off(0.0))))
+    if np.isclose(off(start) - off(start, step), step, rtol=0.1).all():
+        return added + start  # it meets no limit
+    most = float(np.nanmax(np.abs(command))) + abs(start)
+    return added + float(minimize_scalar(
+        lambda value: float(np.nanmean(np.abs(off(value)))), bounds=(-most, most),
+        method='bounded', options={'xatol': step}).x)
+
+
+def untold(servo: Servo, measured: Measured, angles: Angles,
+           held: Mapping[str, np.ndarray]) -> np.ndarray:
     """
     Return by how much a controller may differ by what no row shows, V, at every sample.
 
     Its loop may be quicker than the rows, and a reference speed that was not recorded may be that
-    since the last row.
+    since the last row. ``held`` is that of :func:`commanded`.
     """
-    of = partial(commanded, servo, measured, servo.theta, angles, {})
+    of = partial(commanded, servo, measured, servo.theta, angles, held)
     known = of()
     apart = np.abs(of(quick=True) - known)
     if _speed_is_untold(measured):
