@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from test_selection import named_by_equations
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.hypothesis import Columns, EXTERNAL, Hypothesis, Mechanism
 from servo_identify.diagnose.mechanisms.in_time import same_swing
 from servo_twin.description import servo_file
@@ -25,7 +26,7 @@ tolerance: {{mechanism.load_inertia: 8 %, effects.c.level: 20 %, effects.v.slope
 """)
 
 
-def braked(seed):
+def braked(seed, weight=0.0):
     """Return a wheel with a brake that falls off more slowly than eddy currents do."""
     chance = np.random.default_rng(seed)
     time = np.arange(0.0, 40.0, PERIOD)
@@ -37,6 +38,7 @@ def braked(seed):
         acceleration -= peak * w * np.sin(at)
     brake = 0.55 * speed / (1.0 + (np.abs(speed) / 9.0) ** 1.75)
     torque = INERTIA * acceleration + LEVEL * np.sign(speed) + SLOPE * speed + brake
+    torque += weight * np.sin(angle)
     seen = {name: np.full(len(time), np.nan) for name in COLUMNS}
     seen |= {'motor_position': angle + 5e-4 * chance.standard_normal(len(time)),
              'current': torque / CONSTANT + 0.02 * chance.standard_normal(len(time))}
@@ -47,6 +49,26 @@ def braked(seed):
 def test_a_brake_of_another_form_is_no_other_friction_beside_it():
     assert named_by_equations([braked(seed) for seed in (1, 2, 3)], BRAKED) == {
         ('eddy_brake', 'load')}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('named', [1, 3])
+def test_a_second_effect_that_comes_and_goes_with_the_recordings_is_a_warning(monkeypatch, named):
+    several = [braked(seed, weight=0.4) for seed in (1, 2, 3)]
+
+    def halves(found):
+        brake, weight = (next(h.mechanism.key for h in found.chosen if h.mechanism.name == name)
+                         for name in ('eddy_brake', 'gravity'))
+        return [{brake, weight}] * named + [{brake}] * (4 - named)
+
+    monkeypatch.setattr('servo_identify.diagnose.diagnose.halves', halves)
+    report = diagnose(several[:1], BRAKED, several[1:2], several[2:]).report
+    told = 'gravity' in {one.effect for one in report.which}
+    warned = any(one.startswith('Gravity at the load shaft may act too: 25 %')
+                 for one in report.warnings)
+    assert (told, warned) == (named == 3, named == 1)
+    assert report.stability['named_in']['gravity'] == named / 4
+    assert 'eddy_brake' in {one.effect for one in report.which}
 
 
 @pytest.mark.parametrize(('tone', 'same'), [(0.331, True), (0.36, False)])

@@ -7,8 +7,21 @@ import pytest
 
 import servo_identify as si
 from servo_identify.diagnose.handover.simulated_gap import simulated
+from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
+from servo_twin.physics.simulate import initial_state, inputs_of, simulate
+from servo_twin.recording.recording import COLUMNS, Recording
+
+JOINT = servo_file.loads("""
+servo: joint
+step: 1.0e-3
+drive: {type: current, gain: 1.0, torque_constant: 0.1}
+mechanism: {type: rigid, rotor_inertia: 1.0e-4, load_inertia: 0.03, ratio: 9.0}
+sensors: {motor_encoder: {noise: 1.0e-4}, current_sensor: {noise: 0.02}}
+effects:
+  drags: {effect: viscous_friction, at: load, slope: 0.5}
+""")
 
 EXAMPLE = Path(__file__).resolve().parents[2] / 'docs' / 'example'
 
@@ -21,6 +34,21 @@ def test_the_zero_between_the_encoders_is_estimated(family):
     gap = simulated(whole, si.read(EXAMPLE / 'runs' / f'{family}_1.csv', servo)).gap
     assert gap.rms('torsion') < 1.3 * gap.floor['torsion']
     assert gap.rms('current') < 1.3 * gap.floor['current']
+
+
+@pytest.mark.parametrize('ahead', [0.0, 0.6, 1.0])
+def test_a_current_that_is_read_after_its_command_acts_is_no_gap(ahead):
+    time, chance = np.arange(0.0, 8.0, 4e-3), np.random.default_rng(1)
+    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    columns['voltage'] = 2.0 * np.sin(3.0 * time) + chance.normal(0.0, 0.4, len(time))
+    y = simulate(JOINT, inputs_of(columns), 4e-3, initial_state(JOINT, 0.0, 0.0),
+                 'measured_input')
+    current = (1.0 - ahead) * y[:, 3] + ahead * np.append(y[1:, 3], y[-1, 3])
+    columns |= {'motor_position': y[:, 0] + chance.normal(0.0, 1e-4, len(y)),
+                'current': current + chance.normal(0.0, 0.02, len(y))}
+    gap = simulated(JOINT, [Recording('noisy', 4e-3, columns, digest='0' * 64)]).gap
+    assert gap.rms('current') == pytest.approx(0.02, rel=0.1)
+    assert gap.rms('motor_position') == pytest.approx(1e-4, rel=0.2)
 
 
 @pytest.mark.long

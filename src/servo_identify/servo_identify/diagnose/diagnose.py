@@ -152,7 +152,7 @@ def _compared(servo: Servo, handed: Handed, several: list[set[tuple[str, ...]]])
     by_part = {id(one.part): one for one in handover.added}
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in handed.findings]
     return Evidence(servo, handed.parts, handed.found, tuple(findings), several, handover,
-                    reported, dropped, accepted)
+                    reported, dropped, accepted, handed.doubtful)
 
 
 def _or(first: Servo, second: Servo, recordings: Sequence[Recording], cut: Cut) -> Simulated:

@@ -9,7 +9,7 @@ import numpy as np
 
 from servo_twin.recording.recording import Recording
 
-from .answer.evidence import Finding
+from .answer.evidence import Finding, named_in
 from .answer.row_instants import command_late, split_as_acted
 from .decisions import EVEN
 from .handover.added import Added, added_of
@@ -17,22 +17,27 @@ from .handover.chosen_fit import handed_over
 from .handover.curves import Part
 from .handover.handover import Handover
 from .handover.parts import friction_at_once, parts_of
+from .mechanisms.hypothesis import UNKNOWN
 from .residuals.added_input import added_input
 from .selection.confidence import redrawn, Rival
 from .selection.explain import Explained
-from .selection.stability import share_of
 from .splitting import Split
 
 
 @dataclass(frozen=True)
 class Handed:
-    """An answer with its missing effects in files; ``parts`` are the recordings as they acted."""
+    """
+    An answer with its missing effects in files; ``parts`` are the recordings as they acted.
+
+    ``doubtful`` are effects that are not told: too few halves of the recordings name them.
+    """
 
     found: Explained
     findings: tuple[Finding, ...]
     parts: Split
     accept: tuple[Recording, ...]
     handover: Handover
+    doubtful: tuple[Finding, ...]
 
 
 def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
@@ -51,14 +56,15 @@ def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
                                     strict=True)]
     acting.sort(key=lambda one: -one.added.evidence)
     acting = [_waved(one, found) for one in acting]
-    acting = [one for one in acting if _stands(found, several, one)]
+    doubtful = _doubtful(found, several, acting)
+    acting = [one for one in acting if one not in doubtful]
     parts = split_as_acted(parts, command_late(found))
     chosen = selecting(parts, accepting)
     accept = list(parts.accept) or chosen
     fitting = [one for one in chosen if all(one is not other for other in accept)] or chosen
     handover = handed_over(found.samples.servo, [one.added for one in acting], fitting, accept,
                            found.within_tolerance(), tick)
-    return Handed(found, tuple(acting), parts, tuple(accept), handover)
+    return Handed(found, tuple(acting), parts, tuple(accept), handover, doubtful)
 
 
 def selecting(parts: Split, accepting: bool) -> list[Recording]:
@@ -111,13 +117,17 @@ def _waved(one: Finding, found: Explained) -> Finding:
     return replace(one, wave=wave, added=Added(one.part)) if wave else one
 
 
-def _stands(found: Explained, several: list[set[tuple[str, ...]]], one: Finding) -> bool:
+def _doubtful(found: Explained, several: list[set[tuple[str, ...]]], acting: Sequence[Finding]
+              ) -> tuple[Finding, ...]:
     """
-    Tell whether a finding is worth simulating.
+    Return the findings that come and go with the recordings, so that they are not told.
 
-    No simulation judges what the loop does, so a controller is named only where its equation is
-    certainly off and most halves of the recordings say so.
+    Beside the first effect of the plant another is told where every second half of the recordings
+    names it too (stability selection: Meinshausen, Buehlmann 2010). No simulation judges what the
+    loop does, so a controller needs that in any case, and an equation that is certainly off.
     """
-    if one.part.mechanism.site != 'controller':
-        return True
-    return 'controller' in found.search.off and share_of(several, one.part.mechanism) >= EVEN
+    plant = [one for one in acting if one.part.mechanism.site != 'controller']
+    first = next((one for one in plant if one.part.mechanism.name != UNKNOWN), None)
+    return tuple(one for one in acting if one is not first and (
+        named_in(found, several, one) < EVEN and one.part.mechanism.name != UNKNOWN
+        or one not in plant and 'controller' not in found.search.off))

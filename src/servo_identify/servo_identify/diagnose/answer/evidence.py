@@ -15,6 +15,7 @@ from ..mechanisms.hypothesis import UNKNOWN
 from ..residuals.added_input import AddedInput
 from ..selection.confidence import Rival
 from ..selection.explain import Explained
+from ..selection.stability import share_of
 from ..splitting import Split
 
 
@@ -33,6 +34,17 @@ class Finding:
     wave: AddedInput | None = None
 
 
+def named_in(found: Explained, halves: list[set[tuple[str, ...]]], one: Finding) -> float:
+    """
+    Return in how many of the halves a finding came out.
+
+    By its own name, by that of the hypothesis that it is a part of, or by that of a rival: what
+    these recordings do not tell apart, its confidence says already.
+    """
+    whole = found.hypotheses[one.part.number].mechanism
+    return share_of(halves, one.part.mechanism, whole, *(rival.mechanism for rival in one.rivals))
+
+
 @dataclass(frozen=True)
 class Evidence:
     """
@@ -40,7 +52,8 @@ class Evidence:
 
     ``reported`` are the twins over the report recordings: given, within tolerances, patch, refit.
     ``dropped`` is the patch without the effect of one part (by its id), ``accepted`` what that
-    costs on the accept recordings, as a share of the gap as given.
+    costs on the accept recordings, as a share of the gap as given. ``doubtful`` are findings that
+    too few halves of the recordings name.
     """
 
     servo: Servo
@@ -52,6 +65,7 @@ class Evidence:
     reported: Mapping[str, Simulated]
     dropped: Mapping[int, Simulated]
     accepted: Mapping[int, float]
+    doubtful: tuple[Finding, ...] = ()
 
     @property
     def named(self) -> list[Finding]:

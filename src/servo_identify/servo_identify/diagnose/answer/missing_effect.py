@@ -13,8 +13,7 @@ from ..decisions import EVEN, PRACTICAL
 from ..handover.added import Added
 from ..handover.curves import Curve
 from ..handover.gap import shrink_interval
-from ..selection.stability import share_of
-from .evidence import Evidence, Finding
+from .evidence import Evidence, Finding, named_in
 from .report import Alternative, MissingEffect, RUNGS
 from .shown_units import curve_units
 from .sizes import size_of, STRAIGHT, TOLD
@@ -24,7 +23,7 @@ from .telling import tell
 def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
     """Return a finding as the report has it."""
     mechanism, curve, added = one.part.mechanism, one.part.curve, one.added
-    halves = stable(evidence, one)
+    halves = named_in(evidence.found, evidence.halves, one)
     sure = min(one.confidence, max(halves, 0.5 * one.confidence))
     place = min(1.0, sure + sum(r.confidence for r in one.rivals
                                 if r.mechanism.site == mechanism.site))
@@ -97,18 +96,6 @@ def _size(evidence: Evidence, one: Finding, parameters: dict[str, dict[str, Any]
     most = len(parameters) if one.part.mechanism.site == 'controller' else TOLD
     # the values of a law that does not hold say less than the curve
     return size_of(parameters if one.added.law or turn or not drawn else {}, drawn, turn, most)
-
-
-def stable(evidence: Evidence, one: Finding) -> float:
-    """
-    Return in how many of the halves a finding came out.
-
-    By its own name, by that of the hypothesis that it is a part of, or by that of a rival: what
-    these recordings do not tell apart, its confidence says already.
-    """
-    whole = evidence.found.hypotheses[one.part.number].mechanism
-    return share_of(evidence.halves, one.part.mechanism, whole,
-                    *(rival.mechanism for rival in one.rivals))
 
 
 def _turn(added: Added, servo: Servo) -> str:

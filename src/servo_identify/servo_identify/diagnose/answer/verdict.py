@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 
-from ..decisions import CALIBRATED, OPEN, SOLVED
+from ..decisions import CALIBRATED, EVEN, OPEN, SOLVED
 from ..handover.gap import Gap, shrink, shrink_interval
 from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.choice import Fitted
 from .closed_equations import acting, closed, closed_all
-from .evidence import Evidence
-from .missing_effect import drawn_curve, missing_effect, stable
+from .evidence import Evidence, named_in
+from .missing_effect import drawn_curve, missing_effect
 from .report import GapReport, Located, MissingEffect
 from .row_instants import told_late
-from .sentences import sentence
+from .sentences import sentence, SITES, spoken
 from .shown_in import by_recording, told
 from .shown_units import channel_unit
 from .telling import confirmations
@@ -28,7 +28,8 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
               timing: dict[str, float]) -> GapReport:
     """Put the evidence into a report."""
     located, squares = _where(evidence)
-    named = {one.part.mechanism.key: stable(evidence, one) for one in evidence.findings
+    named = {one.part.mechanism.key: named_in(evidence.found, evidence.halves, one)
+             for one in (*evidence.findings, *evidence.doubtful)
              if one.part.mechanism.name != UNKNOWN}
     which = tuple(missing_effect(evidence, one) for one in evidence.named)
     balance = _place(evidence, located)
@@ -50,12 +51,23 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
         channels=channels, where=located, which=which, verdict=verdict, gap=gap,
         unknown=unknown if status in ('unknown', 'partly_explained') else {},
         next_experiment=following, warnings=tuple(dict.fromkeys(
-            [*warnings, *([late] if late else []), *_worse(channels)])),
+            [*warnings, *([late] if late else []), *_doubts(evidence), *_worse(channels)])),
         moved=tuple(_moved(evidence)),
         stability={'splits': len(evidence.halves), 'named_in': {
             key[0]: round(share, 3) for key, share in named.items()}},
         equations=_equations(evidence), confirm=tuple(confirmations(which, evidence.servo)),
         timing=timing)
+
+
+def _doubts(evidence: Evidence) -> Iterator[str]:
+    """Say of each effect that is not told for its few halves how many name it."""
+    for one in evidence.doubtful:
+        share, mechanism = named_in(evidence.found, evidence.halves, one), one.part.mechanism
+        if share < EVEN:
+            yield (f'{spoken(mechanism.name).capitalize()} at the '
+                   f'{SITES.get(mechanism.site, mechanism.site.replace("_", " "))} may act too: '
+                   f'{round(100.0 * share)} % of the searches by halves name it, too few to tell. '
+                   'More recordings would.')
 
 
 def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
