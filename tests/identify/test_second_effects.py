@@ -26,8 +26,12 @@ tolerance: {{mechanism.load_inertia: 8 %, effects.c.level: 20 %, effects.v.slope
 """)
 
 
-def braked(seed, weight=0.0):
-    """Return a wheel with a brake that falls off more slowly than eddy currents do."""
+def braked(seed, weight=0.0, brake=0.55, flying=0.0):
+    """
+    Return a wheel with a brake that falls off more slowly than eddy currents do.
+
+    ``flying`` kg m2 is what flyweights add to its inertia at speed.
+    """
     chance = np.random.default_rng(seed)
     time = np.arange(0.0, 40.0, PERIOD)
     angle, speed, acceleration = np.zeros((3, len(time)))
@@ -36,8 +40,9 @@ def braked(seed, weight=0.0):
         angle += peak / w * np.sin(at)
         speed += peak * np.cos(at)
         acceleration -= peak * w * np.sin(at)
-    brake = 0.55 * speed / (1.0 + (np.abs(speed) / 9.0) ** 1.75)
-    torque = INERTIA * acceleration + LEVEL * np.sign(speed) + SLOPE * speed + brake
+    brake = brake * speed / (1.0 + (np.abs(speed) / 9.0) ** 1.75)
+    inertia = INERTIA + flying * speed**2 / (speed**2 + 36.0)
+    torque = inertia * acceleration + LEVEL * np.sign(speed) + SLOPE * speed + brake
     torque += weight * np.sin(angle)
     seen = {name: np.full(len(time), np.nan) for name in COLUMNS}
     seen |= {'motor_position': angle + 5e-4 * chance.standard_normal(len(time)),
@@ -49,6 +54,18 @@ def braked(seed, weight=0.0):
 def test_a_brake_of_another_form_is_no_other_friction_beside_it():
     assert named_by_equations([braked(seed) for seed in (1, 2, 3)], BRAKED) == {
         ('eddy_brake', 'load')}
+
+
+@pytest.mark.slow
+def test_an_inertia_that_grows_with_speed_is_no_motor_that_weakens_there():
+    several = [braked(seed, brake=0.0, flying=0.15) for seed in (1, 2, 3)]
+    report = diagnose(several[:1], BRAKED, several[1:2], several[2:]).report
+    (one,) = report.which
+    assert (one.effect, one.site) == ('parameter:load_inertia', 'load')
+    assert one.mechanism['variables'] == ['acceleration', 'speed']
+    grown = 0.15 * np.square(one.curve['x']) / (np.square(one.curve['x']) + 36.0)
+    assert np.sqrt(np.mean((np.array(one.curve['y']) - grown) ** 2)) < 0.1 * 0.15
+    assert 'load inertia (0.25' in report.verdict['sentence']
 
 
 @pytest.mark.slow

@@ -23,12 +23,12 @@ VARYING = {
     'drive.gain': ('time', 'temperature'), 'drive.resistance': ('time', 'temperature'),
     'drive.torque_constant': ('time', 'temperature', 'speed'),
     'mechanism.stiffness': ('time', 'temperature'), 'mechanism.rotor_inertia': ('time',),
-    'mechanism.load_inertia': ('time',)}
+    'mechanism.load_inertia': ('time', 'speed')}
 """
 Over what a value varies beside from recording to recording.
 
-Machines warm up or pick something up. A motor at speed has less torque by its current: its field
-is weakened, or turned from where the drive takes it to be.
+Machines warm up or pick something up. At speed flyweights move out, and a motor has less torque
+by its current: its field is weakened, or turned from where the drive takes it to be.
 """
 
 MOMENTS = {'time': 5, 'speed': 5, 'temperature': 2}
