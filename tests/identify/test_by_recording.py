@@ -9,7 +9,7 @@ from synthetic_recordings import run_of
 from test_selection import recorded, SERVO
 
 from servo_identify.diagnose.diagnose import diagnose
-from servo_identify.diagnose.mechanisms.by_recording import between
+from servo_identify.diagnose.mechanisms.by_recording import between, within_one
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description.servo_file import loads
@@ -128,6 +128,13 @@ def test_a_winding_that_warms_up_in_each_recording_is_one_resistance():
         r'(\S+) \(run_0\) to (\S+) \(run_2\) ohm, by recording, and by (\S+) ohm within one',
         words).groups())
     assert (low, high, within) == pytest.approx((0.63, 0.78, 0.06), abs=0.02)
+
+
+def test_what_changes_most_within_a_recording_is_told():
+    values = np.array([1.0, -0.2, 2.0, -0.5, 3.0, 0.1])
+    assert within_one([0, 0, 1, 1, 2, 2], values, 'N m') == ', and by -0.5 N m within one'
+    assert within_one([0, 0, 1, 1, 2, 2], values, '') == ', and by -0.5 within one'
+    assert within_one([0, 1, 2], values[::2], 'N m') == ''
 
 
 def test_recordings_that_have_one_of_two_values_are_told_by_those_that_are_fewer():

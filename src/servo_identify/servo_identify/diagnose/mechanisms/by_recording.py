@@ -155,19 +155,23 @@ def _offset(builder: Builder, channel: str) -> Hypothesis | None:
 def _rubs(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,
           servo: Servo) -> str:
     """Return how many times the friction of the file there is, in words."""
-    return between(names, knots, 1.0 + amplitudes, 'times that of the file')
+    said = between(names, knots, 1.0 + amplitudes, 'times that of the file')
+    return said + within_one(knots, amplitudes, '')
 
 
 def _lies(names: Sequence[str], unit: str, place: str, knots: Sequence[int],
           amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what a level lies, in words."""
-    return between(names, knots, amplitudes, servo.reads(unit, place))
+    unit = servo.reads(unit, place)
+    return between(names, knots, amplitudes, unit) + within_one(knots, amplitudes, unit)
 
 
 def _beside(names: Sequence[str], unit: str, place: str, knots: Sequence[int],
             amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what lies what comes beside that of the file, in words."""
-    return between(names, knots, amplitudes, f'{servo.reads(unit, place)} beside the file')
+    unit = servo.reads(unit, place)
+    return between(names, knots, amplitudes, f'{unit} beside the file') + within_one(
+        knots, amplitudes, unit)
 
 
 def _pulls(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,
@@ -176,6 +180,17 @@ def _pulls(names: Sequence[str], knots: Sequence[int], amplitudes: np.ndarray,
     squares = np.bincount(knots, amplitudes**2)[np.asarray(knots)]
     unit = servo.reads('N m', 'load')
     return between(names, knots, np.sqrt(squares), f'{unit} beside that of the file')
+
+
+def within_one(knots: Sequence[int], amplitudes: np.ndarray, unit: str) -> str:
+    """
+    Return how much a value changes within a recording, in words; '' where that is not asked.
+
+    It is the second of the ``amplitudes`` of each recording, see :func:`with_changes`.
+    """
+    if len(set(knots)) == len(knots):
+        return ''
+    return f', and by {max(amplitudes[1::2], key=abs):.3g} {unit}'.rstrip() + ' within one'
 
 
 def between(names: Sequence[str], knots: Sequence[int], values: np.ndarray, unit: str) -> str:

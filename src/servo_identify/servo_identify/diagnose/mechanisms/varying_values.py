@@ -15,7 +15,7 @@ from ..residuals.motion import Motion
 from ..residuals.nuisance import value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
-from .by_recording import apart, between, names_of, repeated, with_changes
+from .by_recording import apart, between, names_of, repeated, with_changes, within_one
 from .hypothesis import ANY, BY_RECORDING, Columns, Form, Hypothesis, Mechanism, Room
 from .orders import hats
 
@@ -95,13 +95,14 @@ def _told(names: Sequence[str], value: Callable[[float], float], path: str,
           knots: Sequence[int], amplitudes: np.ndarray, servo: Servo) -> str:
     """Return between what a value lies, in words, and how much it changes within a recording."""
     values = np.array([value(float(one)) for one in amplitudes])
-    said = between(names, knots, values, servo.unit(path))
+    unit = servo.unit(path)
+    said = between(names, knots, values, unit)
     if len(set(knots)) == len(knots):
         return said
-    means, changes = amplitudes[::2], amplitudes[1::2]
-    within = [value(float(mean + 0.5 * change)) - value(float(mean - 0.5 * change))
-              for mean, change in zip(means, changes, strict=True)]
-    return f'{said}, and by {max(within, key=abs):.3g} {servo.unit(path)}'.rstrip() + ' within one'
+    ends = (np.array([value(float(one)) for one in amplitudes[::2] + half * amplitudes[1::2]])
+            for half in (0.5, -0.5))
+    values[1::2] = next(ends) - next(ends)
+    return said + within_one(knots, values, unit)
 
 
 def _along(motion: Motion, variable: str) -> np.ndarray:
