@@ -68,6 +68,39 @@ def test_an_inertia_that_grows_with_speed_is_no_motor_that_weakens_there():
     assert 'load inertia (0.25' in report.verdict['sentence']
 
 
+def hosed(seed, level=1.2, travel=0.3):
+    """Return a joint with a bundle of hoses that drag by Dahl's equation, in steps of Euler."""
+    chance, finer = np.random.default_rng(seed), 20
+    step = PERIOD / finer
+    time = np.arange(0.0, 30.0, step)
+    angle, speed, acceleration, drag = np.zeros((4, len(time)))
+    for rate, swing in zip(chance.uniform(0.05, 0.6, 4), chance.uniform(0.2, 0.9, 4), strict=True):
+        w, at = 2.0 * np.pi * rate, 2.0 * np.pi * rate * time + chance.uniform(0.0, 6.0)
+        angle += swing * np.sin(at)
+        speed += swing * w * np.cos(at)
+        acceleration -= swing * w**2 * np.sin(at)
+    for k in range(1, len(time)):
+        drag[k] = drag[k - 1] + step * speed[k] / travel * (1.0 - np.sign(speed[k]) * drag[k - 1])
+    torque = INERTIA * acceleration + LEVEL * np.sign(speed) + SLOPE * speed + level * drag
+    seen = {name: np.full(len(time[::finer]), np.nan) for name in COLUMNS}
+    rows = len(seen['current'])
+    seen |= {'motor_position': angle[::finer] + 5e-4 * chance.standard_normal(rows),
+             'current': torque[::finer] / CONSTANT + 0.02 * chance.standard_normal(rows)}
+    return Recording(f'hose {seed}', PERIOD, seen, family='hose', digest=f'{seed:064d}')
+
+
+@pytest.mark.slow
+def test_what_drags_over_a_long_travel_after_each_reversal_has_its_level_and_travel():
+    several = [hosed(seed) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], BRAKED, several[1:2], several[2:])
+    assert [(one.effect, one.site) for one in answer.report.which] == [
+        ('presliding_friction', 'load')]
+    values = {name.rpartition('.')[2]: value['value']
+              for name, value in answer.report.which[0].parameters.items()}
+    assert (values['level'], values['travel']) == pytest.approx((1.2, 0.3), rel=0.05)
+    assert answer.report.gap['solved'] > 0.8
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('named', [1, 3])
 def test_a_second_effect_that_comes_and_goes_with_the_recordings_is_a_warning(monkeypatch, named):

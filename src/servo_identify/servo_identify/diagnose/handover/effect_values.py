@@ -125,6 +125,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
         values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
         fixed = {'excess': 0.0, 'reference': one.detail['mean']}
+    elif one.detail.get('law') == 'dahl_friction':
+        values = {'level': float(a[0]), 'travel': float(one.knots[0])}
     elif name == 'load_dependent_friction' and 'law' in one.detail:
         values = _driven_back(*map(float, a))
     else:

@@ -59,7 +59,7 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
             'cosine': float(amplitudes[k]), 'sine': float(amplitudes[k + 1]),
             'order': float(one.knots[k])}, ('cosine', 'sine'), True)
             for k in range(0, len(amplitudes), 2)], {}
-    if part.mechanism.name == 'presliding_friction':
+    if part.mechanism.name == 'presliding_friction' and law is None:
         return _presliding(part, one, servo)
     return None
 

@@ -13,6 +13,7 @@ from ..decisions import FORM
 from .builder import Builder, sides_of
 from .by_recording import by_recording
 from .controller import controller_of
+from .dahl import dahl
 from .drive import drive_of
 from .eddy_brake import eddy_brake
 from .friction import friction_of
@@ -38,7 +39,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     sides = sides_of(builder)
     for site in sides:
         found += friction_of(builder, site, residual)
-        found += filter(None, (eddy_brake(builder, site, residual),))
+        found += filter(None, (one(builder, site, residual) for one in (eddy_brake, dahl)))
     if set(builder.samples.present) & {'motor', 'load', 'torque'}:
         found += torque_of(builder, residual)
         found += in_time(builder, residual)

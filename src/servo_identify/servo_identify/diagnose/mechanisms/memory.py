@@ -20,6 +20,17 @@ def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
     return _stop(np.ascontiguousarray(x), width)
 
 
+def dahl_operator(x: np.ndarray, travel: float) -> np.ndarray:
+    r"""
+    Return Dahl's answer to ``x``, between -1 and 1, shape of ``x``.
+
+    .. math:: s \leftarrow d + (s - d)\,e^{-|\Delta x| / x_0}, \quad d = \mathrm{sgn}(\Delta x)
+
+    ``travel`` is x_0. Source: Dahl: Aerospace Corporation TOR-0158(3107-18)-1, 1968.
+    """
+    return _dahl(np.ascontiguousarray(x), travel)
+
+
 def resonator(acceleration: np.ndarray, period: float, frequency: float,
               damping: float) -> np.ndarray:
     r"""
@@ -70,6 +81,15 @@ def _within_rate(x: np.ndarray, most: float) -> np.ndarray:
     out = x.copy()
     for k in range(1, len(x)):
         out[k] = out[k - 1] + min(max(x[k] - out[k - 1], -most), most)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _dahl(x: np.ndarray, travel: float) -> np.ndarray:
+    out = np.zeros(len(x))
+    for k in range(1, len(x)):
+        way = np.sign(x[k] - x[k - 1])
+        out[k] = way + (out[k - 1] - way) * np.exp(-abs(x[k] - x[k - 1]) / travel)
     return out
 
 

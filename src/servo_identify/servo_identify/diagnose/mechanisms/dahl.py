@@ -1,0 +1,37 @@
+"""Friction that builds up over a long travel after each reversal, as a bundle of hoses drags."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..residuals.equation_errors import EquationErrors
+from .builder import Builder
+from .hypothesis import Hypothesis, Mechanism
+from .memory import dahl_operator
+from .shape_search import SHAPES
+
+LONGEST = 0.5  # share of the travel over which it may build up: what never does is a spring
+
+
+def dahl(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis | None:
+    """
+    Return Dahl's friction at a shaft; ``residual`` (samples,) tells its travel.
+
+    Elements in parallel open a loop over twice the travel that a first motion takes, and Dahl's
+    over as much.
+    """
+    name = f'{site}_angle'
+    low, high = builder.scales.finest(site), LONGEST * builder.scales.stroke(name)
+    if not 0.0 < low < high:
+        return None
+
+    def torque(one: EquationErrors, travel: float) -> np.ndarray:
+        return -dahl_operator(one.motion[name], travel)[:, None]
+
+    travel = builder.best_shape(low, high, lambda travel: builder.place(
+        f'{site}_torque', lambda one: torque(one, travel)).table[:, 0], residual)
+    mechanism = Mechanism('presliding_friction', 'friction', site, ('travel since reversal',),
+                          'odd', memory=True)
+    return builder.hypothesis(mechanism, builder.place(
+        f'{site}_torque', lambda one: torque(one, travel)), [1], (travel,), tried=SHAPES,
+        detail={'law': 'dahl_friction'})
