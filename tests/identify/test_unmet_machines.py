@@ -18,7 +18,8 @@ from servo_identify.data.table_import import import_table
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.builder import Builder
 from servo_identify.diagnose.mechanisms.every_hypothesis import hypotheses_of
-from servo_identify.diagnose.residuals.noise import count_of, of_encoders
+from servo_identify.diagnose.mechanisms.orders import strongest
+from servo_identify.diagnose.residuals.noise import count_of, of_encoders, one_count
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import split
@@ -216,6 +217,29 @@ def test_a_count_is_found_where_a_table_has_few_digits(written):
     angle = count * np.round(1.2 * np.sin(np.arange(4000) / 200.0) / count)
     assert count_of(np.array([float(written % one) for one in angle])) == pytest.approx(
         count, rel=1e-3)
+
+
+@pytest.mark.parametrize('digits', [6, 12])
+def test_a_few_rows_that_were_made_up_hide_no_count(digits):
+    """A wave of 500 a turn had been an encoder that is not round: the rounding to its counts."""
+    time, count = np.arange(0.0, 20.0, 2e-3), 2.0 * np.pi / 500
+    angle = np.round(count * np.round(9.0 * np.sin(1.7 * time) / count), digits)
+    made_up = np.random.default_rng(0).choice(len(time) - 1, 25, replace=False)
+    angle[made_up] = 0.6 * angle[made_up] + 0.4 * angle[made_up + 1]
+    assert count_of(angle) == pytest.approx(count, rel=1e-3)
+    noisy = angle + np.random.default_rng(1).normal(0.0, count, len(time))
+    assert count_of(noisy) < 1e-3 * count
+    same = one_count([{'motor_position': 0.0, 'load_position': 0.0},
+                      {'motor_position': count, 'load_position': 0.0}])
+    assert [one['motor_position'] for one in same] == [count, count]
+
+
+def test_no_wave_is_sought_that_is_shorter_than_two_counts():
+    angle = np.linspace(0.0, 60.0, 60000)
+    target, factor = np.cos(500.0 * angle), np.ones(len(angle))
+    assert strongest(angle, target, factor, 1.0)[0][0] == 500.0
+    found, _ = strongest(angle, target + 0.1 * np.cos(12.0 * angle), factor, 1.0, largest=250.0)
+    assert found[0] == 12.0 and max(found) <= 250.0
 
 
 def test_an_encoder_that_rests_on_a_count_is_no_quieter():

@@ -102,16 +102,16 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     elif times == 'load':
         factor = samples.along(equation, lambda one, motion: one.transmitted(motion))
         factor /= builder.scales.torque or 1.0
-    return strongest(at, target, factor, least, lowest)
+    return strongest(at, target, factor, least, lowest, builder.scales.most_waves(angle))
 
 
-def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
-              least: float, lowest: int = 1) -> tuple[tuple[float, ...], int]:
+def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, least: float,
+              lowest: int = 1, largest: float = np.inf) -> tuple[tuple[float, ...], int]:
     """
     Return (the orders that take most of a target, how many were tried).
 
     Whole ones are the rule. Where the angle covers some turns, others are told from them, as that
-    of a shaft between motor and load.
+    of a shaft between motor and load. Those above the ``largest`` are none that a reading tells.
     """
     good = np.isfinite(angle) & np.isfinite(target) & np.isfinite(factor)
     if good.sum() < FEWEST:
@@ -119,14 +119,14 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
     angle, target, factor = angle[good], target[good], factor[good]
     turns = max(float(np.ptp(angle)), 1e-12) / (2.0 * np.pi)
     lowest = max(lowest, int(np.ceil(least / turns)))
-    if lowest > LARGEST_ORDER:
+    if lowest > min(LARGEST_ORDER, largest):
         return (), 0
     parts = int(np.clip(PARTS * turns, 1, MOST_PARTS)) if turns >= APART else 1
     apart = 1.0 if parts == 1 else 1.0 / turns  # orders that differ by less are one
     found: list[float] = []
     left = target - _fitted(factor[:, None], target)
     for _ in range(MOST):
-        best = _peak(angle, left, factor, lowest, parts)
+        best = _peak(angle, left, factor, lowest, parts, largest)
         if any(abs(best - other) < apart for other in found):
             break
         found.append(best)
@@ -137,12 +137,14 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray,
 
 
 def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, lowest: int,
-          parts: int) -> float:
+          parts: int, largest: float) -> float:
     """Return the order that takes most, or the whole one beside it that takes nearly as much."""
     power = periodogram(angle, target, factor, parts)
     power[:lowest * parts] = 0.0
     beyond = periodogram(angle, target, factor, largest=LARGEST_WHOLE)
     beyond[:LARGEST_ORDER + 1] = 0.0
+    power[np.arange(len(power)) > largest * parts] = 0.0
+    beyond[np.arange(len(beyond)) > largest] = 0.0
     top = int(np.argmax(power))
     if beyond.max() > power[top]:
         return float(np.argmax(beyond))

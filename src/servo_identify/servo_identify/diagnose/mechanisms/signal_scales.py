@@ -46,6 +46,20 @@ class Scales:
         angles = [one.motion[name] for one in self.samples.errors]
         return float(min(a.min() for a in angles)), float(max(a.max() for a in angles))
 
+    def most_waves(self, angle: str) -> float:
+        """
+        Most waves a turn of ``angle`` that its encoder tells: one over two of its counts.
+
+        Of shorter ones rounding to counts is the first. Infinite where it is not in counts.
+        """
+        ratio = self.samples.servo.numbers['mechanism.ratio']
+        count = 0.0
+        for one in self.samples.errors:
+            motor, load = (one.measured.counts[f'{shaft}_position'] for shaft in ('motor', 'load'))
+            own = (motor or load * ratio) if angle == 'motor_angle' else (load or motor / ratio)
+            count = max(count, own)
+        return float(np.pi / count) if count else np.inf
+
     def stroke(self, name: str) -> float:
         """Largest travel of a shaft in a recording, rad."""
         return max(float(np.ptp(one.motion[name])) for one in self.samples.errors)

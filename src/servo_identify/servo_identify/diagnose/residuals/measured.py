@@ -22,7 +22,7 @@ from servo_twin.recording.recording import Recording
 from ...data.mistakes import unread
 from ...data.signals import ANGLES
 from ..decisions import FORM
-from .noise import count_of, noises_of, of_encoders
+from .noise import count_of, noises_of, of_encoders, one_count
 from .test_function import TestFunction
 
 FAST = 2  # samples of spacing of the electrical equations
@@ -92,7 +92,7 @@ def measure(recordings: Sequence[Recording], servo: Servo,
     ``drive_current(recording)`` returns what the drive makes of the command, A, or None.
     """
     noises = of_encoders([noises_of(r, drive_current(r)) for r in recordings])
-    counts = [{name: count_of(r[name]) for name in ANGLES} for r in recordings]
+    counts = one_count([{name: count_of(r[name]) for name in ANGLES} for r in recordings])
     shafts: dict[tuple[float, str], int] = {}
     gears: dict[float, int] = {}
     for recording, noise, count in zip(recordings, noises, counts, strict=True):
