@@ -124,15 +124,6 @@ def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is
         link.enabled()
 
 
-def test_a_moteus_that_started_again_at_once_is_asked_before_it_is_given_torque(tmp_path):
-    with driven('moteus', tmp_path) as (made, link):
-        turning(link)
-        made.supply_off()
-        wait_for(lambda: link.device.doubted(link.link.now()), 'it has been silent for a while')
-        made.supply_on()
-        stays_down(made, link)
-
-
 @pytest.mark.parametrize('name', ['robstride', 'cubemars'])
 def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(name, tmp_path):
     with driven(name, tmp_path) as (made, link):

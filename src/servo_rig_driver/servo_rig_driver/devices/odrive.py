@@ -81,10 +81,6 @@ class Odrive(OnRequest):
         self._asks += 1
         return self._requests + ([self._seldom] if self._asks % SELDOM_EVERY == 1 else [])
 
-    def greeting(self) -> Frames:
-        """Return nothing: the drive needs no word before it is enabled."""
-        return []
-
     def off(self) -> Frames:
         """Return the request for the state without torque."""
         self._wanted = ''

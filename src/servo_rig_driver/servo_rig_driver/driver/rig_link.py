@@ -267,7 +267,7 @@ class RigLink:
 
     def _hold_lost(self) -> None:
         why, self.watch.lost = self.watch.lost, ''
-        if why and not self.settings.enable_after_loss:
+        if why:
             self.sampler.master.lost(why)
 
     def _must_wake(self, now: int) -> bool:
@@ -283,6 +283,7 @@ class RigLink:
             self.watch.doubtful = True
             return True
         if self.requests.stuck:
+            self.watch.lost = self.watch.lost or self.sampler.device.loss(now)
             self.health.event('samples.stuck', f'{self.sampler.waiting} requests are not '
                               'answered in full; the device is started again', now)
         return self.requests.stuck
