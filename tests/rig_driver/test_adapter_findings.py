@@ -215,7 +215,8 @@ class TwoTopics:
         stream = SampleStream(read_mapping(mapping), 0, SECOND, 5 * MS, 10,
                               self.blocks.append)
         findings = AdapterFindings(stream, self.health)
-        drive = [(at * MS + MS // 3, at * MS + MS // 3 + late * MS) for at in range(0, 6000, every)]
+        drive = [(at * MS + MS // 3, (at + late) * MS + MS // 3)
+                 for at in range(0, 6000, every)]
         told = sorted([(received, stamp, '/drive') for stamp, received in drive]
                       + [(at * MS, at * MS, '/angle') for at in range(0, 6000, 2)])
         for received, stamp, topic in told:

@@ -2,7 +2,8 @@
 
 from math import isfinite
 
-from drive_bench import ASKED, driven, OVER_TEMPERATURE, turning
+import can
+from drive_bench import ASKED, driven, NAMES, OVER_TEMPERATURE, turning
 from driver_bench import wait_for
 from made_device import made as made_device
 import pytest
@@ -38,6 +39,21 @@ def test_a_drive_that_starts_again_within_the_heartbeat_timeout_stays_down(name,
         wait_for(lambda: link.device.doubted(link.link.now()), 'it has been silent for a while')
         made.supply_on()
         stays_down(made, link, 'did not answer for a while, so that it may have lost its supply')
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_drive_stays_down_after_its_bus_was_gone_however_short_that_was(name, tmp_path):
+    with driven(name, tmp_path, **SAFE) as (made, link):
+        turning(link)
+        port, fails = link.link._port, []
+
+        def fail(*_):
+            fails.append(1)
+            port.send = send
+            raise can.CanError('unplugged')
+        send, port.send = port.send, fail
+        wait_for(lambda: fails, 'it is unplugged')
+        stays_down(made, link, 'out of reach while the bus was gone, so that it may have lost')
 
 
 @pytest.mark.parametrize('name', ASKED)

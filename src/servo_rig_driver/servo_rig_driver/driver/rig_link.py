@@ -36,6 +36,7 @@ SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
 FOREIGN_SILENCE = SECOND
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
+OUT_OF_REACH = 'was out of reach while the bus was gone, so that it may have lost its supply,'
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
 
 
@@ -134,6 +135,7 @@ class RigLink:
                 phase = phase()
             except can.CanError as error:
                 self.sampler.restart()
+                self.watch.lost = OUT_OF_REACH
                 self.health.trouble('bus.gone', f'the bus is gone: {error}', self.now())
                 phase = self._reopening
             except Exception as error:
