@@ -3,18 +3,21 @@
 from math import isfinite
 
 import can
-from drive_bench import ASKED, driven, NAMES, OVER_TEMPERATURE, turning
+from drive_bench import ASKED, bench, driven, Link, NAMES, OVER_TEMPERATURE, turning
 from driver_bench import wait_for
 from made_device import made as made_device
 import pytest
 from test_drive_stopped_by_others import stays_down
 
 from servo_rig_driver.devices.drive_master import DriveMaster, DriveState, Order
+from servo_rig_driver.devices.mit_mode import MitMode
+from servo_rig_driver.devices.mit_table import load_mit_table
 from servo_rig_driver.devices.moteus import Moteus
 from servo_rig_driver.devices.moteus_registers import identifier, MoteusTable, padded
-from servo_rig_driver.driver.setpoints import Mode
+from servo_rig_driver.driver.limits import Mode, Setpoint
 from servo_rig_driver.emulated.drives.mit_mode import EmulatedMit
 
+SECOND = 10**9
 SAFE = {'enable_after_loss': False}
 
 
@@ -102,6 +105,35 @@ def test_a_drive_is_led_up_again_where_the_driver_itself_was_held_up(name, tmp_p
         assert made.pushes and not link.master.held
 
 
+def mute_heartbeats(nodes):
+    """Have an axis answer all requests, and beat no more."""
+    nodes.beat = lambda now: None
+
+
+def test_an_axis_that_answers_without_a_heartbeat_is_held_since_its_state_is_not_known(tmp_path):
+    with driven('odrive', tmp_path, **SAFE) as (made, link):
+        turning(link)
+        made.rig.between_frames(lambda: mute_heartbeats(made.rig.nodes))
+        link.says('answers, but tells its state no more: no heartbeat')
+        wait_for(lambda: not made.pushes, 'the motor has no torque')
+        assert link.state is DriveState.UNKNOWN
+        del made.rig.nodes.beat
+        stays_down(made, link, 'tells its state no more')
+
+
+def test_an_axis_that_never_beats_is_left_off_and_told(tmp_path):
+    with bench('odrive', tmp_path) as made:
+        mute_heartbeats(made.rig.nodes)
+        link = Link(made.channel, made.of)
+        try:
+            link.link.open()
+            link.link.start()
+            link.says('the drive stays in unknown (tells its state no more: no heartbeat')
+            assert not made.pushes and 'enable' not in made.tap.said
+        finally:
+            link.link.close()
+
+
 def test_a_canopen_drive_that_waits_to_be_started_stays_down_though_nobody_heard_it_boot(tmp_path):
     with driven('canopen', tmp_path, **SAFE) as (made, link):
         made.rig.between_frames(lambda: made.rig._send([(0x701, b'\x7f')]))
@@ -117,6 +149,24 @@ def test_a_fault_that_goes_before_it_was_reset_keeps_the_drive_down(failing):
     assert master.step(failing, 0.1) is Order.NO_TORQUE
     assert master.step(DriveState.SWITCH_ON_DISABLED, 0.2) is Order.NO_TORQUE
     assert master.held and 'left its fault without a reset' in master.why_held
+
+
+@pytest.mark.parametrize(('speed', 'torque', 'state'), [
+    (0.0, 0.0, DriveState.UNKNOWN), (20.0, 0.0, DriveState.OPERATION_ENABLED),
+    (0.0, 1.0, DriveState.OPERATION_ENABLED)])
+def test_a_cubemars_is_limp_where_it_stands_without_the_torque_it_is_asked_for(speed, torque,
+                                                                               state):
+    drive = made_device(MitMode, load_mit_table('cubemars_ak80_9'))
+    told = {'drive': 1, 'host': 0, 'position': 0.0, 'velocity': speed, 'torque': torque,
+            'temperature': 30.0, 'fault': 0}
+    drive._state = DriveState.OPERATION_ENABLED
+    for now in range(SECOND, 2 * SECOND, SECOND // 200):
+        drive.ask(now, Order.ENABLE, Setpoint(now, Mode.VELOCITY, 30.0, None), now)
+        drive.take(*drive.table.frames['feedback'].pack(told), now + 1)
+        if drive.state is not DriveState.OPERATION_ENABLED:
+            break
+    assert drive.state is state
+    assert bool(drive.loss(now)) == (state is DriveState.UNKNOWN)
 
 
 def moteus_after(uptimes):

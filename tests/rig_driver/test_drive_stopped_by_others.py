@@ -45,11 +45,13 @@ def stays_down(made, link, why='the drive was told to give no torque, by another
     link.says(why)
     wait_for(lambda: not made.pushes, 'the motor has no torque')
     made.tap.said.clear()
-    begun = len(link.blocks)
+    since = link.link.now()
+
+    def later():
+        return [block for block in list(link.blocks) if block.stamp > since]
     link.play(Mode.VELOCITY, 0.5)
-    wait_for(lambda: len(link.blocks) > begun + 200, 'samples come')
-    assert all(np.isnan(block.columns['reference_velocity']).all()
-               for block in link.blocks[begun:])
+    wait_for(lambda: len(later()) > 200, 'samples come')
+    assert all(np.isnan(block.columns['reference_velocity']).all() for block in later())
     assert not made.pushes
     assert set(made.tap.said) <= {'off'}
     assert link.link.stop()

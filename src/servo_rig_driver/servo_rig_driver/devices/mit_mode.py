@@ -28,8 +28,8 @@ from .pdo_table import FrameError
 
 LIMP = 'gives no torque though it is asked for some, as after a loss of its supply,'
 LIMP_AFTER = 200_000_000  # ns
-ASKS, GIVES = 0.1, 0.01
-"""Shares of the range of torque: some is asked for above the first, none given below."""
+ASKS, GIVES, SLOW = 0.1, 0.01, 0.1
+"""Shares of the ranges: torque is asked for above the first and not given below the second."""
 _ZERO = {'position': 0.0, 'velocity': 0.0, 'kp': 0.0, 'kd': 0.0, 'torque': 0.0}
 
 
@@ -142,11 +142,17 @@ class MitMode(OnRequest):
         return 0
 
     def _disobeys(self, told: Mapping[str, float]) -> bool:
-        """Whether it has told for LIMP_AFTER that it gives no torque where its law gives some."""
-        five, top = self._five, self.table.ranges['torque'].high
+        """
+        Whether it has told for LIMP_AFTER that it gives no torque where its law gives some.
+
+        One that turns fast is not judged: its supply may carry no more torque there.
+        """
+        five, ranges = self._five, self.table.ranges
+        top, fast = ranges['torque'].high, SLOW * ranges['velocity'].high
         asked = (five['torque'] + five['kp'] * (five['position'] - told['position'])
                  + five['kd'] * (five['velocity'] - told['velocity']))
-        if abs(asked) < ASKS * top or abs(told['torque']) > GIVES * top or not self._obeyed_at:
+        if (abs(asked) < ASKS * top or abs(told['torque']) > GIVES * top
+                or abs(told['velocity']) > fast or not self._obeyed_at):
             self._obeyed_at = self._asked_at
         return self._asked_at - self._obeyed_at > LIMP_AFTER
 

@@ -125,6 +125,6 @@ class RigWatch:
                 tries += ', given up; deactivate and activate the driver to try again'
             self.health.trouble('drive.fault', f'the drive is {how}{words}, {tries}', now)
         elif master.enable and now - self._disabled_since > ENABLING_MAY_TAKE:
-            self.health.trouble('drive.disabled', f'the drive stays in {state.words}', now,
-                                Level.WARN)
+            self.health.trouble('drive.disabled', f'the drive stays in {state.words}'
+                                f'{f" ({fault})" if fault else ""}', now, Level.WARN)
         return was is DriveState.OPERATION_ENABLED
