@@ -1,7 +1,7 @@
 """An adapter beside a robot with odd habits says what is wrong: it ..."""
 
 from itertools import count, pairwise
-from math import inf, nan
+from math import inf, isnan, nan
 import signal
 import subprocess
 import sys
@@ -21,6 +21,7 @@ from sensor_msgs.msg import JointState
 
 from servo_rig_driver.adapter.adapter_findings import AdapterFindings
 from servo_rig_driver.adapter.adapter_node import mapping_of
+from servo_rig_driver.adapter.mapped_columns import read_mapping
 from servo_rig_driver.adapter.message_field import Field, FieldError
 from servo_rig_driver.adapter.robot_topics import falls_short, qos_of, RobotTopics
 from servo_rig_driver.adapter.sample_stream import SampleStream, SECOND
@@ -200,6 +201,70 @@ def test_it_says_that_ros_time_stands_still(now, said):
     assert said in robot.told
     robot.findings.tell_time(now + MS, 0.05)
     assert robot.told == ''
+
+
+class TwoTopics:
+    """An angle at 500 Hz, and a current and a command of another topic every ``every`` ms."""
+
+    def __init__(self, folder, every, late=0):
+        mapping = folder / 'two.yaml'
+        mapping.write_text('time: {source: /angle.stamp}\ncolumns:\n'
+                           '  motor_position: {source: /angle.x}\n'
+                           '  current: {source: /drive.x}\n  voltage: {source: /drive.x}\n')
+        self.blocks, self.health = [], RigHealth()
+        stream = SampleStream(read_mapping(mapping), 0, SECOND, 5 * MS, 10,
+                              self.blocks.append)
+        findings = AdapterFindings(stream, self.health)
+        drive = [(at * MS + MS // 3, (at + late) * MS + MS // 3)
+                 for at in range(0, 6000, every)]
+        told = sorted([(received, stamp, '/drive') for stamp, received in drive]
+                      + [(at * MS, at * MS, '/angle') for at in range(0, 6000, 2)])
+        for received, stamp, topic in told:
+            value = SimpleNamespace(x=stamp / SECOND)
+            findings.watches[topic].take(stream.put(topic, value, BEGIN + stamp, BEGIN + received))
+            if received % SECOND == 0:
+                findings.tell({'/angle': ['/a'], '/drive': ['/d']}, BEGIN + received)
+        self.told = '; '.join(trouble.text for trouble in self.health.troubles)
+
+    def lacking(self, name):
+        values = [value for block in self.blocks for value in block.columns[name]]
+        return sum(isnan(value) for value in values) / len(values)
+
+
+@pytest.mark.parametrize('every', [2, 10, 20, 100])
+def test_a_sample_waits_for_what_is_measured_more_seldom(tmp_path, every):
+    two = TwoTopics(tmp_path, every)
+    assert two.lacking('current') < 0.02 and two.told == ''
+    for block in two.blocks[-20:]:
+        assert block.columns['current'][0] == pytest.approx(block.stamp / SECOND - 1000.0)
+
+
+@pytest.mark.parametrize(('every', 'late'), [(1000, 0), (10, 90)])
+def test_it_says_that_samples_lack_what_comes_too_late_for_them(tmp_path, every, late):
+    two = TwoTopics(tmp_path, every, late)
+    assert 'current: ' in two.told and 'messages come later than a sample waits for' in two.told
+    assert 'voltage' not in two.told and two.lacking('voltage') < 0.1
+
+
+@pytest.mark.parametrize('points', [((0, 2.0), (1, 3.0)), ((0, 2.0),)])
+def test_a_point_of_a_trajectory_is_taken_where_it_holds_at_once(points):
+    def message(ahead):
+        return SimpleNamespace(joint_names=['knee', 'hip'], points=[
+            SimpleNamespace(time_from_start=SimpleNamespace(sec=at + ahead, nanosec=0),
+                            positions=[0.0, angle]) for at, angle in points])
+    source = Field('/arm/joint_trajectory.points[0].positions[hip]')
+    assert source.of(message(0)) == 2.0
+    with pytest.raises(FieldError, match='is a plan: its point is due 3 s after'):
+        source.of(message(3))
+
+
+def test_an_event_is_not_told_for_ever_where_simulated_time_begins_again():
+    health = RigHealth()
+    health.event('samples.lost', 'one was lost', 1000 * SECOND)
+    health.fade(1000 * SECOND - MS)
+    assert health.has('samples.lost')
+    health.fade(SECOND)
+    assert not health.has('samples.lost')
 
 
 def test_a_joint_whose_name_is_a_number_is_taken_by_its_name():

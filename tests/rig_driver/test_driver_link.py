@@ -41,9 +41,9 @@ class Linked:
         self.player = SetpointPlayer(0.1, Limits(10.0, 5.0, 2.0, -6.3, 6.3, 1000.0))
         watch = RigWatch({number: name for name, number in table.ids.items()}, self.health, 10.0)
         device = CanopenDevice(table, watch, PERIOD, 0.3, 127)
-        sampler = Sampler(device, self.player, DriveMaster(pause=0.05), watch, self.health)
-        settings = LinkSettings(PERIOD, 7, late_limit, listen_time, 0.3, priority,
-                                enable_after_loss=True)
+        sampler = Sampler(device, self.player, DriveMaster(pause=0.05, after_loss=True), watch,
+                          self.health)
+        settings = LinkSettings(PERIOD, 7, late_limit, listen_time, 0.3, priority)
         self.blocks = []
         self.link = RigLink(settings, sampler, watch, self.health,
                             lambda: Wire(open_bus(BusSettings('virtual', channel))),

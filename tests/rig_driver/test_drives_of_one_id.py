@@ -74,7 +74,8 @@ def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_of
         serving = Thread(target=second.serve, daemon=True)
         serving.start()
         try:
-            link.says('requests are answered twice')
+            link.says('drive (node 1) has restarted' if asked == 'moteus'  # two counters of time
+                      else 'requests are answered twice')
             wait_for(lambda: link.link.state == 'refusing a bus with two nodes of one id',
                      'the driver refuses the bus', 120.0)
             wait_for(lambda: not made.pushes and not second.nodes.gives_torque, 'both are off')

@@ -86,10 +86,11 @@ def test_robstride_identifiers_are_those_of_its_manual():
     drive = made(MitMode, load_mit_table('robstride_rs02'), host=0xFD)
     # its example: 90 07 e8 0c, shifted by three bits, is 0x1200FD01: type 18, host FD, motor 1;
     # the index of a parameter goes low byte first, as 0x7005 does there: 05 70
-    (name, data), = drive.greeting()
+    (name, data), = drive.frames(Order.ENABLE, None, 0)
     assert name == EXTENDED | 0x9007E80C >> 3 == EXTENDED | 0x1200FD01
     # canTimeout 0x7028; "20000 is 1s": 0.1 s is 2000 = 0x07D0
     assert data == bytes.fromhex('2870 0000 d0070000')
+    drive.obeyed('watchdog')
     drive._state = DriveState.SWITCH_ON_DISABLED
     assert drive.frames(Order.ENABLE, None, 0) == [(EXTENDED | 0x0300FD01, bytes(8))]
     assert drive.off() == [(EXTENDED | 0x0400FD01, bytes(8))]
@@ -105,6 +106,7 @@ def test_robstride_identifiers_are_those_of_its_manual():
 def test_a_velocity_is_a_speed_with_a_gain(table, torque, speed, expected):
     drive = made(MitMode, load_mit_table(table))
     drive._state = DriveState.OPERATION_ENABLED
+    drive.obeyed('watchdog')
     (name, data), = drive.frames(Order.ENABLE, point(Mode.VELOCITY, 1.0), 0)
     # torque 0: 65535 / 2 = 32767.5, truncated; kd 3 of 5: 39321 = 0x9999
     assert name == EXTENDED | 0x01000001 | expected << 8

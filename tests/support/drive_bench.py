@@ -169,13 +169,13 @@ class Link:
         device, watch = PROTOCOLS[of['protocol']](of, self.health)
         self.player = SetpointPlayer(of['command_timeout'], limits(of))
         self.master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
-                                  quick_stop=of['quick_stop_time'])
+                                  quick_stop=of['quick_stop_time'],
+                                  after_loss=of['enable_after_loss'])
         self.device = device
         self.sampler = Sampler(device, self.player, self.master, watch, self.health,
                                round(of['answer_timeout'] * 1e9))
         settings = LinkSettings(round(of['sync_period'] * 1e9), 1, of['late_sync_limit'],
-                                of['listen_time'], of['retry_period'],
-                                enable_after_loss=of['enable_after_loss'])
+                                of['listen_time'], of['retry_period'])
         bus = BusSettings('unix_bus', channel, fd=device.fd)
         self.link = RigLink(settings, self.sampler, watch, self.health,
                             lambda: Wire(open_bus(bus, 5.0)), self.blocks.append, time_ns)
@@ -240,6 +240,10 @@ class Bench:
         """Let the drive lose its supply."""
         self.rig.stop()
         self._serving.join(5.0)
+
+    def blink(self) -> None:
+        """Let the drive lose its supply for so short a time that no answer is missing."""
+        self.rig.between_frames(self.rig.nodes.restart)
 
     @property
     def pushes(self) -> bool:

@@ -110,6 +110,19 @@ def test_the_level_of_a_balance_is_its_rms_over_the_last_second():
     assert traces.levels() == pytest.approx({'motor': 3.0})
 
 
+@pytest.mark.parametrize('size', [1e200, np.inf])
+def test_it_tells_a_page_no_infinite_number_of_a_twin_that_ran_away(size):
+    traces, looker = Traces(5.0), Looker()
+    put(traces, 0, np.ones(2000))
+    put(traces, 0, size * np.ones(2000), 'twin/residual', 'balance.load')
+    put(traces, 0, np.where(np.arange(2000) % 2, size, -size), 'twin/prediction',
+        'twin.load_position')
+    looker.show({'names': ['twin.load_position'], 'spectrum': 'twin.load_position'})
+    assert np.isfinite(unpacked(looker.traces(traces))[1]).all()
+    for said in (looker.density(traces), looker.facts({'levels': traces.levels()})):
+        json.loads(said, parse_constant=lambda name: pytest.fail(f'{name} is no JSON'))
+
+
 def test_a_sine_stands_in_the_spectrum_at_its_frequency():
     time = np.arange(8000) * PERIOD
     values = 2.0 * np.sin(2.0 * np.pi * 60.0 * time)

@@ -9,6 +9,9 @@ from ..driver.rig_health import Level, RigHealth
 from .sample_stream import SampleStream, SECOND
 from .topic_watch import TopicWatch
 
+MANY = 0.1
+"""Share of the samples that may lack a column of another topic, as where one message is lost."""
+
 
 class AdapterFindings:
     """Looks at a stream of samples and at the topics that it is made of; ``watches`` by topic."""
@@ -17,6 +20,7 @@ class AdapterFindings:
         self._stream, self._health = stream, health
         self.watches = {topic: TopicWatch(columns) for topic, columns in stream.topics.items()}
         self._told = {'lost': 0, 'restarts': 0, 'rates': 0}
+        self._samples, self._blank = 0, dict.fromkeys(stream.blank, 0)
         self._disorder: dict[str, dict[str, int]] = {}
         self._time = 0, monotonic()  # the last ROS time that was new, and when that was
 
@@ -30,8 +34,12 @@ class AdapterFindings:
         rate = SECOND / self._stream.period if self._stream.period else 0.0
         self._tell_new('rates', self._stream.rates, 'samples.rate', 'times that the samples began '
                        f'again: {leading} comes at another rate, by now {rate:.4g} Hz', now)
+        late = self._late()
         for topic, names in publishers.items():
-            found = (self.watches[topic].report(names) | self._pace(topic) | self._order(topic))
+            told = self.watches[topic].report(names)
+            found = told | self._pace(topic) | self._order(topic) | {
+                f'{name} late': said for name, said in late.items()
+                if name not in told and name in [one.name for one in self._stream.topics[topic]]}
             self._health.keep(f'topics.{topic}.', {
                 key: (level, f'{topic}: {said}') for key, (level, said) in found.items()}, now)
 
@@ -46,6 +54,16 @@ class AdapterFindings:
         return {} if pace == 1.0 else {'pace': (Level.ERROR, (
             f'its stamps go at {pace:.2g} of our time; beside a simulation set use_sim_time, '
             'else set the stamps, or leave them zero'))}
+
+    def _late(self) -> dict[str, tuple[Level, str]]:
+        """Return what is to be said of columns that many samples since the last time lack."""
+        samples = self._stream.samples - self._samples
+        blank = {name: count - self._blank[name] for name, count in self._stream.blank.items()}
+        self._samples, self._blank = self._stream.samples, dict(self._stream.blank)
+        return {name: (Level.WARN, (
+            f'{name}: {count} of {samples} samples hold no number, since its messages come later '
+            'than a sample waits for them, or too seldom to interpolate; raise delay'))
+            for name, count in blank.items() if count > MANY * samples}
 
     def _order(self, topic: str) -> dict[str, tuple[Level, str]]:
         """Return what is to be said of messages that were left out since the last time."""

@@ -11,6 +11,8 @@ from ..driver.sample_blocks import COLUMNS
 
 HOLE = 3.0
 """Periods between two messages of a topic beyond which nothing is interpolated."""
+LONGEST = 300_000_000
+"""For how many ns a sample waits at most for the next message of a topic that comes seldom."""
 KEPT = 10_000_000_000
 """For how many ns the messages of a topic are kept while the leading one is silent."""
 
@@ -73,7 +75,8 @@ class EvenSamples:
 
     ``tracks`` are the topics by name, ``leading`` the one whose messages make the samples.
     Measured columns are interpolated between two messages of their topic, commands hold. A sample
-    waits at most ``delay`` ns for the other topics. In a hole of the leading topic there are no
+    waits ``delay`` ns for the other topics, and for the next message of those that are measured:
+    two of their usual steps more, up to LONGEST. In a hole of the leading topic there are no
     samples: ``missing`` counts. ``late`` counts messages that were not newer than the last one.
     """
 
@@ -107,9 +110,12 @@ class EvenSamples:
                 track.forget(instant)
 
     def _complete(self, instant: int, now: int) -> bool:
-        if not self.others or now >= instant + self.delay:
-            return True
-        return all(track.times and track.times[-1] >= instant for track in self.others)
+        return all(now >= instant + self._patience(track)
+                   or (track.times and track.times[-1] >= instant) for track in self.others)
+
+    def _patience(self, track: Track) -> float:
+        seldom = 0.0 if all(track.held) else min(2.0 * track.span, LONGEST)
+        return self.delay + seldom
 
     def _pass_over(self, until: int) -> None:
         """Go on with the first sample that is not before ``until``; those between are missing."""

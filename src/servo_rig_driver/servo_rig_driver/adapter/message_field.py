@@ -38,7 +38,7 @@ class Field:
         Return the number in a message, NaN where the message leaves its row empty.
 
         Raises FieldError when the message has no such field or name, or the name twice; the error
-        says what it has.
+        says what it has. So does a point of a trajectory that is due later than its message.
         """
         at, seen = message, [message]
         for part in self.parts:
@@ -50,11 +50,19 @@ class Field:
                 known = getattr(at, 'get_fields_and_field_types', dict)()
                 raise FieldError(f'{self.source}: there is no {part!r}; there are {list(known)}')
             seen.append(at)
+            self._is_due(at)
         try:
             return float(at)
         except (TypeError, ValueError):
             raise FieldError(f'{self.source} is no number; give a field or an index of '
                              f'{type(at).__name__}') from None
+
+    def _is_due(self, at: Any) -> None:
+        ahead = getattr(at, 'time_from_start', None)
+        if ahead is not None and (ahead.sec or ahead.nanosec):
+            raise FieldError(f'{self.source} is a plan: its point is due '
+                             f'{ahead.sec + ahead.nanosec * 1e-9:g} s after the message; take '
+                             "'reference' of the controller's state topic")
 
     def _element(self, row: Any, which: str, seen: list[Any]) -> Any:
         lists = [list(names) for owner in reversed(seen) for key in _NAMES

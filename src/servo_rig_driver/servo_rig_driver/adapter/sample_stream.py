@@ -25,7 +25,8 @@ class SampleStream:
     ``period`` ns, 0: that of the leading topic; ``given`` remembers it as it was. The samples
     begin again, from number 0, when the leading topic's time jumps back or its clock is set:
     ``restarts`` counts. So they do where it comes at another rate for twice ``listen`` ns and
-    ``given`` is 0: ``rates`` counts.
+    ``given`` is 0: ``rates`` counts. ``blank`` counts the samples without a number by the measured
+    columns of the other topics.
     """
 
     def __init__(self, mapped: MappedColumns, period: int, listen: int, delay: int, size: int,
@@ -38,6 +39,9 @@ class SampleStream:
         self._listen, self._delay, self._size, self._out = listen, delay, size, out
         self.clocks = {topic: ClockOffset() for topic in self.topics}
         self._lost = 0
+        self.blank = {column.name: 0 for topic, columns in self.topics.items()
+                      if topic != mapped.leading for column in columns if column.name not in HELD}
+        self._places = {COLUMNS.index(name): name for name in self.blank}
         self._begin()
 
     @property
@@ -105,6 +109,8 @@ class SampleStream:
         for number, row in self._even.take(now):
             self._blocks.add(number, row)
             self.samples += 1
+            for place, name in self._places.items():
+                self.blank[name] += isnan(row[place])
 
     def _sample_from(self, origin: int, period: int) -> None:
         self.period, self._looked, self._other = period, origin, 0

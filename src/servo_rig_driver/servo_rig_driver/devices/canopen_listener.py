@@ -63,7 +63,7 @@ class CanopenListener:
         elif node not in self.watch.nodes:
             return
         elif function == HEARTBEAT_ID and len(data) == 1:
-            if data[0] == Heartbeats.BOOT_UP:
+            if data[0] == Heartbeats.BOOT_UP or self._fell_back(node, data[0]):
                 self.watch.booted(node)
             self.watch.beats.beat(node, data[0], now)
         elif function == RESPONSE_ID:
@@ -75,6 +75,11 @@ class CanopenListener:
             self.watch.health.event(
                 'nodes.wrong_length', f'{self.watch.name(node)} sent 0x{identifier:03X} with '
                 f'{len(data)} bytes, expected {length}; left out', now)
+
+    def _fell_back(self, node: int, state: int) -> bool:
+        """Whether a node that ran waits to be started: it booted, and nobody heard it say so."""
+        was = self.watch.beats.state.get(node)
+        return was == Heartbeats.OPERATIONAL and state & 0x7F == Heartbeats.PRE_OPERATIONAL
 
     def _response(self, node: int, data: bytes, now: int) -> None:
         response = write_response(data)

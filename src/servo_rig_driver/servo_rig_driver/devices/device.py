@@ -122,6 +122,10 @@ class Device(ABC):
         """Whether its watchdog may just have taken the torque away, which it does not tell."""
         return False
 
+    def loss(self, now: int) -> str:
+        """Return by what it may have lost its supply if it is down, in words; '' for nothing."""
+        return ''
+
     def answered(self, number: int) -> None:
         """Note that the request of tick ``number`` was answered in full."""
         return

@@ -53,6 +53,7 @@ _RUNGS = {state: rung for rung, state in enumerate((DriveState.NOT_READY, *_LEAD
 """How far up a drive is; one in fault is on no rung."""
 STOPPED_BY_OTHER = 'was told to give no torque, by another than this driver,'
 PATIENCE = 16
+FAULT_WENT = 'left its fault without a reset, as where its supply was cut,'
 SETTLED = 0.5
 """After which a drive has obeyed an order that took its torque away, s."""
 
@@ -75,7 +76,10 @@ class DriveMaster:
 
     So is one that goes down by itself, without a fault and without an order of this master, one
     that another master took down, and one that was lost: ``why_held`` says so in words. One that
-    may have missed its requests for longer than its watchdog waits is led up again.
+    was asked so late that its watchdog may have run out is led up again.
+
+    A drive may have lost its supply where it goes down after a silence, or where its fault goes
+    before this master has reset it. With ``after_loss`` it is led up again.
 
     A drive that follows its reference is taken down in order: quick stop, by which it brakes under
     its own ramp, and no torque once it says that it has stopped, at the latest ``quick_stop``
@@ -83,12 +87,13 @@ class DriveMaster:
     """
 
     def __init__(self, resets: int = 5, pause: float = 0.5, pulse: float = 0.05,
-                 forgive: float = 10.0, quick_stop: float = 0.5) -> None:
+                 forgive: float = 10.0, quick_stop: float = 0.5, after_loss: bool = False) -> None:
         self.resets = resets
         self.pause = pause
         self.pulse = pulse
         self.forgive = forgive
         self.quick_stop = quick_stop
+        self.after_loss = after_loss
         self.enable = False
         self.state = DriveState.UNKNOWN
         self.tries = self.missed = 0
@@ -100,12 +105,13 @@ class DriveMaster:
         self.why_held = ''
         self._rung: int | None = None  # up to which it was led; None: not known to obey yet
         self._told, self._lowered_at = -1, -inf
+        self._failed = False  # whether it is in a fault that was not reset
         self._no_fault()
 
     def begin(self) -> None:
         """Note that a person wants the drive up: all tries are there again."""
         self.tries = self.missed = 0
-        self._free = self._led = self.held = self.given_up = False
+        self._free = self._led = self._failed = self.held = self.given_up = False
         self.why_held = ''
 
     def hold(self, why: str = STOPPED_BY_OTHER) -> None:
@@ -114,7 +120,7 @@ class DriveMaster:
 
     def lost(self, why: str) -> None:
         """Keep a drive down that was led up since begin(), and may have lost its supply since."""
-        if self._led:
+        if self._led and not self.after_loss:
             self.hold(why)
 
     @property
@@ -127,24 +133,26 @@ class DriveMaster:
         self.state = DriveState.UNKNOWN
         self._enabled_since = None
         self._rung, self._told = None, -1
+        self._failed = False
         self._no_fault()
 
     def step(self, state: DriveState, now: float, emergency_stop: bool = False,
-             starved: bool = False, missed: bool = False) -> Order:
+             starved: bool = False, missed: bool = False, loss: str = '') -> Order:
         """
         Return the order that answers a state of the drive.
 
         ``now`` is any steady time, s; ``starved``: its watchdog may have run out unsaid;
-        ``missed``: its fault is that it missed frames of this driver. With ``enable`` false the
+        ``missed``: its fault is that it missed frames of this driver; ``loss``: by what it may
+        have lost its supply if it is down, in words. With ``enable`` false the
         drive is led by a quick stop to a state without torque, and a fault is left as it is.
         """
-        order = self._order(state, now, emergency_stop, starved, missed)
+        order = self._order(state, now, emergency_stop, starved, missed, loss)
         if order is not Order.ENABLE:
             self._rung, self._told, self._lowered_at = None, -1, now
         return order
 
     def _order(self, state: DriveState, now: float, emergency_stop: bool, starved: bool,
-               missed: bool) -> Order:
+               missed: bool, loss: str) -> Order:
         self.state = state
         if emergency_stop:
             self.held |= self._free
@@ -164,12 +172,22 @@ class DriveMaster:
         if self.state is DriveState.FAULT:
             return self._reset(now, missed)
         self._no_fault()
-        if self._went_down(state, now) and not starved:
-            self.hold()
+        self._judge(self._went_down(state, now), starved, loss)
         if state not in _LEADS_UP or self.held:
             return Order.NO_TORQUE
         self._led = True
         return Order.ENABLE
+
+    def _judge(self, went_down: bool, starved: bool, loss: str) -> None:
+        """Hold a drive that somebody has stopped, or that may have started again."""
+        failed = self.state is DriveState.FAULT_REACTION_ACTIVE
+        if self._failed and not failed:
+            self.lost(FAULT_WENT)
+        self._failed = failed
+        if loss and (went_down or self.state is DriveState.UNKNOWN):
+            self.lost(loss)
+        elif went_down and not starved:
+            self.hold()
 
     def _went_down(self, state: DriveState, now: float) -> bool:
         """
@@ -203,6 +221,7 @@ class DriveMaster:
         return self.pause * min(PATIENCE, 2 ** max(0, self.missed - self.resets))
 
     def _reset(self, now: float, missed: bool) -> Order:
+        self._failed = self._retry_at is None or self._failed
         if now < self._pulse_until:
             return Order.RESET
         if self._retry_at is None:
@@ -216,6 +235,7 @@ class DriveMaster:
             return Order.NO_TORQUE
         else:
             self.tries += 1
+        self._failed = False
         self._pulse_until = now + self.pulse
         self._retry_at = self._pulse_until + (self.longer_pause if missed else self.pause)
         return Order.RESET

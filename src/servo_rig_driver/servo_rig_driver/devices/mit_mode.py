@@ -11,6 +11,7 @@ in devices/tables. One table a model holds identifiers, bits and ranges; this cl
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from math import nan
 
@@ -25,6 +26,10 @@ from .mit_table import FIELDS, MitTable
 from .on_request import OnRequest
 from .pdo_table import FrameError
 
+LIMP = 'gives no torque though it is asked for some, as after a loss of its supply,'
+LIMP_AFTER = 200_000_000  # ns
+ASKS, GIVES, SLOW = 0.1, 0.01, 0.1
+"""Shares of the ranges: torque is asked for above the first and not given below the second."""
 _ZERO = {'position': 0.0, 'velocity': 0.0, 'kp': 0.0, 'kd': 0.0, 'torque': 0.0}
 
 
@@ -34,8 +39,8 @@ class MitMode(OnRequest):
     silent_watchdog = True
 
     def __init__(self, table: MitTable, settings: DriveSettings, watch: RigWatch) -> None:
-        super().__init__(settings, watch)
         self.table = table
+        super().__init__(settings, watch)
         self.tells_state = bool(table.states)
         self._ids = {'drive': settings.node, 'host': settings.host}
         self._flag = EXTENDED if table.extended else 0
@@ -49,9 +54,12 @@ class MitMode(OnRequest):
                                   f'[0, {top:g}]; the drive would be told {top:g}')
 
     def forget_told(self) -> None:
-        """Forget the turns counted."""
+        """Forget the turns counted, the last command and the watchdog that was told."""
         self._turns = 0.0
         self._last_angle: float | None = None
+        self._five = _ZERO
+        self._obeyed_at = 0
+        self.unsent()
 
     def _frame(self, name: str, **values: float) -> Frames:
         self._sent = name
@@ -66,17 +74,19 @@ class MitMode(OnRequest):
         """Return the stop frame."""
         return self._frame('stop')
 
-    def greeting(self) -> Frames:
-        """Return the watchdog's time, where a model takes it over the bus."""
-        if 'watchdog' not in self.table.frames:
-            return []
-        return self._frame('watchdog', time=round(
-            self.settings.watchdog * self.table.watchdog_rate))
-
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
-        """Return the one frame that gives the order; the drive answers each."""
+        """
+        Return the one frame that gives the order; the drive answers each.
+
+        Before it is enabled, and once it is, it is told the time of its watchdog, where a model
+        takes it over the bus: one that started again has forgotten it.
+        """
+        if order is Order.ENABLE and not self._watched:
+            return self._frame('watchdog', time=round(
+                self.settings.watchdog * self.table.watchdog_rate))
         if self.up(order):
-            return self._frame('control', **self._law(order, point))
+            self._five = self._law(order, point)
+            return self._frame('control', **self._five)
         if order is Order.ENABLE:
             return self._frame('enable')
         if self.clears(order):
@@ -105,7 +115,8 @@ class MitMode(OnRequest):
             (Mode.POSITION, 'position', 1.0))}
 
     def unsent(self) -> None:
-        """Do nothing: each frame says all."""
+        """Tell the watchdog again; each other frame says all."""
+        self._watched = 'watchdog' not in self.table.frames
 
     def hear(self, identifier: int, data: bytes) -> int | None:
         """Keep what a feedback frame tells."""
@@ -115,17 +126,41 @@ class MitMode(OnRequest):
         if told is None or any(told.get(who, number) != number
                                for who, number in self._ids.items()):
             return None
-        self._state, self._fault = self.table.state(told, self._state)
+        was = self._state
+        self._state, self._fault = self.table.state(told, was)
+        if self._state is not was:
+            self.unsent()
         own, reading = self.settings, self.reading
         reading.motor_position = self._unwrapped(told['position']) * own.ratio
         reading.load_speed = told['velocity']
         reading.current = told['torque'] / own.torque_per_ampere
         reading.temperature = told['temperature']
+        if not self.tells_state and self._state is DriveState.OPERATION_ENABLED and (
+                self._disobeys(told)):
+            self._state = DriveState.UNKNOWN  # so that it is told to stop
+            self._note_loss(LIMP)
         return 0
 
+    def _disobeys(self, told: Mapping[str, float]) -> bool:
+        """
+        Whether it has told for LIMP_AFTER that it gives no torque where its law gives some.
+
+        One that turns fast is not judged: its supply may carry no more torque there.
+        """
+        five, ranges = self._five, self.table.ranges
+        top, fast = ranges['torque'].high, SLOW * ranges['velocity'].high
+        asked = (five['torque'] + five['kp'] * (five['position'] - told['position'])
+                 + five['kd'] * (five['velocity'] - told['velocity']))
+        if (abs(asked) < ASKS * top or abs(told['torque']) > GIVES * top
+                or abs(told['velocity']) > fast or not self._obeyed_at):
+            self._obeyed_at = self._asked_at
+        return self._asked_at - self._obeyed_at > LIMP_AFTER
+
     def obeyed(self, said: str) -> None:
-        """Take over the state that a frame leads to."""
-        self._state = self.table.led_to(said, self._state)
+        """Take over what a frame leads to: the state, where answers do not tell it."""
+        self._watched |= said == 'watchdog'
+        if not self.tells_state:
+            self._state = self.table.led_to(said, self._state)
 
     def _unwrapped(self, angle: float) -> float:
         """

@@ -21,6 +21,10 @@ from .moteus_registers import FAULTED, identifier, MoteusTable, padded, TIMEOUT
 from .on_request import NO_ANSWER, OnRequest
 from .pdo_table import FrameError
 
+ROUND = 2.0**31 * 1e-3
+"""Seconds that its counter of milliseconds holds: 31 bits, from 0 or from the lowest number."""
+FORWARD = 3600.0
+"""Seconds by which the counter may go on from one answer to the next: no silence lasts longer."""
 HOSTS = 0x7F
 LIMITING = 96
 """From this `fault` on, a code says what limits the power, and is none."""
@@ -37,6 +41,7 @@ class Moteus(OnRequest):
             raise DeviceError(f'device.host = {settings.host}; a moteus answers hosts up to '
                               f'{HOSTS}: the bit above asks for the answer')
         self.table = table
+        self._uptime: float | None = None  # as it was told last, s
         self._to_drive = identifier(settings.host, settings.node, reply=True)
         self._reads = table.read(table.reads)
 
@@ -51,10 +56,6 @@ class Moteus(OnRequest):
     def query(self) -> Frames:
         """Return a frame that reads alone."""
         return self._frame({})
-
-    def greeting(self) -> Frames:
-        """Return nothing: the drive needs no word before it is enabled."""
-        return []
 
     def off(self) -> Frames:
         """Return the stop command."""
@@ -104,6 +105,10 @@ class Moteus(OnRequest):
             raise FrameError(f'the drive tells mode {told["mode"]} and fault {told["fault"]}')
         mode, code = int(told['mode']), int(told['fault'])
         self._state = DriveState[self.table.states.get(mode, 'unknown').upper()]
+        if self._started_again(told.get('uptime')):
+            self.watch.booted(self.settings.node)
+            self._note_loss(self.watch.lost)
+            self._state = DriveState.UNKNOWN  # so that it is told to stop, whatever it obeyed
         self._fault = ''
         stopped = self._state is DriveState.SWITCH_ON_DISABLED
         self.missed = mode == TIMEOUT or self.missed and stopped
@@ -120,6 +125,11 @@ class Moteus(OnRequest):
         reading.current_reference = told['control_torque'] / own.torque_per_ampere
         reading.temperature = told['temperature']
         return 0
+
+    def _started_again(self, uptime: float | None) -> bool:
+        """Whether its counter went back, which begins again after ROUND as well."""
+        before, self._uptime = self._uptime, uptime
+        return None not in (before, uptime) and (uptime - before) % ROUND > FORWARD
 
     def foreign(self, identifier: int, data: bytes) -> str:
         """Return the frame that another driver sent to this drive."""

@@ -30,6 +30,8 @@ ESTOP = 'emergency stop requested'
 """The error, in the words of the table, that a button leaves."""
 STARVED = 'watchdog timer expired'
 """The error, in the words of the table, of an axis that heard nothing for too long."""
+BEATS_WITHIN = 1_000_000_000  # ns; ten heartbeats as delivered
+NO_BEAT = 'tells its state no more: no heartbeat (heartbeat_msg_rate_ms 100 as delivered)'
 ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
 
 COMMANDS = (
@@ -68,6 +70,8 @@ class Odrive(OnRequest):
         self._mode = ''
         self._wanted = ''
         self._wanted_at = 0
+        self._beaten = True  # whether a heartbeat came since the last request
+        self._beaten_at = 0
 
     def _message(self, name: str, **values: float | str) -> tuple[int, bytes]:
         identifier, data = self.messages.encode(name, values)
@@ -81,10 +85,6 @@ class Odrive(OnRequest):
         self._asks += 1
         return self._requests + ([self._seldom] if self._asks % SELDOM_EVERY == 1 else [])
 
-    def greeting(self) -> Frames:
-        """Return nothing: the drive needs no word before it is enabled."""
-        return []
-
     def off(self) -> Frames:
         """Return the request for the state without torque."""
         self._wanted = ''
@@ -92,6 +92,7 @@ class Odrive(OnRequest):
 
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return what gives the order, and the request."""
+        self._miss_beats(now)
         if self.up(order):
             told = self._input(order, point)
         elif order is Order.ENABLE:
@@ -103,6 +104,14 @@ class Odrive(OnRequest):
         else:
             told = self._ask_state('idle', now)
         return told + self.query()
+
+    def _miss_beats(self, now: int) -> None:
+        """Take a state that was not told again for BEATS_WITHIN as unknown."""
+        if self._beaten:
+            self._beaten, self._beaten_at = False, now
+        elif now - self._beaten_at > BEATS_WITHIN:
+            self._state, self._fault = DriveState.UNKNOWN, NO_BEAT
+            self._note_loss(f'answers, but {NO_BEAT},')
 
     def unsent(self) -> None:
         """Tell the mode again."""
@@ -160,6 +169,7 @@ class Odrive(OnRequest):
         return ANSWERS.index(name) if name in ANSWERS else NO_ANSWER
 
     def _take_heartbeat(self, errors: int, state: int) -> None:
+        self._beaten = True
         words = self.messages.words('Heartbeat', 'Axis_State', state)
         self._state = _STATES.get(words, DriveState.NOT_READY)
         self._fault = ', '.join(

@@ -25,7 +25,10 @@ from .reading import MOTOR, Reading
 NO_ANSWER = -1
 """The kind of a frame that a drive sends by itself, or that is not part of a sample."""
 LAPSE_LASTS = 250_000_000
-"""For how long after requests or answers were late a watchdog may have run out of them, ns."""
+"""For how long after requests or answers were late a drive may go down for it, ns."""
+
+SILENT = 'did not answer for a while, so that it may have lost its supply,'
+"""What may have happened to a drive that goes down after a silence."""
 
 
 class OnRequest(Device):
@@ -87,12 +90,8 @@ class OnRequest(Device):
     def stops(self, identifier: int, data: bytes) -> bool | None:
         """Whether a frame of another driver takes the torque away, lets it come, or neither."""
 
-    @abstractmethod
-    def greeting(self) -> Frames:
-        """Return what a drive has to be told once, before it is enabled; [] for nothing."""
-
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
-        """Ask until the drive answers; then tell it what it has to know."""
+        """Ask until the drive answers, once to each request."""
         self.watch.beats.expect(now())
         asked = 0
         while True:
@@ -113,18 +112,7 @@ class OnRequest(Device):
                 return Outcome.DOUBLED
         if asked > 1:  # a late answer would be taken for that to the first sample
             self._quiet(port, now, wanted)
-        self._greet(port, now)
         return Outcome.STARTED
-
-    def _greet(self, port: BusPort, now: Callable[[], int]) -> None:
-        """Tell the drive what it has to know, and let what it answers pass."""
-        if not (frames := self.greeting()):
-            return
-        self._answers = 0
-        port.send(frames)
-        until = now() + max(ECHO, round(self.settings.retry * 1e9))
-        while now() < until and not self._answers:
-            port.receive(0.005)
 
     def _counted(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]
                  ) -> tuple[set[int], int]:
@@ -160,20 +148,22 @@ class OnRequest(Device):
     def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return the order, the set-point and the request."""
         self._sampling = True
-        self._lapse(self._asked_at, now)
+        if self._unasked(now):
+            self._late_at = now
         self._asked_at = now
         order = self._settled(order)
         doubted = order is Order.ENABLE and self.doubted(now)
-        if doubted and not self.tells_state:
-            self._state = DriveState.UNKNOWN  # so that it is told to stop, and then led up
+        if doubted:
+            self.unsent()  # it may have forgotten what it was told
+            if not self.tells_state:
+                self._state = DriveState.UNKNOWN  # so that it is told to stop, and then led up
         frames = self.query() if doubted else self.frames(order, point, now)
         self._last_order = order
-        if not self.tells_state:
-            self._open.append((number, self._sent))
+        self._open.append((number, self._sent))
         return frames
 
     def answered(self, number: int) -> None:
-        """Take what request ``number`` said as obeyed, where answers do not tell how it stands."""
+        """Take what request ``number`` said as obeyed."""
         said = ''
         while self._open and self._open[0][0] <= number:
             _, said = self._open.popleft()
@@ -188,13 +178,25 @@ class OnRequest(Device):
         """Whether it has been silent so long that it may have stopped, or started again."""
         return bool(self._heard_at) and now - self._heard_at > self.silence
 
-    def _lapse(self, last: int, now: int) -> None:
-        if last and now - last > self.silence:
-            self._lapsed_at = now
+    def _late(self, now: int) -> bool:
+        """Whether this driver has left it without a request until now, or did so lately."""
+        return _lately(self._late_at, now) or self._unasked(now)
+
+    def _unasked(self, now: int) -> bool:
+        return bool(self._asked_at) and now - self._asked_at > self.silence
 
     def starved(self, now: int) -> bool:
-        """Whether it says nothing of its watchdog, which a lapse may have let run out."""
-        return self.silent_watchdog and now - self._lapsed_at < LAPSE_LASTS
+        """Whether it says nothing of its watchdog, which late requests may have let run out."""
+        return self.silent_watchdog and self._late(now)
+
+    def loss(self, now: int) -> str:
+        """Return that it leaves requests unanswered, or what was noted lately."""
+        if _lately(self._lost_at, now):
+            return self._loss
+        return SILENT if self.doubted(now) and not self._late(now) else ''
+
+    def _note_loss(self, words: str) -> None:
+        self._loss, self._lost_at = words, self._asked_at
 
     def _settled(self, order: Order) -> Order:
         """Return the order, or that to take the torque away once a quick stop has come to rest."""
@@ -219,7 +221,8 @@ class OnRequest(Device):
             if words := self.foreign(identifier, data):
                 self.watch.hear_foreign(words, now, self.stops(identifier, data))
             return None
-        self._lapse(self._heard_at, now)
+        if self.doubted(now) and not self._late(now):
+            self._note_loss(SILENT)
         self._heard_at = now
         self.watch.beats.beat(self.settings.node, 0, now)
         self._answers += kind == self.kinds - 1
@@ -246,7 +249,8 @@ class OnRequest(Device):
         self._braked, self._rested = 0, False
         self._open: deque[tuple[int, str]] = deque()  # requests, and what they said
         self._sent = ''
-        self._asked_at = self._heard_at = self._lapsed_at = 0  # 0: not yet
+        self._asked_at = self._heard_at = self._late_at = self._lost_at = 0  # 0: not yet
+        self._loss = ''
         self.forget_told()
 
     @abstractmethod
@@ -261,6 +265,10 @@ class OnRequest(Device):
     def clears(self, order: Order) -> bool:
         """Whether an order is to clear a fault; once, until another order comes."""
         return order is Order.RESET and self._last_order is not Order.RESET
+
+
+def _lately(instant: int, now: int) -> bool:
+    return bool(instant) and now - instant < LAPSE_LASTS
 
 
 _REFERENCES = {Mode.VELOCITY: COLUMNS.index('reference_velocity'),

@@ -184,12 +184,13 @@ class Driver(ManagedNode):
         self._player = SetpointPlayer(of['command_timeout'], self._limits(of))
         self._modes = device.modes()
         master = DriveMaster(of['fault_resets'], of['fault_reset_pause'],
-                             quick_stop=of['quick_stop_time'])
+                             quick_stop=of['quick_stop_time'],
+                             after_loss=of['enable_after_loss'])
         sampler = Sampler(device, self._player, master, watch, self.health,
                           round(of['answer_timeout'] * 1e9))
         settings = LinkSettings(round(of['sync_period'] * 1e9), of['block_size'],
                                 of['late_sync_limit'], of['listen_time'], of['retry_period'],
-                                of['realtime_priority'], of['enable_after_loss'])
+                                of['realtime_priority'])
         return RigLink(settings, sampler, watch, self.health,
                        lambda: Wire(open_bus(bus, of['retry_period']), bus), self._publish,
                        self._ros_now)

@@ -23,11 +23,7 @@ UNANSWERED_AT_MOST = 2 * SECOND
 
 @dataclass(frozen=True)
 class LinkSettings:
-    """
-    How the link keeps time; ``period`` in ns, all others in s.
-
-    ``enable_after_loss``: whether a drive that may have lost its supply is enabled again.
-    """
+    """How the link keeps time; ``period`` in ns, all others in s."""
 
     period: int
     block_size: int
@@ -35,7 +31,6 @@ class LinkSettings:
     listen_time: float
     retry_period: float
     priority: int = 0
-    enable_after_loss: bool = False
 
 
 class PacedRequests:

@@ -12,6 +12,9 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from threading import Lock
 
+AHEAD = 1_000_000_000
+"""ns by which an event may lie ahead of now: what noted it has a clock of its own."""
+
 
 class Level(IntEnum):
     """How bad it is; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
@@ -70,9 +73,9 @@ class RigHealth:
             self.changes += known is None or (known.text, known.level) != (text, level)
 
     def fade(self, now: int) -> None:
-        """End the events that have been told long enough."""
+        """End the events that have been told long enough, or lie ahead: time was set back."""
         for trouble in list(self._troubles.values()):
-            if trouble.fades is not None and trouble.fades <= now:
+            if trouble.fades is not None and not trouble.since - AHEAD < now < trouble.fades:
                 self.over(trouble.key, now)
 
     def over(self, key: str, now: int) -> None:

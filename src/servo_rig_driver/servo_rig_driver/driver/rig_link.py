@@ -36,6 +36,7 @@ SECOND = 1_000_000_000
 CHECK_EVERY = SECOND // 50
 FOREIGN_SILENCE = SECOND
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
+OUT_OF_REACH = 'was out of reach while the bus was gone, so that it may have lost its supply,'
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
 
 
@@ -134,6 +135,7 @@ class RigLink:
                 phase = phase()
             except can.CanError as error:
                 self.sampler.restart()
+                self.watch.lost = OUT_OF_REACH
                 self.health.trouble('bus.gone', f'the bus is gone: {error}', self.now())
                 phase = self._reopening
             except Exception as error:
@@ -267,7 +269,7 @@ class RigLink:
 
     def _hold_lost(self) -> None:
         why, self.watch.lost = self.watch.lost, ''
-        if why and not self.settings.enable_after_loss:
+        if why:
             self.sampler.master.lost(why)
 
     def _must_wake(self, now: int) -> bool:
@@ -283,6 +285,7 @@ class RigLink:
             self.watch.doubtful = True
             return True
         if self.requests.stuck:
+            self.watch.lost = self.watch.lost or self.sampler.device.loss(now)
             self.health.event('samples.stuck', f'{self.sampler.waiting} requests are not '
                               'answered in full; the device is started again', now)
         return self.requests.stuck

@@ -12,8 +12,8 @@ from ..devices.drive_master import DriveMaster, DriveState
 from .rig_health import Heartbeats, Level, RigHealth
 
 DRIVE = 'drive'
-NO_SUPPLY = 'under-voltage'
-"""What all tables call the fault of a drive whose supply is cut."""
+NO_SUPPLY = ('under-voltage', 'started again')
+"""What all tables call the faults of a drive whose supply is cut, or was."""
 ENABLING_MAY_TAKE = 1_000_000_000
 
 
@@ -103,7 +103,7 @@ class RigWatch:
         if self._disabled_since is None:
             self._disabled_since = now
         failed = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
-        if failed and NO_SUPPLY in fault:
+        if failed and any(words in fault for words in NO_SUPPLY):
             self.lost = f'reported {fault}, as where its supply is cut,'
         if master.why_held:
             self.health.trouble(
@@ -125,6 +125,6 @@ class RigWatch:
                 tries += ', given up; deactivate and activate the driver to try again'
             self.health.trouble('drive.fault', f'the drive is {how}{words}, {tries}', now)
         elif master.enable and now - self._disabled_since > ENABLING_MAY_TAKE:
-            self.health.trouble('drive.disabled', f'the drive stays in {state.words}', now,
-                                Level.WARN)
+            self.health.trouble('drive.disabled', f'the drive stays in {state.words}'
+                                f'{f" ({fault})" if fault else ""}', now, Level.WARN)
         return was is DriveState.OPERATION_ENABLED

@@ -81,7 +81,8 @@ class Sampler:
         than that before goes out in any case.
         """
         order = self.master.step(self.device.state, now * 1e-9, self.device.emergency_stop,
-                                 self.device.starved(now), self.device.missed)
+                                 self.device.starved(now), self.device.missed,
+                                 self.device.loss(now))
         elapsed = min(now - self._ticked, instant - self._instant)  # not what nobody could use
         self._ticked, self._instant = now, instant
         if not self._joiner.may_ask(elapsed) and order is self._order:

@@ -19,6 +19,8 @@ NAMES = (*CHANNELS, *(f'twin.{name}' for name in PREDICTED),
          *(f'gap.{name}' for name in COMPARED), *(f'balance.{name}' for name in BALANCES))
 """What is kept of a sample: the rig's channels, the twin's, rig minus twin, the balances."""
 
+LARGEST = 1e30
+"""What is beyond is held here, as of a twin that ran away: a page takes no infinite numbers."""
 _PLACES = {name: place for place, name in enumerate(NAMES)}
 _LATE = 0.5  # s behind the newest sample from which a part is not waited for
 
@@ -80,7 +82,7 @@ class Traces:
             places = np.arange(sequence, sequence + count) % self._rows.shape[1]
             for name, values in columns.items():
                 if name in _PLACES and len(values) == count:
-                    self._rows[_PLACES[name], places] = values
+                    self._rows[_PLACES[name], places] = np.clip(values, -LARGEST, LARGEST)
 
     def _restart(self, sequence: int, stamp: int, period: float) -> None:
         self.generation += 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from ...can_bus.unix_frames import EXTENDED
 from ...devices.drive_settings import DriveSettings
 from ...devices.mit_table import MitTable
@@ -20,10 +22,16 @@ class EmulatedMit(OneDrive):
     def __init__(self, bench: Bench, table: MitTable, settings: DriveSettings, send: Send) -> None:
         super().__init__(bench, settings, LOOP_RATE, send)
         self.table = table
+        self.power_on()
+        self._ids = {'drive': settings.node, 'host': settings.host}
+
+    def power_on(self) -> None:
+        """Stand without torque; without a watchdog too, where it is told over the bus."""
         self.running = False
         self.faults = 0
         self._five = dict.fromkeys(('position', 'velocity', 'kp', 'kd', 'torque'), 0.0)
-        self._ids = {'drive': settings.node, 'host': settings.host}
+        if 'watchdog' in self.table.frames:
+            self.watchdog = inf
 
     @property
     def gives_torque(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isnan, nan, tau
+import time
 
 from ...can_bus.unix_frames import EXTENDED, FD
 from ...devices.drive_settings import DriveSettings
@@ -34,15 +35,20 @@ class EmulatedMoteus(OneDrive):
                  ) -> None:
         super().__init__(bench, settings, LOOP_RATE, send)
         self.table = table
-        self.mode = table.modes['stopped']
         self.timeout_mode = table.modes['stopped']  # servo.timeout_mode, as docs/driver.md asks
-        self.code = 0
-        self._control: float | None = None  # position of the loop, rad at the load
-        self._told: dict[str, float] = {}
+        self.power_on()
         values = bench.rig.values
         self._kd = (values['drive.velocity_gain'] * values['drive.gain']
                     * self.torque_per_ampere)
         self._kp = values['drive.position_gain'] * self._kd
+
+    def power_on(self) -> None:
+        """Stand stopped, and count milliseconds from 0."""
+        self.mode = self.table.modes['stopped']
+        self.code = 0
+        self._control: float | None = None  # position of the loop, rad at the load
+        self._told: dict[str, float] = {}
+        self._started = time.monotonic()
 
     @property
     def gives_torque(self) -> bool:
@@ -111,6 +117,7 @@ class EmulatedMoteus(OneDrive):
                 'torque': out[rig_sampling.CURRENT] * per_ampere,
                 'q_current': out[rig_sampling.CURRENT], 'voltage': SUPPLY,
                 'temperature': out[rig_sampling.TEMPERATURE], 'fault': self.code,
+                'uptime': time.monotonic() - self._started,
                 'control_torque': out[rig_sampling.CURRENT_REFERENCE] * per_ampere}
         return {name: told.get(name, nan) for name in names}
 

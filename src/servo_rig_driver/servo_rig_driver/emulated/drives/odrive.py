@@ -27,13 +27,17 @@ class EmulatedOdrive(OneDrive):
                  ) -> None:
         super().__init__(bench, settings, LOOP_RATE, send)
         self.messages = messages
+        self._base = settings.node * 32
+        self.power_on()
+        self._heartbeat = self._base + messages.identifier('Heartbeat')
+
+    def power_on(self) -> None:
+        """Stand idle, in the mode of a drive as delivered."""
         self.state = IDLE
         self.errors = 0
-        self._base = settings.node * 32
         self._mode = VELOCITY
         self._input = 0.0
         self._next_beat = 0.0
-        self._heartbeat = self._base + messages.identifier('Heartbeat')
 
     @property
     def gives_torque(self) -> bool:

@@ -51,6 +51,16 @@ class OneDrive(ABC):
         self._heard: float | None = None
         self.last = np.zeros(rig_sampling.ANSWERS)
 
+    def restart(self) -> None:
+        """Lose the supply for a moment: what is not stored is as at the start."""
+        self.watchdog = self.settings.watchdog
+        self._heard = None
+        self.power_on()
+
+    @abstractmethod
+    def power_on(self) -> None:
+        """Stand as after a start: no torque, and nothing told yet."""
+
     @property
     @abstractmethod
     def gives_torque(self) -> bool:
