@@ -204,3 +204,9 @@ def test_ctrl_c_while_a_command_is_loaded_is_told_by_the_exit_status_alone(monke
     monkeypatch.setattr('servo_twin.cli.import_module', interrupted)
     assert main(['check', 'run.csv', '--servo', 'rv_bench']) == 130
     assert capsys.readouterr().err == ''
+
+
+def test_a_folder_beside_that_is_named_like_a_table_is_no_table(run, tmp_path):
+    data = write(tmp_path / 'a.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
+    (tmp_path / 'old.csv').mkdir()
+    assert init(data, tmp_path, '--column', 'motor_position=theta:rad', '--si') == 0

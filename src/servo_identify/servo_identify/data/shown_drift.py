@@ -5,26 +5,27 @@ A torque balance is fitted to all recordings of a family at once. Inertia, gravi
 friction goes with speed are shared; a constant torque and a Coulomb torque are of each recording
 alone. They are compared at the speeds that all of them have: between others the curve of friction
 over the speed would stand for the difference. What a rough equation lacks is the same in all of
-them, since they repeat one motion. Where friction is further apart at the largest of these speeds,
-it is told there.
+them where they repeat one motion. Recordings that name no family are of one motion where they are
+about as fast; of others only the zeros are compared. Where friction is further apart at the
+largest of these speeds, it is told there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import exp
+from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2, spearmanr
+from scipy.stats import spearmanr
 
 from servo_twin.physics.servo import Servo
 
+from .apart import Chance, Difference, most_apart
 from .finding import Finding, listed
 from .likelihood import SAMPLES
-from .mistakes import MISTAKE
 from .pooled import Columns, Pooled, pooled
 from .rough_balances import balances, GIVEN, RoughBalance
+from .shown_winding import ONE_MOTION
 from .signals import Signals
 
 COULOMB, VISCOUS = 'Coulomb friction', 'viscous friction'
@@ -35,6 +36,7 @@ WARM = 'let the machine warm up before the first recording'
 FALLS = -0.8  # rank correlation with the order of the recordings from which on friction falls
 TARE = 'tare the sensor before each recording, or subtract its zero in the mapping: offset'
 ENDS = (0.05, 0.95)  # quantiles of the speeds of a recording, between which it has them
+STRETCHES = 10  # of a recording, each of which may pull a value its own way
 FORMS = (0.5, 2.0)  # powers of the speed beside the first, for a friction of any form
 Told = tuple[str, Signals]
 
@@ -51,67 +53,76 @@ def drift_findings(families: Mapping[str, Sequence[Told]], servo: Servo,
             for finding in _of_family(family, several, servo, sure)]
 
 
-@dataclass(frozen=True)
-class _Chance:
-    """
-    What may make recordings differ: chance, below ``sure``, the ``noise`` of a reading, a doubt.
-
-    ``doubt`` is by what they may be off together, (recordings,). ``where`` the values hold.
-    """
-
-    names: Sequence[str]
-    sure: float
-    noise: float
-    doubt: np.ndarray
-    where: str = ''
-
-
-@dataclass(frozen=True)
-class _Difference:
-    """By how much the value of one recording is above that of another."""
-
-    far: float
-    error: float
-    low: str
-    high: str
-    where: str
-
-    def said(self, unit: str, scale: float = 1.0) -> str:
-        """Say it, times ``scale``, which brings it to where it is read."""
-        return (f'{self.high} has {scale * self.far:.3g} +- {scale * self.error:.1g} {unit} more '
-                f'than {self.low}{self.where}')
-
-
 def _of_family(family: str, several: Sequence[Told], servo: Servo, sure: float) -> list[Finding]:
+    motions = [several] if family else _motions(several)
+    found = [one for motion in motions if len(motion) > 1
+             for one in _of_friction(family, motion, servo, sure)]
+    return found + _of_zeros(family, several, servo, sure)
+
+
+def _motions(several: Sequence[Told]) -> list[list[Told]]:
+    """Return recordings that name no family by their motion: those that are about as fast."""
+    speed = [max((float(np.std(one)) for one in at.speed.values()), default=0.0)
+             for _, at in several]
+    motions: list[list[int]] = []
+    for k in np.argsort(speed, kind='stable').tolist():
+        if motions and speed[k] <= ONE_MOTION * speed[motions[-1][0]]:
+            motions[-1].append(k)
+        else:
+            motions.append([k])
+    return [[several[k] for k in sorted(motion)] for motion in motions]
+
+
+def _balances(several: Sequence[Told], servo: Servo) -> dict[str, list[RoughBalance]]:
+    """Return the balances that show friction and that all recordings have at common speeds."""
     tables = [{one.name: one for one in balances(at, servo)} for _, at in several]
-    names = [name for name, _ in several]
-    found, zeros = [], []
+    found = {}
     for name in FRICTION:
         if not all(name in table and COULOMB in table[name].terms for table in tables) or (
                 name == 'torque' and all('load' in table for table in tables)):
             continue
         alike = _at_common_speeds([table[name] for table in tables])
-        if not alike:
-            continue
-        fit = _fit(alike)
-        shaft = 'load_position' if name == 'load' else 'motor_position'
-        unit, ratio = servo.reads('N m', shaft), servo.values['mechanism.ratio']
-        chance = _Chance(names, sure, _noise(name, servo), np.zeros(len(alike)))
-        doubtful = replace(chance, doubt=_of_scale(alike)) if name == 'sensor' else chance
-        told = _friction(alike, fit, servo.reads('rad/s', shaft), doubtful)
-        if told:
-            where = '' if name == 'load' or ratio == 1.0 else ', at the motor shaft'
-            found.append(_finding(FRICTION[name], family, told.said(unit) + where,
-                                  _remedy(fit.apart([0.0, 1.0])[0], names) + UNHELD))
-        if name != 'torque':  # without a sensor a constant is a torque or an angle of gravity
-            zero = _told(*fit.apart([1.0, 0.0]), chance)
-            zeros.append(zero.said(unit, ratio if name == 'sensor' else 1.0) if zero else '')
-    if any(zeros):
-        which = ('zero of torque, or of current,' if not zeros[-1] else
-                 'zero of torque' if all(zeros) and len(zeros) > 1 else
-                 'zero of torque, or a constant torque at the load,')
-        found.append(_finding(which, family, zeros[-1] or zeros[0], TARE))
+        if alike:
+            found[name] = alike
     return found
+
+
+def _of_friction(family: str, several: Sequence[Told], servo: Servo, sure: float) -> list[Finding]:
+    found, names = [], [name for name, _ in several]
+    for name, alike in _balances(several, servo).items():
+        fit = _fit(alike)
+        shaft = _shaft(name)
+        doubt = _of_scale(alike) if name == 'sensor' else np.zeros(len(alike))
+        told = _friction(alike, fit, servo.reads('rad/s', shaft),
+                         Chance(names, sure, _noise(name, servo), doubt))
+        if told:
+            near = name == 'load' or servo.values['mechanism.ratio'] == 1.0
+            found.append(_finding(
+                FRICTION[name], family, told.said(servo.reads('N m', shaft))
+                + ('' if near else ', at the motor shaft'),
+                _remedy(fit.apart([0.0, 1.0])[0], names) + UNHELD))
+    return found
+
+
+def _of_zeros(family: str, several: Sequence[Told], servo: Servo, sure: float) -> list[Finding]:
+    zeros, names = [], [name for name, _ in several]
+    for name, alike in _balances(several, servo).items():
+        if name == 'torque':  # without a sensor a constant is a torque or an angle of gravity
+            continue
+        zero = most_apart(*_fit(alike).apart([1.0, 0.0]), Chance(
+            names, sure, _noise(name, servo), np.zeros(len(alike))))
+        ratio = servo.values['mechanism.ratio'] if name == 'sensor' else 1.0
+        zeros.append(zero.said(servo.reads('N m', _shaft(name)), ratio) if zero else '')
+    if not any(zeros):
+        return []
+    which = ('zero of torque, or of current,' if not zeros[-1] else
+             'zero of torque' if all(zeros) and len(zeros) > 1 else
+             'zero of torque, or a constant torque at the load,')
+    return [_finding(which, family, zeros[-1] or zeros[0], TARE)]
+
+
+def _shaft(balance: str) -> str:
+    return 'load_position' if balance == 'load' else 'motor_position'
 
 
 def _finding(what: str, family: str, told: str, action: str) -> Finding:
@@ -157,20 +168,20 @@ def _fit(several: Sequence[RoughBalance], sloped: bool = False) -> Pooled:
         own = [np.ones_like(one.seen), sign, *([one.terms[VISCOUS].column] if sloped else [])]
         columns.append(Columns(one.seen, np.column_stack([*shared, one.free[:, 1:]]),
                                np.stack(own, 1)))
-    return pooled(columns)
+    return pooled(columns, STRETCHES)
 
 
 def _friction(several: Sequence[RoughBalance], fit: Pooled, per: str,
-              chance: _Chance) -> _Difference | None:
+              chance: Chance) -> Difference | None:
     """
     Return how far friction is apart, at the largest speed where it is further apart there.
 
     Friction that drifts with its slope differs there by more than it does on the mean.
     """
-    mean = _told(*fit.apart([0.0, 1.0]), chance)
+    mean = most_apart(*fit.apart([0.0, 1.0]), chance)
     fast = max(float(np.abs(one.terms[VISCOUS].column).max()) for one in several)
     at_it = replace(chance, where=f' at {fast:.3g} {per}')
-    end = _told(*_fit(several, sloped=True).apart([0.0, 1.0, fast]), at_it)
+    end = most_apart(*_fit(several, sloped=True).apart([0.0, 1.0, fast]), at_it)
     return end if mean and end and end.far - end.error > mean.far else mean
 
 
@@ -183,7 +194,7 @@ def _remedy(friction: np.ndarray, names: Sequence[str]) -> str:
     few = more if 2 * more.sum() <= len(more) else ~more
     those = listed([name for name, one in zip(names, few, strict=True) if one])
     return (f'look for what drags in {"" if few is more else "all but "}{those}: a brake, a seal, '
-            'a bearing, or a machine that was cold')
+            'a bearing, a machine that was cold, or a motion or a load that the others lack')
 
 
 def _of_scale(several: Sequence[RoughBalance]) -> np.ndarray:
@@ -196,19 +207,3 @@ def _of_scale(several: Sequence[RoughBalance]) -> np.ndarray:
     return np.array([GIVEN * np.linalg.lstsq(
         np.stack([np.ones_like(one.seen), one.terms[COULOMB].column], 1), one.seen,
         rcond=None)[0][1] for one in several])
-
-
-def _told(apart: np.ndarray, covariance: np.ndarray, chance: _Chance) -> _Difference | None:
-    """Return the largest difference of values with their covariance, None if it may be chance."""
-    together = chance.doubt - np.mean(chance.doubt)
-    covariance = covariance + np.outer(together, together)
-    if not np.isfinite(covariance).all() or not covariance.any():
-        return None
-    spread = float(apart @ np.linalg.pinv(covariance, 1e-9, True) @ apart)
-    low, high = int(np.argmin(apart)), int(np.argmax(apart))
-    pair = np.zeros(len(apart))
-    pair[[low, high]] = -1.0, 1.0
-    far, error = float(pair @ apart), float(np.sqrt(pair @ covariance @ pair))
-    if far < chance.noise or chi2.sf(spread, len(apart) - 1) >= exp(-chance.sure - MISTAKE):
-        return None
-    return _Difference(far, error, chance.names[low], chance.names[high], chance.where)

@@ -17,7 +17,7 @@ def _alike(data: Path) -> str:
     """Return a pattern of the tables beside one where all have its header, else its own name."""
     if data.suffix.lower() not in TEXTS:
         return str(data)
-    beside = sorted(data.parent.glob(f'*{data.suffix}'))
+    beside = sorted(one for one in data.parent.glob(f'*{data.suffix}') if one.is_file())
     alike = len(beside) > 1 and len(set(map(_header_of, beside))) == 1
     return str(data.parent / f'*{data.suffix}') if alike else str(data)
 
