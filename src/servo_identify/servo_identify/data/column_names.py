@@ -102,6 +102,8 @@ def looks_like(source: str, kind: str = '') -> str:
         return 't'
     if name.lower() in TIMES or words & _TIME and not words & _POSITION:
         return 't'
+    if not kind and name.lower().rpartition('.')[2] in TIMES:  # a signal that has its own times
+        return 't'
     if words & {'temp', 'temperature', 'temperatur'}:
         return 'temperature'
     if kind.endswith('JointState') and words & {'position'}:
