@@ -63,6 +63,14 @@ class Alarm:
     since: int
     sequence: int
 
+    @property
+    def seen(self) -> str:
+        """What was seen, for people."""
+        return f'{self.feature} by {self.deviations:.1f} deviations since sample {self.since}'
+
+    def __str__(self) -> str:
+        return f'balance {self.balance} changed: {self.seen}'
+
 
 @dataclass(frozen=True)
 class Settings:
