@@ -187,7 +187,7 @@ class IdentifyNode(Node):
             self._report()
 
     def _happened(self, kind: str, content: str, text: str, seen: Residual) -> None:
-        """Tell what was found as an event, which the recorder keeps; ``seen``: the residual then."""
+        """Tell what was found as an event, which the recorder keeps, by the residual then."""
         event = Event(source=self.get_fully_qualified_name(), kind=kind, content=content,
                       text=text)
         event.header.stamp = seen.header.stamp
