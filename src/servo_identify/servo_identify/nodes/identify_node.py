@@ -39,7 +39,8 @@ from servo_twin_msgs.msg import Estimate, Event, Residual
 
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
-from ..watch.changes.change_detector import Alarm, ChangeDetector, Settings
+from ..watch.changes.alarm import Alarm
+from ..watch.changes.change_detector import ChangeDetector, Settings
 from ..watch.changes.change_place import AFTER, ChangePlace, Located
 from ..watch.changes.excitation_level import driving, half_window
 from ..watch.estimator.online_estimator import OnlineEstimator

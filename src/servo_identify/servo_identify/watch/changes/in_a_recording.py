@@ -9,7 +9,8 @@ from servo_twin.physics.servo import Servo
 from servo_twin.recording.joined_samples import samples_of
 from servo_twin.recording.recording import BALANCES, Recording
 
-from .change_detector import Alarm, ChangeDetector, Settings
+from .alarm import Alarm
+from .change_detector import ChangeDetector, Settings
 from .change_place import AFTER, ChangePlace, Located
 from .excitation_level import driving, half_window
 
