@@ -29,10 +29,11 @@ from detector_cases import Change, CHANGES, MACHINES, PERIOD, played, RAMP
 import numpy as np
 from scipy.stats import chi2
 
-from servo_identify.commands.watch import watched
-from servo_identify.watch.changes.change_detector import Alarm, ChangeDetector, Settings
+from servo_identify.watch.changes.alarm import Alarm
+from servo_identify.watch.changes.change_detector import ChangeDetector, Settings
 from servo_identify.watch.changes.change_place import AFTER, ChangePlace, Located
 from servo_identify.watch.changes.equation_changes import Equations
+from servo_identify.watch.changes.in_a_recording import watched
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import shipped
 from servo_twin.recording.joined_samples import CHANNELS, samples_of

@@ -4,8 +4,13 @@ import json
 from pathlib import Path
 import subprocess
 import sys
+from time import time
 
+import numpy as np
 import pytest
+
+from servo_rig_driver.devices.pdo_table import sync_counter
+from servo_twin_msgs.msg import Prediction
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 SOAK = Path(__file__).resolve().parents[1] / 'soak'
@@ -65,11 +70,65 @@ def test_a_change_that_the_detector_names_in_calm_is_a_miss_and_one_of_a_fault_i
 def test_its_noise_is_not_taken_for_what_the_driver_told_the_drive(tmp_path):
     sys.path.insert(0, str(SOAK))
     from wire_proxy import WireProxy
-    proxy = WireProxy('rig', 'driver', str(tmp_path / 'log'))
+    proxy = WireProxy('rig', 'driver', str(tmp_path / 'log'), str(tmp_path / 'answers'))
     proxy.mode = {'mode': 'noise'}
     made = [frame for _ in range(40_000) for frame in proxy._spoilt('rig', [])]
     proxy._note('driver', made, 0.0)
     assert len(made) > 30_000 and (tmp_path / 'log').read_bytes() == b''
+
+
+class Heard:
+    """What a witness and a recorder hear of a rig whose SYNC k is due at BEGIN + k ms."""
+
+    BEGIN = 1_795_825_900.0
+
+    def __init__(self, tmp_path, late, monkeypatch):
+        sys.path.insert(0, str(SOAK))
+        from answers import Answers
+        import wire_proxy
+        proxy = wire_proxy.WireProxy('rig', 'driver', *(str(tmp_path / name)
+                                                        for name in ('log', 'answers')))
+        seen = iter(self.BEGIN + 1e-3 * np.arange(len(late)) + late)
+        monkeypatch.setattr(wire_proxy, 'time', lambda: next(seen))
+        self.number = np.arange(9000)
+        self.due = self.BEGIN + 1e-3 * self.number
+        self.angle = np.empty(len(self.number))
+        for k in self.number:
+            sent = proxy.encoder.pack([0.5 * np.sin(1e-3 * k), sync_counter(int(k))])
+            self.angle[k] = proxy.encoder.unpack(sent)[0]
+            proxy._note('driver', [(proxy.encoder.cob_id, sent)], 0.0)
+        self.answers = Answers.read(tmp_path / 'answers')
+
+
+def test_samples_that_come_late_are_not_lost_ones(tmp_path, monkeypatch):
+    sys.path.insert(0, str(SOAK))
+    from bags import untold
+    late = 0.001 + 0.3 * (np.arange(9000) > 6000)  # as where the machine holds the bus up
+    heard = Heard(tmp_path, late, monkeypatch)
+    assert untold(heard.number, heard.due, heard.angle, heard.answers) == []
+
+
+def test_a_driver_that_loses_samples_and_counts_on_is_found(tmp_path, monkeypatch):
+    sys.path.insert(0, str(SOAK))
+    from bags import untold
+    heard = Heard(tmp_path, np.full(9000, 0.001), monkeypatch)
+    kept = np.delete(heard.angle, slice(4000, 4008))  # and those after them get their numbers
+    said = untold(heard.number[:-8], heard.due[:-8], kept, heard.answers)
+    assert said and all('the SYNC 8 after' in one for one in said)
+    assert sum(int(one.split()[0]) for one in said) > 4980  # some angles come again
+    told = np.delete(heard.number, slice(4000, 4008))
+    assert untold(told, heard.due[told], kept, heard.answers) == []
+
+
+def test_a_witness_that_is_behind_does_not_take_an_ended_node_for_a_running_one():
+    sys.path.insert(0, str(SOAK))
+    from witness import last_instant
+    now = time()
+    old = Prediction(period=1e-3, load_position=[0.0] * 10)
+    old.header.stamp.sec = int(now) - 6
+    assert last_instant(old) < now - 5.0  # though it is heard only now
+    old.header.stamp.sec = int(now) + 3600  # of a clock that was set
+    assert last_instant(old) <= time()
 
 
 def test_a_task_without_an_answer_or_whose_memory_stays_is_a_miss():

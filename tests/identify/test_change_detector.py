@@ -143,10 +143,13 @@ def test_it_refuses_settings_that_make_no_sense():
 def test_its_command_measures_the_seconds_to_an_alarm_and_the_rate_of_false_ones(tmp_path, capsys):
     assert main(['watch', '-o', str(tmp_path), '--effects', 'withheld.drive_gain', '--learn', '12',
                  '--wait', '6', '--hours', '0']) == 0
-    assert '1 of 1 named rightly first' in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert '1 of 1 named rightly first' in said and '; in: drive (gain, ' in said
     told = json.loads((tmp_path / 'watch.json').read_text())
     effect, = told['effects']
     assert (effect['balance'], effect['too_early']) == ('drive', False)
+    assert list(effect['places']) == ['drive'] and 0.95 <= effect['places']['drive'] <= 1.0
+    assert effect['place'].startswith('drive (gain, ')
     assert 0.0 < effect['seconds'] < 5.0 and told['hours_watched'] == 0.0
     assert (tmp_path / 'watch.png').stat().st_size > 3000
     assert main(['watch', '-o', str(tmp_path), '--effects', 'luck']) == 2

@@ -34,7 +34,8 @@ def watched(rig, change, at=AT):
     ('rv_plain', 'load friction +30 %', 'load'), ('rv_plain', 'motor friction +30 %', 'motor'),
     ('rv_bench', 'drive gain -5 %', 'drive'), ('rv_plain', 'torque sensor off', 'sensor'),
     ('geared_dc', 'current sensor +5 %', 'sensor'), ('rv_plain', 'torque sensor sticks', 'sensor'),
-    ('geared_dc', 'backlash doubled', 'transmission')])
+    ('geared_dc', 'backlash doubled', 'transmission'),
+    ('geared_dc', 'transmission error tripled', 'transmission')])
 def test_it_names_the_place_by_the_equations_that_the_change_enters(rig, change, place):
     told = watched(rig, change).locate(round((AT - 1.0) / PERIOD))
     assert told.places == (place,), told

@@ -143,6 +143,7 @@ def test_it_names_the_balance_within_seconds_of_an_effect_being_switched_on(grap
     rig.wait(lambda: rig.fact('identify: changes', 'place'))
     assert rig.fact('identify: changes', 'place').startswith('load')
     assert rig.said['identify: changes'][0].endswith('; in: load')
+    rig.wait(lambda: any((e.kind, e.content) == ('place', 'load') for e in events))
     assert ('identify: changes', 'no balance changed') in rig.history
     rig.wait(lambda: rig.call('identify/relearn').success)
     rig.wait(rig.says('identify: changes', 'learning what is usual'))

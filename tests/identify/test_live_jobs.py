@@ -52,6 +52,23 @@ def test_it_marks_a_few_missing_samples_and_begins_anew_after_many():
         ring.recording(10.0, 'running', 'servo', 'text')
 
 
+def test_it_keeps_what_came_before_a_hole_as_a_recording_of_its_own():
+    ring = Ring(20.0)
+    for first, count in ((0, 5000), (5300, 2000), (7500, 4000)):
+        ring.put(first, first * 1_000_000, 1e-3, rows(first, count))
+    assert (len(ring), ring.since(0)) == (4000, 4.0)
+    found = ring.recordings('running', 'servo', 'text')
+    assert [(one.name, one.sequence, len(one), round(one.start, 6)) for one in found] == [
+        ('running_1', 0, 5000, 0.0), ('running_2', 7500, 4000, 7.5)]  # 2 s are too little
+    for one in found:
+        assert one['torque'].tolist() == list(range(one.sequence, one.sequence + len(one)))
+    assert len(ring.recording(20.0, 'trial', 'servo', 'text')) == 4000
+    ring.put(11500, 11_500_000_000, 1e-3, rows(11500, 11_500))  # the first stretch is gone by now
+    assert [one.sequence for one in ring.recordings('running', 'servo', 'text')] == [7500]
+    ring.put(10, 0, 1e-3, rows(10, 1500))  # a driver that begins again
+    assert [len(one) for one in ring.recordings('running', 'servo', 'text')] == [1500]
+
+
 def finished(job):
     until = monotonic() + 60.0
     while job.status is None and monotonic() < until:
@@ -66,6 +83,17 @@ def test_it_hears_what_a_job_reports_and_why_it_failed(tmp_path):
     assert finished(job) == 2
     assert job.reports() == [{'stage': 'reading', 'progress': 0.0}]
     assert '/nowhere.yaml' in job.last_words()
+
+
+def test_a_job_that_is_refused_tells_all_of_the_reason(tmp_path, monkeypatch):
+    (tmp_path / 'says_no.py').write_text(
+        'import sys\nfrom servo_identify.jobs.live.job_process import refused\n'
+        'print("a warning")\n'
+        'sys.exit(refused(ValueError("the data contradict the file:\\n  a leap\\ngo on?")))\n')
+    monkeypatch.setenv('PYTHONPATH', f'{tmp_path}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
+    job = Job('says_no')
+    assert finished(job) == 2 and job.reports() == []
+    assert job.last_words() == 'the data contradict the file:\n  a leap\ngo on?'
 
 
 SLEEPER = """

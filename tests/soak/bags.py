@@ -6,23 +6,22 @@ from pathlib import Path
 import subprocess
 import sys
 
+from answers import Answers
 import numpy as np
 
 from servo_twin.bag import read_recording
 from servo_twin.bag.bag_writing import BagError
 
 PERIOD = 1e-3  # s between samples of the bench
-BEHIND = 5e-3  # s by which the quickest message of a stretch may be slower than of another
 
 
-def judged(bags: list[Path], faults: list[tuple[float, float]],
-           steps: list[tuple[float, float]]) -> dict:
+def judged(bags: list[Path], faults: list[tuple[float, float]], answers: Answers) -> dict:
     """
     Return what the bags hold: ``samples``, ``holes``, those outside any fault, and the untold.
 
-    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing,
-    ``steps`` those in which the clock of the bench was set otherwise. A lost sample is told where
-    the running number jumps as far as the clock does.
+    ``faults`` are the stretches (s of the machine's clock) in which samples may be missing. A lost
+    sample is told where the running number jumps as far as the clock does; ``answers`` tell
+    whether a number is that of the SYNC.
     """
     told = {'bags': len(bags), 'read': 0, 'samples': 0, 'holes': 0, 'missing': 0,
             'elsewhere': [], 'untold': [], 'unreadable': [], 'empty': 0}
@@ -39,10 +38,10 @@ def judged(bags: list[Path], faults: list[tuple[float, float]],
                 told['unreadable'].append(f'{path.name}: {error}')
             continue
         told['read'] += 1
-        for sequence, stamps, written in places:
+        for sequence, stamps, angle in places:
             told['samples'] += len(sequence)
             told['untold'] += [f'{path.name}: {said}'
-                               for said in _untold(sequence, stamps, written, steps)]
+                               for said in untold(sequence, stamps, angle, answers)]
             jumps = np.flatnonzero(np.diff(sequence) != 1)
             for k in jumps:
                 missing = int(sequence[k + 1] - sequence[k] - 1)
@@ -54,39 +53,29 @@ def judged(bags: list[Path], faults: list[tuple[float, float]],
     return told
 
 
-def _untold(sequence: np.ndarray, stamps: np.ndarray, written: np.ndarray,
-            steps: list[tuple[float, float]]) -> list[str]:
+def untold(sequence: np.ndarray, stamps: np.ndarray, angle: np.ndarray,
+           answers: Answers) -> list[str]:
     """
     Return where samples are missing that the running number does not tell.
 
-    Within one life of a driver, number and stamp go on together. The recorder writes by a clock of
-    its own: a driver that lost samples and counted on would fall behind that clock.
+    Within one life of a driver, number and stamp go on together, and a sample has the number of
+    the SYNC that it answers.
     """
     found = []
     for life in np.split(np.arange(len(sequence)), np.flatnonzero(np.diff(sequence) < 0) + 1):
         jumps = np.diff(stamps[life]) / PERIOD - np.diff(sequence[life])
         found += [f'{step:.1f} samples at {stamps[life][k]:.2f} s, by its stamp'
                   for k, step in enumerate(jumps) if abs(step) > 0.5]
-        steady = np.ones(len(life), dtype=bool)
-        for begin, end in steps:  # a second around, by which the recorder may be late
-            steady &= (stamps[life] < begin - 1.0) | (stamps[life] > end + 1.0)
-        behind = (written[life] - stamps[life])[steady]
-        part = len(behind) // 3
-        if part > 1000:  # s enough for one message that came at once
-            grown = behind[-part:].min() - behind[:part].min()
-            if grown > BEHIND:
-                found.append(f'{grown:.3f} s from {stamps[life][0]:.2f} s on, by the clock of the '
-                             f'recorder')
-    return found
+    return found + answers.misnumbered(sequence, stamps, angle)
 
 
 def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return (running numbers, instants, instants of writing in s) of the encoder of a bag."""
+    """Return (running numbers, instants in s, load angles in rad) of the encoder of a bag."""
     from mcap.exceptions import McapError
     from mcap.reader import NonSeekingReader
     from rosbags.typesys import get_types_from_msg, get_typestore, Stores
     store = get_typestore(Stores.ROS2_JAZZY)
-    numbers, stamps, written, known = [], [], [], False
+    numbers, stamps, angles, known = [], [], [], False
     read_recording(path)  # ours reads it too
     with next(path.glob('*.mcap')).open('rb') as file:
         try:
@@ -104,13 +93,13 @@ def _stretches(path: Path) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
                 begin = block.header.stamp.sec + 1e-9 * block.header.stamp.nanosec
                 numbers.append(block.sequence + np.arange(count))
                 stamps.append(begin + block.period * np.arange(count))
-                written.append(np.full(count, 1e-9 * message.log_time))
+                angles.append(np.asarray(block.load_position))
         except (McapError, EOFError):
             pass  # cut by a kill: what stands before the cut counts
     if not numbers:
         return []
     return [(np.concatenate(numbers).astype(np.int64), np.concatenate(stamps),
-             np.concatenate(written))]
+             np.concatenate(angles))]
 
 
 def replayed(bags: list[Path]) -> list[tuple[str, bool, str]]:

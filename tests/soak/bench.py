@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 
+from answers import Answers
 from stepped_clock import SteppedClock
 
 HERE = Path(__file__).resolve().parent
@@ -49,7 +50,7 @@ class Bench:
                            '--channel', rig]
             case 'proxy':
                 command = [sys.executable, str(HERE / 'wire_proxy.py'), rig, driver,
-                           str(self.folder / 'bus.log')]
+                           str(self.folder / 'bus.log'), str(self.folder / 'answers.log')]
             case 'recorder':
                 self.bags.append(self.folder / 'bags' / f'bag_{len(self.bags):03d}')
                 command = self.node('servo_rig_driver.record.recorder_node',
@@ -141,6 +142,10 @@ class Bench:
                 except subprocess.TimeoutExpired:
                     killed += [name] if number == signal.SIGTERM else []
         return killed
+
+    def answers(self) -> Answers:
+        """Return what the load encoder answered on the driver's bus."""
+        return Answers.read(self.folder / 'answers.log')
 
     def left(self) -> list[str]:
         """Return the command lines of processes that still know this folder."""

@@ -215,9 +215,7 @@ class Soak:
     def _figures(self, begun: float, killed: list[str], left: list[str]) -> dict:
         windows = [(row['at'] - 1.0, (row['well'] or row['cured'] + RECOVERY) + 1.0)
                    for row in self.log if row['gap']]
-        steps = [(row['at'], row['cured']) for row in self.log
-                 if row['faults'][0].startswith('clock')]
-        bags = judged(self.bench.bags, windows, steps)
+        bags = judged(self.bench.bags, windows, self.bench.answers())
         beside = [(row['at'] - 1.0, row['cured'] + 1.0) for row in self.log
                   if row['beside'] is None]
         traces = []
@@ -233,7 +231,8 @@ class Soak:
             'powerless': self.bus.powerless,
             'beyond': self.bus.beyond, 'bags': bags, 'replays': replayed(self.bench.bags[-1:]),
             'traces': traces, 'ends': odd,
-            'beside': [judged(one.bench.bags, beside, []) for one in self.others],
+            'beside': [judged(one.bench.bags, beside, one.bench.answers())
+                       for one in self.others],
             'events': [list(one) for one in self.ears.events if one[1] == 'change'],
             'slopes': [(f'{one.bench.namespace}: {told[0]}', *told[1:])
                        for one in (self.rig, *self.others) for told in one.usage.slopes()],

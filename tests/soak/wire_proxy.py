@@ -1,18 +1,19 @@
 """
 Stands between the rig's hub and the driver's: passes frames on, spoils them, and keeps a log.
 
-    python wire_proxy.py RIG_SOCKET DRIVER_SOCKET LOG
+    python wire_proxy.py RIG_SOCKET DRIVER_SOCKET LOG ANSWERS
 
 Each line on stdin names what happens to the frames from now on, as JSON: ``{"mode": "drop",
 "share": 0.05}``. The log holds what the driver told the drive, before anything was spoilt here,
 and what the drive answered at the rig. It is the witness of what a driver did, whatever the driver
 says of itself. Two nodes that only listen keep it, one on either bus: no entry waits here.
+ANSWERS holds what the load encoder told the driver, and the count of the SYNC that it answered.
 """
 
 from __future__ import annotations
 
 import json
-from math import nan
+from math import isnan, nan
 from random import Random
 from signal import SIG_IGN, SIGINT, signal
 from struct import Struct
@@ -23,9 +24,10 @@ from time import sleep, time
 import can
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
-from servo_rig_driver.devices.pdo_table import load_frames, SYNC_ID
+from servo_rig_driver.devices.pdo_table import load_frames, SYNC_COUNTS, SYNC_ID
 
 RECORD = Struct('<ddBf')  # s: not before, seen at; kind; value
+ANSWER = Struct('<dBf')  # s: seen at; count of its SYNC; load angle, rad
 CONTROL, MODE, VELOCITY, VOLTAGE, STATUS, SYNC = range(6)
 TURN = 2.0 * 3.141592653589793
 
@@ -33,7 +35,7 @@ TURN = 2.0 * 3.141592653589793
 class WireProxy:
     """Passes frames between two buses; ``mode`` says how badly."""
 
-    def __init__(self, rig: str, driver: str, log: str) -> None:
+    def __init__(self, rig: str, driver: str, log: str, answers: str) -> None:
         self.names = {'rig': rig, 'driver': driver}
         self.wires: dict[str, Wire] = {}
         self.mode: dict = {'mode': 'clean'}
@@ -41,6 +43,7 @@ class WireProxy:
         self.held: dict[str, list] = {'rig': [], 'driver': []}
         self.stuck: bytes | None = None
         self.log = open(log, 'ab', buffering=0)
+        self.answers = open(answers, 'ab', buffering=0)
         self.table = load_frames('rv_bench')
         self.encoder = self.table['load_encoder.tpdo1']
         self.last: dict[int, float] = {}
@@ -91,9 +94,13 @@ class WireProxy:
                 self.wires.pop(other, None)
 
     def _note(self, side: str, frames: list[tuple[int, bytes]], empty: float) -> None:
-        now, out = time(), b''
+        now, out, answered = time(), b'', b''
         for identifier, data in frames:
             frame = self.table.by_id.get(identifier)
+            if side == 'driver' and frame is self.encoder and len(data) == frame.length:
+                position, count = frame.unpack(data)
+                if 1 <= count <= SYNC_COUNTS and not isnan(position):
+                    answered += ANSWER.pack(now, int(count), position)
             if side == 'rig' and identifier == SYNC_ID:
                 out += RECORD.pack(empty, now, SYNC, 0.0)
             if frame is None or len(data) != frame.length or (side == 'rig') != (
@@ -107,8 +114,9 @@ class WireProxy:
                                      or self.last.get(kind) != told[name]):
                     self.last[kind] = told[name]
                     out += RECORD.pack(empty, now, kind, told[name])
-        if out:
-            self.log.write(out)
+        for log, entries in ((self.log, out), (self.answers, answered)):
+            if entries:
+                log.write(entries)
 
     def _spoilt(self, side, frames):
         said = self.mode
@@ -165,4 +173,4 @@ class WireProxy:
 
 if __name__ == '__main__':
     signal(SIGINT, SIG_IGN)  # it ends with its stdin
-    WireProxy(*sys.argv[1:4]).run()
+    WireProxy(*sys.argv[1:5]).run()

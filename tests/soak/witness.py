@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from dataclasses import dataclass, field
+from functools import partial
 import os
 from pathlib import Path
 from threading import Thread
@@ -44,6 +45,17 @@ def age(value: float, sent: float, seen: float | None = None) -> float:
         ahead = (place - sent) % (2.0 * HALF)
         ages.append(-ahead if ahead <= span + 1.0 else 2.0 * HALF - ahead)
     return min(ages)
+
+
+def last_instant(message: Encoder | Prediction) -> float:
+    """
+    Return the instant of the last sample of a message, s; at most now.
+
+    These ears may be behind: when a message is heard says nothing of who still sends.
+    """
+    stamp = message.header.stamp
+    begin = stamp.sec + 1e-9 * stamp.nanosec
+    return min(time(), begin + message.period * len(message.load_position))
 
 
 @dataclass
@@ -139,11 +151,11 @@ class Ears:
         self.said: list[tuple[float, str, int, str]] = []
         self.events: list[tuple[float, str, str]] = []
         self.facts: dict[str, dict[str, str]] = defaultdict(dict)
-        deep = QoSProfile(depth=5000)
+        deep, newest = QoSProfile(depth=5000), QoSProfile(depth=1)  # who is behind hears the last
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnosis, deep)
-        self.node.create_subscription(Encoder, 'encoder', lambda m: self._hear('encoder'), deep)
+        self.node.create_subscription(Encoder, 'encoder', partial(self._hear, 'encoder'), newest)
         self.node.create_subscription(Prediction, 'twin/prediction',
-                                      lambda m: self._hear('prediction'), deep)
+                                      partial(self._hear, 'prediction'), newest)
         self.node.create_subscription(Event, 'events', self._event, deep)
         self.command = self.node.create_publisher(Command, 'command', deep)
         self.executor = SingleThreadedExecutor(context=self.context)
@@ -157,8 +169,8 @@ class Ears:
         except (ExternalShutdownException, AttributeError):  # the latter of rclpy, as it ends
             return
 
-    def _hear(self, what: str) -> None:
-        self.heard[what] = time()
+    def _hear(self, what: str, message: Encoder | Prediction) -> None:
+        self.heard[what] = last_instant(message)
 
     def _event(self, message: Event) -> None:
         self.events.append((time(), message.kind, message.text))

@@ -136,8 +136,6 @@ def test_an_effect_at_a_bound_answers_alike_at_a_finer_step_or_is_refused_or_is_
                     for other, parameter in placed.effect.parameters.items() if not parameter.row}
     if path.endswith('.cubic'):
         return  # holds for torsions that were measured, as its docstring says
-    if path == 'effects.torque_speed_limit_at_command.slope':
-        return  # a limit that falls so steeply is a relay: see its docstring
     on = only(placed.name)
     u = driven(200, external_torque=3.0 * np.sin(0.02 * np.arange(200)))
     for step in (1e-4, 2.5e-5):

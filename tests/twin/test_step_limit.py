@@ -129,6 +129,31 @@ def test_a_file_is_refused_with_the_step_that_would_do():
     assert 0.25 <= tree['step'] / longest_step(loads(yaml.safe_dump(tree))) <= 0.5
 
 
+@pytest.mark.parametrize('drive', [
+    {'gain': 0.5, 'torque_constant': 0.4},
+    {'gain': 2.0, 'torque_constant': 0.4, 'resistance': 1.5, 'inductance': 1e-3, 'back_emf': 0.1}],
+    ids=['current', 'voltage'])
+def test_a_limit_that_falls_with_the_speed_is_steep_enough_to_chatter_just_beyond(drive):
+    def chatter(slope, h=1e-3, pull=0.4):
+        limit = Placed('limit', find('torque_speed_limit'), 'command')
+        servo = Servo('limited', VoltageDrive if 'resistance' in drive else CurrentDrive, Rigid,
+                      effects=(limit,), values={
+                          **{f'drive.{name}': value for name, value in drive.items()},
+                          'mechanism.ratio': 1.0, 'mechanism.rotor_inertia': 0.01,
+                          'mechanism.load_inertia': 0.01, 'effects.limit.share': 1.0,
+                          'effects.limit.limit': 5.0, 'effects.limit.slope': slope}, step=h)
+        x = initial_state(servo, 0.0, 0.0)
+        y = simulate(servo, inputs(3000, voltage=8.0, external_torque=pull), h, x)[:, 0]
+        speed = np.diff(y[-200:]) / h
+        return longest_step(servo) / h, float(np.ptp(speed) / np.abs(speed).max())
+
+    low, high = 0.1, 1e4
+    for _ in range(60):
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if chatter(middle)[0] > 1.0 else (low, middle)
+    assert chatter(0.9 * low)[1] < 0.01 and chatter(1.1 * low)[1] > 0.1
+
+
 def test_a_machine_without_any_inertia_is_refused():
     with pytest.raises(ServoError, match='both zero; give one of them'):
         check_step(Servo('nothing', CurrentDrive, Rigid, values={

@@ -4,8 +4,9 @@ Measure the change detector: seconds to the alarm of each effect, and false alar
   servo-identify watch -o DIR
 
 has the emulated rig play a sine of speed, switches an effect on in the middle of it, and gives the
-residuals of the twin to the detector as they would come live. Then it watches as long as --hours
-says with nothing switched on. DIR/watch.json and DIR/watch.png hold what came of it.
+residuals of the twin to the detector as they would come live. Eight seconds after the first alarm
+it asks for the place of the change. Then it watches as long as --hours says with nothing switched
+on. DIR/watch.json and DIR/watch.png hold what came of it.
 """
 
 from __future__ import annotations
@@ -21,12 +22,10 @@ from typing import TYPE_CHECKING
 from servo_twin.commands.terminal import named_servo, new_folder, plain, say, tell
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from servo_twin.physics.servo import Servo
     from servo_twin.recording.recording import Recording
 
-    from ..watch.changes.change_detector import Alarm, Settings
+    from ..watch.changes.change_detector import Settings
 
 EFFECTS = {
     'friction.load_level': (1.4, ('load',)), 'withheld.load_drag': (5.0, ('load',)),
@@ -42,12 +41,15 @@ EFFECTS = {
 
 _AHEAD = 20.0  # s that are watched before the switch
 _PIECE = 300.0  # s watched at a stretch with nothing switched on
-_STEP = 100  # samples that are given to the detector at once
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What was said of one effect; ``seconds`` from the switch, NaN: nothing within the time."""
+    """
+    What was said of one effect; ``seconds`` from the switch, NaN: nothing within the time.
+
+    ``places`` are the probabilities of those that are named, none where it is not known.
+    """
 
     effect: str
     value: float
@@ -56,6 +58,8 @@ class Seen:
     seconds: float
     then: tuple[tuple[str, float], ...]
     too_early: bool
+    places: dict[str, float]
+    place: str
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,50 +122,22 @@ def main(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def watch(servo: Servo, recording: Recording, settings: Settings) -> list[Alarm]:
-    """Return the alarms of a recording, as the identify node would have given them."""
-    from servo_twin.recording.recording import BALANCES
-
-    from ..watch.changes.change_detector import ChangeDetector
-
-    residuals, covariates = watched(servo, recording)
-    detector = ChangeDetector(BALANCES, recording.period, settings)
-    alarms: list[Alarm] = []
-    for at in range(0, len(residuals), _STEP):
-        alarms += detector.push(at, residuals[at:at + _STEP], covariates[at:at + _STEP])
-    return alarms
-
-
-def watched(servo: Servo, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the identify node gives its detector: residuals (n, balances), covariates."""
-    import numpy as np
-
-    from servo_twin.lockstep.whole_recording import answer
-    from servo_twin.recording.joined_samples import samples_of
-    from servo_twin.recording.recording import BALANCES
-
-    from ..watch.changes.excitation_level import driving, half_window
-
-    rows = samples_of(recording.columns)
-    found = answer(recording, servo)
-    half = half_window(recording.period)
-    padded = np.full((len(rows) + 2 * half, rows.shape[1]), np.nan)
-    padded[half:-half] = rows
-    return (np.column_stack([found.residual[name] for name in BALANCES]),
-            driving(padded, recording.period, servo.values['mechanism.ratio']))
-
-
 def _switched(name: str, servo: Servo, rig: str, settings: Settings, wait: float, seed: int
               ) -> Seen:
+    from ..watch.changes.in_a_recording import located, watch
+
     value, enters = EFFECTS[name]
     at = settings.learn + _AHEAD
     recording = _played(servo, rig.replace(
         'switches: []', f'switches:\n  - {{at: {at}, set: {{{name}: {value}}}}}'), at + wait, seed)
-    told = [(alarm.balance, round(alarm.sequence * recording.period - at, 2))
-            for alarm in watch(servo, recording, settings)]
-    true = [one for one in told if one[1] > 0.0]
+    alarms = watch(servo, recording, settings)
+    later = [alarm for alarm in alarms if alarm.sequence * recording.period > at]
+    true = [(one.balance, round(one.sequence * recording.period - at, 2)) for one in later]
     first = true[0] if true else ('', float('nan'))
-    return Seen(name, value, enters, *first, tuple(true[1:]), len(true) < len(told))
+    found = located(servo, recording, settings, later[0]) if later else None
+    places = {} if found is None else {one: found.probability[one] for one in found.places}
+    return Seen(name, value, enters, *first, tuple(true[1:]), len(later) < len(alarms), places,
+                '' if found is None else str(found))
 
 
 def _nothing(servo: Servo, rig: str, settings: Settings, hours: float, seed: int,
@@ -172,6 +148,8 @@ def _nothing(servo: Servo, rig: str, settings: Settings, hours: float, seed: int
     It does not warm up, and the zero of its torque sensor does not wander: both are changes, and
     are found in the end.
     """
+    from ..watch.changes.in_a_recording import watch
+
     alarms, pieces = 0, round(hours * 3600.0 / _PIECE)
     for number in range(pieces):
         recording = _played(servo, rig, settings.learn + _PIECE, seed + 1 + number,
@@ -213,6 +191,7 @@ def _line(one: Seen) -> str:
         f'{one.balance} after {one.seconds:.2f} s' if one.balance else 'no alarm')
     if one.then:
         text += ', then ' + ', '.join(f'{name} {seconds:.2f} s' for name, seconds in one.then)
+    text += f'; in: {one.place}' if one.place else ''
     return text + ('; a false alarm before' if one.too_early else '')
 
 

@@ -39,7 +39,8 @@ from servo_twin_msgs.msg import Estimate, Event, Residual
 
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
-from ..watch.changes.change_detector import Alarm, ChangeDetector, Settings
+from ..watch.changes.alarm import Alarm
+from ..watch.changes.change_detector import ChangeDetector, Settings
 from ..watch.changes.change_place import AFTER, ChangePlace, Located
 from ..watch.changes.excitation_level import driving, half_window
 from ..watch.estimator.online_estimator import OnlineEstimator
@@ -179,29 +180,28 @@ class IdentifyNode(Node):
             wide = self._place.half
             self._place.push(sequence, self.ring.rows(sequence - wide,
                                                       len(residuals) + 2 * wide))
-            self._find_place(found, sequence + len(residuals), message.period)
+            self._find_place(found, sequence + len(residuals), message)
         for alarm in found:
             self.get_logger().warning(f'balance {alarm.balance} changed')
-            self._happened(alarm, message)
+            self._happened('change', alarm.balance, str(alarm), message)
         if found:
             self._report()
 
-    def _happened(self, alarm: Alarm, seen: Residual) -> None:
-        """Tell a change as an event, which the recorder keeps; ``seen`` is the last residual."""
-        event = Event(
-            source=self.get_fully_qualified_name(), kind='change', content=alarm.balance,
-            text=f'balance {alarm.balance} changed: {alarm.feature} by {alarm.deviations:.1f} '
-                 f'deviations since sample {alarm.since}')
+    def _happened(self, kind: str, content: str, text: str, seen: Residual) -> None:
+        """Tell what was found as an event, which the recorder keeps, by the residual then."""
+        event = Event(source=self.get_fully_qualified_name(), kind=kind, content=content,
+                      text=text)
         event.header.stamp = seen.header.stamp
         self._events.publish(event)
 
-    def _find_place(self, found: list[Alarm], at: int, period: float) -> None:
+    def _find_place(self, found: list[Alarm], at: int, seen: Residual) -> None:
         """Have the place of the first change found, some time after its alarm."""
         if found and self._to_locate is None:
             self._to_locate = found[0]
         alarm = self._to_locate
-        if alarm is None or self._located is not None or at < alarm.sequence + AFTER / period or (
-                self._locating is not None and self._locating.is_alive()):
+        if (alarm is None or self._located is not None
+                or at < alarm.sequence + AFTER / seen.period
+                or (self._locating is not None and self._locating.is_alive())):
             return
         place = copy(self._place)
 
@@ -210,6 +210,8 @@ class IdentifyNode(Node):
             if found is not None and alarm is self._to_locate:
                 self._located = found
                 self.get_logger().warning(f'the change is in: {found}')
+                self._happened('place', ' or '.join(found.places), f'the change is in: {found}',
+                               seen)
 
         self._locating = Thread(target=locate, daemon=True)
         self._locating.start()
@@ -296,8 +298,7 @@ class IdentifyNode(Node):
             return OK, said, facts
         alarms = sorted(detector.alarms.values(), key=lambda a: (a.sequence, -abs(a.deviations)))
         for alarm in alarms:
-            facts[alarm.balance] = (f'{alarm.feature} by {alarm.deviations:.1f} deviations since '
-                                    f'sample {alarm.since}, seen at {alarm.sequence}')
+            facts[alarm.balance] = f'{alarm.seen}, seen at {alarm.sequence}'
         said = f'changed: {", ".join(alarm.balance for alarm in alarms)}'
         if self._located is not None:
             facts['place'] = str(self._located)

@@ -284,13 +284,12 @@ class Jobs(Node):
         return path
 
     def _bags(self, bags: list[str], folder: Path) -> list[str]:
-        """Return the bags that were named; none means one of the last minutes."""
+        """Return the bags that were named; none means those of the last minutes, one a stretch."""
         if bags:
             return list(bags)
         servo = servo_file.loads(self.models.running, 'the servo file that runs')
-        recording = self._ring.recording(self._ring.seconds, 'running', servo.name,
-                                         self.models.running)
-        return [str(write_recording(folder / 'running', recording))]
+        return [str(write_recording(folder / one.name, one)) for one in self._ring.recordings(
+            'running', servo.name, self.models.running)]
 
 
 def _left(seconds: float, progress: float, budget: float) -> float:

@@ -12,7 +12,7 @@ from ..recording.events import Happened
 
 WORDS = {'began': 'twin began', 'parameters': 'parameter', 'servo_file': 'servo file',
          'settings': 'setting', 'trouble': 'trouble', 'over': 'over', 'note': 'note',
-         'change': 'change detected'}
+         'change': 'change detected', 'place': 'place of the change'}
 """How people call the kinds of Event.msg."""
 
 

@@ -15,25 +15,16 @@ Source: Hairer, Lubich, Wanner: Geometric Numerical Integration, 2006, sec. I.1.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-import math
-from types import FunctionType, SimpleNamespace
 
-from numba.core.dispatcher import Dispatcher
 import numpy as np
 
-from .effect import Effect
-from .maxwell_slip import slipped
-from .servo import Placed, Servo, ServoError
+from .drives import winding
+from .servo import Servo, ServoError
 from .servo_parts import DigitalDrive
+from .slopes_at_rest import acts_at, fall, rise, slopes, values_of
 
 _ROUNDING = 1e-6  # by which the free turning of a machine seems to grow, as its roots are found
-# where the curves of the catalogue are straight
-_TORSION, _ANGLE, _SPEED, _ROLLING = 1e-12, 1e-6, 1e-9, 1e-6
-_PLAIN: dict[str, Callable[..., object]] = {
-    'exp': math.exp, 'sqrt': math.sqrt,
-    'cos_sin': lambda angle: (math.cos(angle), math.sin(angle)), 'slipped': slipped.py_func}
 
 
 @dataclass(frozen=True)
@@ -59,8 +50,9 @@ def check_step(servo: Servo) -> None:
     Raise ServoError for a servo whose step is too long for it, with the step that would do.
 
     Judged are the mechanism at rest with the effects of transmission and shafts, the winding of
-    the drive and the cycle of a drive with loops of its own. Not judged are harmonics, learned
-    effects, curves away from rest, controllers, and an FMU, which has a step of its own.
+    the drive, what its command and current lose with the motor speed, and the cycle of a drive
+    with loops of its own. Not judged are harmonics, learned effects, curves away from rest,
+    controllers, and an FMU, which has a step of its own.
     """
     if issubclass(servo.drive, DigitalDrive):
         cycle = number(servo, 'drive.current_cycle')
@@ -111,7 +103,8 @@ def swinging(servo: Servo) -> Swinging | None:
     """Return a machine near rest, or None for a mechanism that does not say what it is."""
     values = {path.partition('.')[2]: value for path, value in servo.values.items()
               if path.startswith('mechanism.')}
-    at_mesh = [_slopes(servo, p, 'angle', 'rate') for p in servo.effects if _at(p, 'mesh', 'mesh')]
+    at_mesh = [slopes(servo, p, 'angle', 'rate') for p in servo.effects
+               if acts_at(p, 'mesh', 'mesh')]
     parts = servo.mechanism.springs(values, *(sum(one) for one in zip((0.0, 0.0), *at_mesh,
                                                                       strict=True)))
     if parts is None:
@@ -121,20 +114,40 @@ def swinging(servo: Servo) -> Swinging | None:
     turns = 1.0 / number(servo, 'mechanism.ratio') if last == 0 else 1.0  # one shaft for both
     for placed in servo.effects:
         for site, shaft, lever in (('motor', 0, 1.0), ('load', last, turns)):
-            if _at(placed, 'torque', site):
-                stiffer, denser = _slopes(servo, placed, 'angle', 'speed')
+            if acts_at(placed, 'torque', site):
+                stiffer, denser = slopes(servo, placed, 'angle', 'speed')
                 springs[shaft, shaft] += max(0.0, -stiffer) * lever**2
                 dampers[shaft, shaft] += max(0.0, -denser) * lever**2
-            if _at(placed, 'friction', site):
-                rising[shaft] += max(0.0, _rise(servo, placed)) * lever**2
-        hanging = placed.effect.hangs(_values(servo, placed))
+            if acts_at(placed, 'friction', site):
+                rising[shaft] += max(0.0, rise(servo, placed)) * lever**2
+        hanging = placed.effect.hangs(values_of(servo, placed))
         if hanging is not None:
             inertias, springs, dampers = _hung(inertias, springs, dampers, turns, *hanging)
             rising = np.append(rising, 0.0)
-    own = [servo.values.get(f'drive.{name}') for name in (
-        'resistance', 'inductance', 'back_emf', 'torque_constant')]
-    winding = None if None in own else tuple(float(one) for one in own)  # type: ignore[arg-type]
-    return Swinging(inertias, springs, dampers, winding, rising)  # type: ignore[arg-type]
+    coil = _coil(servo, dampers)
+    return Swinging(inertias, springs, dampers, coil, rising)
+
+
+def _coil(servo: Servo, dampers: np.ndarray) -> tuple[float, float, float, float] | None:
+    """
+    Return the winding of a drive; None where the drive sets the current.
+
+    A limit of the command or the current that falls with the motor speed damps the motor, as a
+    back EMF does: it is added to the back EMF, or to ``dampers``.
+    """
+    values = {path: value for path, value in servo.values.items() if not isinstance(value, tuple)}
+    gain, resistance = winding(values)
+    constant = values.get('drive.torque_constant', 0.0)
+    falls = {site: sum(fall(servo, placed) for placed in servo.effects
+                       if acts_at(placed, 'drive', site)) for site in ('command', 'current')}
+    dampers[0, 0] += constant * falls['current']
+    by_command = max(0.0, gain) * falls['command']
+    own = [values.get(f'drive.{name}') for name in ('resistance', 'inductance', 'back_emf')]
+    if None in own:
+        dampers[0, 0] += constant * by_command
+        return None
+    alone, inductance, back_emf = (float(one) for one in own if one is not None)
+    return resistance if by_command else alone, inductance, back_emf + by_command, constant
 
 
 def number(servo: Servo, path: str) -> float:
@@ -142,66 +155,6 @@ def number(servo: Servo, path: str) -> float:
     value = servo.values[path]
     assert not isinstance(value, tuple)
     return value
-
-
-def _at(placed: Placed, port: str, site: str) -> bool:
-    return (placed.effect.port == port and placed.site == site
-            and _uncompiled(placed.effect) is not None)
-
-
-def _uncompiled(effect: type[Effect]) -> Callable[..., float] | None:
-    """
-    Return an effect's law with the functions of `math`: to read a file should compile nothing.
-
-    None for a law that calls something else that is compiled: series of harmonics and curves.
-    """
-    law = effect.law
-    assert isinstance(law, FunctionType)
-    used = {name: law.__globals__.get(name) for name in law.__code__.co_names}
-    own = {name: _PLAIN[name] for name in used if name in _PLAIN}
-    if any(isinstance(thing, Dispatcher) for name, thing in used.items() if name not in own):
-        return None
-    return FunctionType(law.__code__, {**law.__globals__, **own})
-
-
-def _values(servo: Servo, placed: Placed) -> SimpleNamespace:
-    return SimpleNamespace(**{name: servo.values[f'effects.{placed.name}.{name}']
-                              for name in placed.effect.parameters})
-
-
-def _slopes(servo: Servo, placed: Placed, angle: str, rate: str) -> tuple[float, float]:
-    """
-    Return the slopes at rest of a torque by an angle and by its rate.
-
-    What is remembered of the motion during a step is a spring as well: its share of the slope by
-    the rate goes with the length of the step.
-    """
-    effect, p, law = placed.effect, _values(servo, placed), _uncompiled(placed.effect)
-    assert law is not None
-
-    def slope(field: str, change: float, h: float) -> float:
-        sides = []
-        for way in (change, -change):
-            motion = effect.motion(**{**dict.fromkeys(effect.motion._fields, 0.0), field: way})
-            sides.append(law(p, np.zeros(effect.memory), motion, h))
-        return float(sides[0] - sides[1]) / (2.0 * change)
-
-    h = servo.step
-    by_angle = slope(angle, _TORSION if effect.port == 'mesh' else _ANGLE, h)
-    by_rate, sooner = slope(rate, _SPEED, h), slope(rate, _SPEED, 0.5 * h)
-    if effect.memory and effect.port in ('torque', 'mesh'):
-        return by_angle + (by_rate - sooner) / (0.5 * h), 2.0 * sooner - by_rate
-    return by_angle, by_rate
-
-
-def _rise(servo: Servo, placed: Placed) -> float:
-    """Return the slope of friction by the speed of its shaft, near rest."""
-    effect, p, law = placed.effect, _values(servo, placed), _uncompiled(placed.effect)
-    assert law is not None
-    budgets = [float(law(p, np.zeros(effect.memory), effect.motion(
-        **{**dict.fromkeys(effect.motion._fields, 0.0), 'speed': speed, 'direction': 1.0}),
-        servo.step)) for speed in (_ROLLING, 2.0 * _ROLLING)]
-    return (budgets[1] - budgets[0]) / _ROLLING
 
 
 def _hung(inertias: np.ndarray, springs: np.ndarray, dampers: np.ndarray, turns: float,

@@ -27,7 +27,7 @@ from servo_twin.lockstep.whole_recording import answer
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import BALANCES, Recording
 
-from .job_process import report
+from .job_process import refused, report
 
 _BY_ANGLE = ('transmission', 'sensor')
 
@@ -73,13 +73,12 @@ def _rms(values: np.ndarray, about_mean: bool = False) -> float:
 
 
 def main(arguments: list[str]) -> int:
-    """Judge; what is wrong is the last line, with status 2."""
+    """Judge; where that cannot be, tell why, with status 2."""
     try:
         old, new = (servo_file.load(path) for path in arguments[:2])
         judgement = judge(old, new, read_recording(arguments[2]))
     except (ValueError, OSError) as problem:
-        print(problem, flush=True)
-        return 2
+        return refused(problem)
     report(old=judgement.old, new=judgement.new, balances=judgement.balances)
     return 0
 

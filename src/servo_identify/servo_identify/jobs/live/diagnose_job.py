@@ -15,11 +15,11 @@ from servo_twin.description import servo_file
 from ...diagnose.diagnose import diagnose
 from ...diagnose.diagnosis_files import write_diagnosis
 from ...diagnose.stages import STAGES
-from .job_process import report
+from .job_process import refused, report
 
 
 def main(arguments: list[str]) -> int:
-    """Diagnose; what is wrong is the last line, with status 2."""
+    """Diagnose; where that cannot be, tell why, with status 2."""
     path, folder, *bags = arguments
     output = Path(folder)
     try:
@@ -29,8 +29,7 @@ def main(arguments: list[str]) -> int:
         found = diagnose([read_recording(bag) for bag in bags], servo, tick=_told)
         write_diagnosis(found, Path(path).read_text(), servo, output)
     except (ValueError, OSError) as problem:
-        print(problem, flush=True)
-        return 2
+        return refused(problem)
     report(stage='done', progress=1.0)
     return 0
 

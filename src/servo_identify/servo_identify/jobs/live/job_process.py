@@ -13,6 +13,7 @@ from threading import Lock, Thread
 from time import monotonic
 
 _WITH_US = 'servo_twin.bringup.ends_with_parent'
+_REFUSED = 'refused'
 _KEPT = 30  # lines of what a job says that are kept for its failure
 
 
@@ -30,6 +31,7 @@ class Job:
         self._lock = Lock()
         self._reports: deque[Mapping] = deque()
         self._said: deque[str] = deque(maxlen=_KEPT)
+        self._refused = ''
         self._process = subprocess.Popen(
             ['nice', '-n', '10', sys.executable, '-m', _WITH_US, module, *words],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -55,9 +57,9 @@ class Job:
         return taken
 
     def last_words(self) -> str:
-        """Return the last line of text that it printed."""
+        """Return why it failed as :func:`refused` told, or the last line that it printed."""
         with self._lock:
-            return self._said[-1] if self._said else 'it said nothing'
+            return self._refused or (self._said[-1] if self._said else 'it said nothing')
 
     def kill(self) -> None:
         """End it and all that it started, now."""
@@ -75,7 +77,9 @@ class Job:
             except ValueError:
                 report = None
             with self._lock:
-                if isinstance(report, dict):
+                if isinstance(report, dict) and _REFUSED in report:
+                    self._refused = str(report[_REFUSED])
+                elif isinstance(report, dict):
                     self._reports.append(report)
                 elif line:
                     self._said.append(line)
@@ -84,3 +88,9 @@ class Job:
 def report(**facts: object) -> None:
     """Report from within a job."""
     print(json.dumps(facts), flush=True)
+
+
+def refused(problem: Exception) -> int:
+    """Tell from within a job why it cannot be done, be it many lines; return the status for it."""
+    report(**{_REFUSED: str(problem)})
+    return 2

@@ -27,7 +27,7 @@ from servo_twin.recording.recording import Recording
 from ...fit.fit_choices import LEARNED
 from ...fit.output_error import fit, Progress
 from .compare_job import judge
-from .job_process import report
+from .job_process import refused, report
 
 _STEPS = 40  # of a fit, at most
 
@@ -64,7 +64,7 @@ def wanted(servo: Servo, learn: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def main(arguments: list[str]) -> int:
-    """Retrain; what is wrong is the last line, with status 2."""
+    """Retrain; where that cannot be, tell why, with status 2."""
     spec = json.loads(Path(arguments[0]).read_text())
     try:
         report(stage='reading', progress=0.0)
@@ -82,8 +82,7 @@ def main(arguments: list[str]) -> int:
             losses = _losses(before, servo, recordings)
         servo_file.save(servo, Path(spec['output']))
     except (ValueError, OSError) as problem:
-        print(problem, flush=True)
-        return 2
+        return refused(problem)
     report(stage='done', progress=1.0, **losses)
     return 0
 

@@ -35,6 +35,7 @@ from functools import partial
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
+from .alarm import Alarm
 from .control_chart import Chart
 
 ONE_THREAD = ThreadpoolController()  # of linear algebra: several wait for each other most of all
@@ -46,22 +47,6 @@ MAKING = 2
 """Blocks for which one chart is made, after learning: the samples must not wait for them."""
 
 FEATURES = ('mean', 'power')
-
-
-@dataclass(frozen=True)
-class Alarm:
-    """
-    A change: of which balance, in which of FEATURES, by how many deviations, seen when.
-
-    ``since`` is the running number of the first sample of the window that told, ``sequence`` that
-    of its end.
-    """
-
-    balance: str
-    feature: str
-    deviations: float
-    since: int
-    sequence: int
 
 
 @dataclass(frozen=True)

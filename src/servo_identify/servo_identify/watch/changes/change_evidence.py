@@ -27,13 +27,17 @@ def solved(roots: list[np.ndarray], columns: np.ndarray) -> np.ndarray:
         else np.zeros(len(columns)) for q, root in enumerate(roots)])
 
 
-def likelihood(white: np.ndarray, shapes: list[np.ndarray], misfit: float) -> float:
-    """Return the logarithm of the likelihood of a shape of any size, over that of no change."""
+def likelihood(white: np.ndarray, shapes: list[np.ndarray], misfit: float, as_one: bool) -> float:
+    """
+    Return the logarithm of the likelihood of a shape of any size, over that of no change.
+
+    Columns have sizes of their own, or go together ``as_one`` with the units that they have.
+    """
     w, s = white.ravel(), np.array([shape.ravel() for shape in shapes]).T
     scale = np.sqrt(np.square(s).sum(axis=0))
     if not scale.max() > 0.0:
         return 0.0
-    s = s / (scale.max() if len(shapes) > 2 else np.where(scale > 0.0, scale, 1.0))
+    s = s / (scale.max() if as_one else np.where(scale > 0.0, scale, 1.0))
     share = misfit ** 2 * np.square(s).sum(axis=1)
     told = []
     for size in np.square(_SIZES):

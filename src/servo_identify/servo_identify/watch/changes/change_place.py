@@ -29,9 +29,10 @@ from scipy.special import logsumexp
 
 from servo_twin.physics.servo import Servo
 
+from .change_candidates import Candidate
 from .change_detector import ONE_THREAD
 from .change_evidence import likelihood, onset_of, solved
-from .equation_changes import Candidate, Equations
+from .equation_changes import Equations
 from .residual_process import ResidualProcess
 
 MISFITS, OF_SENSORS = (0.02, 0.2), (0.02,)
@@ -196,7 +197,8 @@ class ChangePlace:
             told = []
             for course in courses:
                 shapes = [solved(roots, column * course[:, None]) for column in columns]
-                told += [likelihood(white, shapes, misfit) for misfit in misfits]
+                told += [likelihood(white, shapes, misfit, candidate.as_one
+                                    or candidate.by_angle >= 0) for misfit in misfits]
             yield candidate, float(logsumexp(told)) - np.log(len(told))
 
     def _columns(self, candidate: Candidate, blocks: np.ndarray, roots: list[np.ndarray]

@@ -11,18 +11,22 @@ motor           :math:`K_m i - J_m\dot\omega_m - T/N`, what is left is friction 
 load            :math:`T - J_l\dot\omega_l - T_e`, what is left is friction of the load
 torque_balance  N times motor plus load, where T is not measured
 transmission    :math:`\theta_m/N - \theta_l - T/K`
+ripple          the logarithm of the mean of :math:`|T - \bar T|`, with the smoothed torque
 =============== ==================================================================================
 
-A part that changes enters its own equation alone: more friction of the load adds
+A part that changes enters its own equation: more friction of the load adds
 :math:`\mathrm{sgn}\,\omega` to ``load``, another torque constant adds :math:`i` to ``motor``. An
 error :math:`e` of a reading enters each equation that the reading is in: an error of the torque
 adds :math:`e` to ``load`` and :math:`-e/N` to ``motor``. So parts and sensors differ. A reading
 that sticks has no noise; only one that repeats itself is tried as stuck.
+
+Errors of the teeth :math:`e(\theta_m)` enter three equations. The motor feels
+:math:`T\,(1/N - e')`, as no power is lost in the teeth; where they shake the torque, the mean of
+:math:`T e'` resists the motor as friction does. The ``ripple`` tells them from friction, which
+makes none: teeth with errors as steep as STEEPEST drag no more than that share of the ripple.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,8 +38,10 @@ from servo_twin.recording.joined_samples import CHANNELS
 from servo_twin.recording.recording import BALANCES
 
 from ..estimator.equation_samples import biweight
+from .change_candidates import Candidate, OF_A_SHAFT
 
-PLACES = ('motor', 'transmission', 'load', 'drive', 'sensor')
+RIPPLE = 'ripple'
+STEEPEST = 0.1  # of the ratio: N e', by which teeth with errors turn the load faster or slower
 NAMES = ('drive', 'motor', 'transmission', 'load', 'torque_balance')
 MOTOR, LOAD, TORQUE, CURRENT, VOLTAGE = range(len(OUTPUTS))
 
@@ -44,27 +50,7 @@ _EXTERNAL = CHANNELS.index('external_torque')
 _SLOW = 0.03  # rad/s at the load, in which a direction fades
 _LOADED = 0.3  # of the usual torque: from there on a flank of the teeth is in contact
 FORMULA = 0.01  # share by which a formula may be off, term by term
-_OF_A_SHAFT = (
-    ('dry friction', ('direction',)), ('viscous friction', ('speed',)),
-    ('friction', ('direction', 'speed')), ('all friction', ('usual',)),
-    ('inertia', ('acceleration',)))
 _SENSORS = {TORQUE: 'torque', LOAD: 'load encoder', CURRENT: 'current', MOTOR: 'motor encoder'}
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """
-    One change: its place, its name, and its columns in :attr:`Equations.signals`.
-
-    ``shapes``: (equation, signal, factor) of each column, a tuple of them where it enters several.
-    ``by_angle``: any curve over the angle of the load, in that equation.
-    """
-
-    place: str
-    name: str
-    shapes: tuple[tuple[tuple[int, int, float], ...], ...]
-    by_angle: int = -1
-    stuck: int = -1
 
 
 class Equations:
@@ -85,14 +71,17 @@ class Equations:
                               ).reshape(len(self.names), len(OUTPUTS), -1)
         self._values = servo.values
         self._parts = {sensor.channel for sensor in servo.sensors}
+        if 'transmission' in self.names and 'torque' in self._parts:
+            self.names.append(RIPPLE)
         self._ratio = servo.values['mechanism.ratio']
         self._lever = self._ratio * servo.values.get('mechanism.efficiency', 1.0)
         self._window = biweight(self.half)
         self._rate = np.gradient(self._window, period)
         self._period = period
         self._index: dict[str, int] = {}
-        for name in (*self.names, 'one', 'speed', 'direction', 'acceleration', 'external', 'sine',
-                     'cosine', 'fan', 'current', 'command', 'carried', 'flank', 'angle',
+        for name in (*self.names, 'one', 'speed', 'direction', 'turning', 'drag', 'acceleration',
+                     'external', 'sine', 'cosine', 'fan', 'current', 'command', 'carried',
+                     'flank', 'angle',
                      *(f'{self.names[q]} of {c}' for c in _SENSORS for q in self._with(c)),
                      *(f'{self.names[q]} of one in {c}' for c in _SENSORS for q in self._with(c)),
                      *(f'moving {c}' for c in _SENSORS),
@@ -104,7 +93,7 @@ class Equations:
     def _with(self, channel: int) -> list[int]:
         """Return the equations that a reading is in."""
         known = OUTPUTS[channel] in self._parts
-        return [q for q in range(len(self.names)) if known and self._taps[q, channel].any()]
+        return [q for q in range(len(self._taps)) if known and self._taps[q, channel].any()]
 
     def signals(self, rows: np.ndarray) -> np.ndarray:
         """Return the signals (n, s) of samples (n + 2 half, len(CHANNELS)); NaN: not known."""
@@ -121,9 +110,8 @@ class Equations:
         def put(name: str, value: np.ndarray | float) -> None:
             found[:, self._index[name]] = value
 
-        for q, name in enumerate(self.names):
-            y = sum(of(self._taps[q, c], e[c]) for c in range(len(OUTPUTS))
-                    if self._taps[q, c].any())
+        for name, taps in zip(self.names, self._taps, strict=False):
+            y = sum(of(taps[c], e[c]) for c in range(len(OUTPUTS)) if taps[c].any())
             put(name, y - external * (name in ('load', 'torque_balance')))
         turned = e[MOTOR] / self._ratio if OUTPUTS[MOTOR] in self._parts else e[LOAD]
         angle = of(self._window, e[LOAD] if OUTPUTS[LOAD] in self._parts else turned)
@@ -131,13 +119,15 @@ class Equations:
         faster = np.gradient(speed, self._period) if size > 1 else np.zeros(size)
         carried = of(self._window, e[TORQUE]) if 'torque' in self._parts else (
             external + self._values.get('mechanism.load_inertia', 0.0) * faster)
-        current = of(self._window, e[CURRENT])
-        command = of(self._window, e[VOLTAGE])
+        if RIPPLE in self.names:
+            put(RIPPLE, np.abs(e[TORQUE, self.half:self.half + size] - carried))
         for name, value in (
                 ('one', 1.0), ('speed', speed), ('direction', np.tanh(speed / _SLOW)),
-                ('acceleration', faster), ('external', external), ('sine', np.sin(angle)),
-                ('cosine', np.cos(angle)), ('fan', speed * np.abs(speed)), ('current', current),
-                ('command', command), ('carried', carried), ('angle', angle)):
+                ('turning', np.abs(np.tanh(speed / _SLOW))), ('acceleration', faster),
+                ('external', external), ('sine', np.sin(angle)), ('cosine', np.cos(angle)),
+                ('fan', speed * np.abs(speed)), ('current', of(self._window, e[CURRENT])),
+                ('command', of(self._window, e[VOLTAGE])), ('carried', carried),
+                ('angle', angle)):
             put(name, value)
         for c in _SENSORS:
             for q in self._with(c):
@@ -157,10 +147,21 @@ class Equations:
             'speed', 'direction', 'external', 'sine', 'cosine')]]
 
     def with_flanks(self, blocks: np.ndarray, learned: np.ndarray) -> np.ndarray:
-        """Fill in which flank of the teeth is in contact, by the torque usual while learning."""
+        """
+        Fill in which flank of the teeth is in contact, and take the logarithm of the ripple.
+
+        A flank is by the torque usual in ``learned`` blocks; so are the least ripple that counts
+        and what a ripple that grows e-fold may drag at the motor.
+        """
         usual = _LOADED * np.sqrt(np.square(learned[:, self._index['carried']]).mean()) + 1e-12
         filled = blocks.copy()
         filled[:, self._index['flank']] = np.tanh(blocks[:, self._index['carried']] / usual)
+        if RIPPLE in self.names:
+            ripple = self._index[RIPPLE]
+            least = 1e-3 * np.median(learned[:, ripple]) + 1e-12
+            filled[:, ripple] = np.log(np.maximum(blocks[:, ripple], least))
+            filled[:, self._index['drag']] = blocks[:, self._index['direction']] * (
+                STEEPEST / self._lever * np.median(learned[:, ripple]))
         return filled
 
     def _terms(self) -> list[list[tuple[int, float, float]]]:
@@ -198,11 +199,11 @@ class Equations:
 
         for equation in ('load', 'torque_balance'):
             for name, signals in (
-                    *_OF_A_SHAFT, ('unbalance', ('sine', 'cosine')),
+                    *OF_A_SHAFT, ('unbalance', ('sine', 'cosine')),
                     ('fan', ('fan',)), ('external torque', ('external',))):
                 part('load', equation, name, *signals)
         for equation in ('motor', 'torque_balance'):
-            for name, signals in (*_OF_A_SHAFT, ('torque constant', ('current',))):
+            for name, signals in (*OF_A_SHAFT, ('torque constant', ('current',))):
                 part('motor', equation, name, *signals)
         part('drive', 'drive', 'gain', 'command')
         part('drive', 'drive', 'offset', 'one')
@@ -215,6 +216,7 @@ class Equations:
         if 'transmission' in self.names:
             found.append(Candidate('transmission', 'transmission error', (),
                                    self.names.index('transmission')))
+        self._teeth(found)
         for channel, name in _SENSORS.items():
             entered = self._with(channel)
             if not entered:
@@ -222,10 +224,19 @@ class Equations:
             offset, gain = (tuple((q, self._index[f'{self.names[q]} of {what}{channel}'], 1.0)
                                   for q in entered) for what in ('one in ', ''))
             found.append(Candidate('sensor', f'{name}: offset', (offset,)))
+            if channel == TORQUE and RIPPLE in self.names:
+                gain += ((self.names.index(RIPPLE), self._index['one'], 1.0),)
             if channel in (TORQUE, CURRENT):
                 found.append(Candidate('sensor', f'{name}: gain', (gain,)))
             found.append(Candidate('sensor', f'{name}: stuck', (), stuck=channel))
         return found
+
+    def _teeth(self, found: list[Candidate]) -> None:
+        """Add errors of the teeth that come and go within a block, where the torque is read."""
+        shapes = tuple(((self.names.index(name), self._index[signal], 1.0),) for name, signal in (
+            (RIPPLE, 'turning'), ('motor', 'drag')) if name in self.names)
+        if RIPPLE in self.names:
+            found.append(Candidate('transmission', 'error of the teeth', shapes, as_one=True))
 
     def _constants(self, found: list[Candidate]) -> None:
         """Add a magnet that weakens: torque constant and back EMF change by one share."""

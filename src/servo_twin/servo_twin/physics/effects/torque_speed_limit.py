@@ -11,8 +11,8 @@ class TorqueSpeedLimit(Drive):
     .. math:: |u| \le \max\bigl(l - d\,\omega_m \,\mathrm{sgn}\,u^*,\ 0\bigr)
 
     The supply over the resistance gives ``limit``, the back EMF over the resistance ``slope``.
-    Braking finds more. ``share`` 1 is a hard limit, 0 none. Holds for a supply that does not sag,
-    and a slope by which the limit falls little in what the motor gains within a step.
+    Braking finds more. ``share`` 1 is a hard limit, 0 none. Holds for a supply that does not sag.
+    A limit that falls so steeply that it damps the motor within a step is refused with the file.
     """
 
     source = 'Pillay, Krishnan: IEEE Trans. Ind. Appl. 25(2), 1989 (voltage limit of a drive)'
