@@ -188,7 +188,7 @@ def test_a_name_that_ends_with_the_number_of_a_joint_has_no_unit_there(run, tmp_
 
 
 @pytest.mark.parametrize(('name', 'column'), [
-    ('out.logsout.theta.Time', 't'), ('out.logsout.theta.Data', 'motor_position'),
+    ('out.logsout.theta.Time', 't'), ('out.logsout.theta.Data', ANGLE),
     ('angle.time', 't'), ('out.logsout.i.Time', 't')])
 def test_the_times_of_a_signal_are_no_angle(name, column):
     assert looks_like(name) == column
