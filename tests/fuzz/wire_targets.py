@@ -88,7 +88,7 @@ def _drive(protocol: str, name: str) -> Take:
         of |= {'device.table': str(folder / name), 'device.ratio': 9.0, 'device.kd': 1.0,
                'device.torque_constant': 0.1}
         drive, _ = PROTOCOLS[protocol](of, RigHealth())
-        said = [*drive.query(), *drive.off(), *drive.greeting()]
+        said = [*drive.query(), *drive.off()]
         for state in (DriveState.SWITCH_ON_DISABLED, DriveState.OPERATION_ENABLED):
             drive._state = state
             for order in Order:
