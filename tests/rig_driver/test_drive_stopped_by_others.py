@@ -133,6 +133,6 @@ def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(name, tmp_pat
         send, port.send = port.send, lambda *_: None
         wait_for(lambda: not made.pushes, 'its watchdog ran out')
         port.send = send
+        wait_for(lambda: made.pushes, 'it is led up again')
         turning(link)
-        assert made.pushes
         assert not link.health.has('drive.stopped')
