@@ -10,7 +10,12 @@ from .hypothesis import Hypothesis, Mechanism
 from .memory import dahl_operator
 from .shape_search import SHAPES
 
-LONGEST = 0.5  # share of the travel over which it may build up: what never does is a spring
+SHORTEST, LONGEST = 0.01, 0.5
+"""
+Shares of the travel over which it may build up.
+
+Over less, elements in parallel tell it as well; what never does is a spring.
+"""
 
 
 def dahl(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis | None:
@@ -21,8 +26,8 @@ def dahl(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis | None
     over as much.
     """
     name = f'{site}_angle'
-    low, high = builder.scales.finest(site), LONGEST * builder.scales.stroke(name)
-    if not 0.0 < low < high:
+    low, high = (share * builder.scales.stroke(name) for share in (SHORTEST, LONGEST))
+    if not builder.scales.finest(site) < high:
         return None
 
     def torque(one: EquationErrors, travel: float) -> np.ndarray:
