@@ -215,4 +215,9 @@ def _named(one: MissingEffect | Alternative) -> str:
             where = 'place' if (one.curve or {}).get('unit') == 'm' else 'angle'
             text += f' at each {where} of the {"motor" if one.site == "motor" else "load"}'
         return text
-    return f'{spoken(one.effect)} at the {SITES.get(one.site, one.site.replace("_", " "))}'
+    return at_its_place(one.effect, one.site)
+
+
+def at_its_place(effect: str, site: str) -> str:
+    """Return the name of an effect with where it acts, in words."""
+    return f'{spoken(effect)} at the {SITES.get(site, site.replace("_", " "))}'

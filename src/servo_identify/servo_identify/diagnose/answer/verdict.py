@@ -18,7 +18,7 @@ from .evidence import Evidence, named_in
 from .missing_effect import drawn_curve, missing_effect
 from .report import GapReport, Located, MissingEffect
 from .row_instants import told_late
-from .sentences import sentence, SITES, spoken
+from .sentences import at_its_place, sentence
 from .shown_in import by_recording, told
 from .shown_units import channel_unit
 from .telling import confirmations
@@ -62,12 +62,11 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
 def _doubts(evidence: Evidence) -> Iterator[str]:
     """Say of each effect that is not told for its few halves how many name it."""
     for one in evidence.doubtful:
-        share, mechanism = named_in(evidence.found, evidence.halves, one), one.part.mechanism
+        share = named_in(evidence.found, evidence.halves, one)
         if share < EVEN:
-            yield (f'{spoken(mechanism.name).capitalize()} at the '
-                   f'{SITES.get(mechanism.site, mechanism.site.replace("_", " "))} may act too: '
-                   f'{round(100.0 * share)} % of the searches by halves name it, too few to tell. '
-                   'More recordings would.')
+            name = at_its_place(one.part.mechanism.name, one.part.mechanism.site)
+            yield (f'{name.capitalize()} may act too: {round(100.0 * share)} % of the searches by '
+                   'halves name it, too few to tell. More recordings would.')
 
 
 def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from numba import njit
 import numpy as np
 from scipy.signal import lfilter
 
+from servo_twin.physics.effects.dahl_friction import DahlFriction
+
 LOOPS = (0.05, 0.12, 0.3, 0.7)
 """Shares of the largest torque over which a loop may close: one that never does is elastic."""
+
+
+_dahls_law = njit(DahlFriction.law)
+
+
+class _Values(NamedTuple):
+    level: float
+    travel: float
+
+
+class _Motion(NamedTuple):
+    speed: float
 
 
 def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
@@ -21,12 +37,10 @@ def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
 
 
 def dahl_operator(x: np.ndarray, travel: float) -> np.ndarray:
-    r"""
-    Return Dahl's answer to ``x``, between -1 and 1, shape of ``x``.
+    """
+    Return the answer of :class:`DahlFriction` to ``x``, between -1 and 1, shape of ``x``.
 
-    .. math:: s \leftarrow d + (s - d)\,e^{-|\Delta x| / x_0}, \quad d = \mathrm{sgn}(\Delta x)
-
-    ``travel`` is x_0. Source: Dahl: Aerospace Corporation TOR-0158(3107-18)-1, 1968.
+    It is 1 where ``x`` has risen by many times ``travel``.
     """
     return _dahl(np.ascontiguousarray(x), travel)
 
@@ -86,10 +100,9 @@ def _within_rate(x: np.ndarray, most: float) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def _dahl(x: np.ndarray, travel: float) -> np.ndarray:
-    out = np.zeros(len(x))
+    values, s, out = _Values(1.0, travel), np.zeros(1), np.zeros(len(x))
     for k in range(1, len(x)):
-        way = np.sign(x[k] - x[k - 1])
-        out[k] = way + (out[k - 1] - way) * np.exp(-abs(x[k] - x[k - 1]) / travel)
+        out[k] = -_dahls_law(values, s, _Motion(x[k] - x[k - 1]), 1.0)
     return out
 
 

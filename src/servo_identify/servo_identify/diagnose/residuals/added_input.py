@@ -51,8 +51,7 @@ def added_input(several: Sequence[EquationErrors]) -> AddedInput | None:
 
 def _wave_of(one: EquationErrors) -> AddedInput | None:
     recording, theta = one.measured.recording, one.servo.theta
-    error = recording['voltage'] - one.controller_output(theta)
-    error += one.added_command - one.measured.column('added_command', 0.0)  # told too
+    error = recording['voltage'] - one.controller_output(theta) + one.integral
     known = np.isfinite(error)
     time = np.flatnonzero(known) * recording.period
     error = error[known]

@@ -14,7 +14,7 @@ from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 
 from .driven_current import drive_current, moving_between, there_and_around
-from .loop_output import added_from_start, commanded
+from .loop_output import commanded, integral_at_start
 from .measured import Measured
 from .motion import bridged, Motion, motion_of, shifted
 from .test_function import TestFunction
@@ -98,13 +98,13 @@ class AlongMotion:
         theta = theta.copy()
         for slot, change in (settings or {}).items():
             theta[slot] += change
-        return commanded(self.servo, self.measured, theta, shaken or self.angles(),
-                         {'added_command': self.added_command, **(held or {})})
+        return commanded(self.servo, self.measured, theta, shaken or self.angles(), held or {},
+                         self.integral)
 
     @cached_property
-    def added_command(self) -> np.ndarray:
-        """What is added to the controller's output, see :func:`.loop_output.added_from_start`."""
-        return added_from_start(self.servo, self.measured, self.angles())
+    def integral(self) -> float:
+        """What the controller's integral begins with, V."""
+        return integral_at_start(self.servo, self.measured, self.angles())
 
     def current_between(self) -> np.ndarray | None:
         """

@@ -29,9 +29,8 @@ def doubt_about(one: EquationErrors, equation: str,
     doubt = np.hypot(_rounding(one, equation), _within_row(one, equation))
     tells = np.ones(len(keep), dtype=bool)
     if equation == 'controller':
-        held = {'added_command': one.added_command}
         return one.test(equation).project(untold(
-            one.servo, one.measured, one.angles(), held)), tells
+            one.servo, one.measured, one.angles(), one.integral)), tells
     if equation in ('torque', 'motor', 'load'):
         return np.hypot(doubt, _swing(one, equation)), ~_crossing_gap(one, equation)
     if equation != 'transmission':

@@ -21,16 +21,18 @@ SMALL = 1e-3  # of a command, by which it is shaken to see whether it is at its 
 
 
 def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angles,
-              held: Mapping[str, np.ndarray], quick: bool = False,
+              held: Mapping[str, np.ndarray], integral: float = 0.0, quick: bool = False,
               slope: Callable[[np.ndarray], np.ndarray] = np.gradient) -> np.ndarray:
     """
     Return the controller's output, V, at every sample; ``held`` stands for recorded references.
 
+    ``integral`` V is what its integral begins with: in its sum it is as what is added.
     ``quick``: TURNS of its loop go to a row, and between rows all goes smoothly. A reference speed
     that was not recorded is that of the reference position, its ``slope`` by rows.
     """
     told = {name: held.get(name, measured.column(name, 0.0))
             for name in ('reference_position', 'reference_velocity', 'added_command')}
+    told['added_command'] = told['added_command'] + integral
     if _speed_is_untold(measured):
         told['reference_velocity'] = slope(told['reference_position']) / measured.period
     series, turns = [*told.values(), *angles], TURNS if quick else 1
@@ -45,42 +47,39 @@ def commanded(servo: Servo, measured: Measured, theta: np.ndarray, angles: Angle
     return command[::turns]
 
 
-def added_from_start(servo: Servo, measured: Measured, angles: Angles) -> np.ndarray:
+def integral_at_start(servo: Servo, measured: Measured, angles: Angles) -> float:
     """
-    Return what is added to a controller's output, V: as recorded, and its integral at the start.
+    Return what the integral of a controller holds where a recording begins, V.
 
-    A recording may begin while the loop holds a load. Its integral then is no matter of a constant
-    alone: from another one it meets the limit of the command at another time, and stands still
-    there. It is that from which the output comes nearest to what was recorded.
+    A recording may begin while the loop holds a load. That is no matter of a constant alone: from
+    another integral it meets the limit of the command at another time, and stands still there. It
+    is that from which the output comes nearest to what was recorded.
     """
-    added = measured.column('added_command', 0.0)
-    command = measured.column('voltage', 0.0)
     if not servo.numbers.get('controller.ki'):
-        return added
+        return 0.0
+    command = measured.column('voltage', 0.0)
 
-    def off(start: float, by: float = 0.0) -> np.ndarray:
-        return command - commanded(servo, measured, servo.theta, angles,
-                                   {'added_command': added + start + by})
+    def off(integral: float) -> np.ndarray:
+        return command - commanded(servo, measured, servo.theta, angles, {}, integral)
 
     step = SMALL * (float(np.nanstd(command)) or 1.0)
     start = float(np.nan_to_num(np.nanmedian(off(0.0))))
-    if np.isclose(off(start) - off(start, step), step, rtol=0.1).all():
-        return added + start  # it meets no limit
+    if np.isclose(off(start) - off(start + step), step, rtol=0.1).all():
+        return start  # it meets no limit
     most = float(np.nanmax(np.abs(command))) + abs(start)
-    return added + float(minimize_scalar(
+    return float(minimize_scalar(
         lambda value: float(np.nanmean(np.abs(off(value)))), bounds=(-most, most),
         method='bounded', options={'xatol': step}).x)
 
 
-def untold(servo: Servo, measured: Measured, angles: Angles,
-           held: Mapping[str, np.ndarray]) -> np.ndarray:
+def untold(servo: Servo, measured: Measured, angles: Angles, integral: float) -> np.ndarray:
     """
     Return by how much a controller may differ by what no row shows, V, at every sample.
 
     Its loop may be quicker than the rows, and a reference speed that was not recorded may be that
-    since the last row. ``held`` is that of :func:`commanded`.
+    since the last row. ``integral`` is that of :func:`commanded`.
     """
-    of = partial(commanded, servo, measured, servo.theta, angles, held)
+    of = partial(commanded, servo, measured, servo.theta, angles, {}, integral)
     known = of()
     apart = np.abs(of(quick=True) - known)
     if _speed_is_untold(measured):
