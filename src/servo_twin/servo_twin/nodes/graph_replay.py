@@ -21,6 +21,7 @@ from .spinning import started
 
 BLOCK = 0.01  # s of samples in one message, at least one sample
 _MATCH = 5.0  # s that the first sample waits for somebody to listen
+_JOINING = 0.5  # s after which of several listeners that start together all have joined
 
 
 class GraphReplay(Node):
@@ -44,7 +45,7 @@ class GraphReplay(Node):
     def play(self) -> int:
         """Publish all samples and return how many; stops early when the process is to end."""
         recording = self._recording
-        self._wait_for_listener()
+        self._wait_for_listeners()
         begin = time.monotonic()
         for part in parts_of(recording):
             if not self._play(part, begin):
@@ -84,11 +85,15 @@ class GraphReplay(Node):
     def _over(self) -> bool:
         return not rclpy.ok() or (self._ending is not None and self._ending.asked)
 
-    def _wait_for_listener(self) -> None:
+    def _wait_for_listeners(self) -> None:
+        """Wait until each topic is heard and nobody has joined for _JOINING."""
         until = time.monotonic() + _MATCH
-        publishers = [publisher for _, publisher in self._topics.values()]
-        while time.monotonic() < until and not self._over():
-            if all(publisher.get_subscription_count() for publisher in publishers):
+        before, since = [0], until
+        while (now := time.monotonic()) < until and not self._over():
+            heard = [publisher.get_subscription_count() for _, publisher in self._topics.values()]
+            if heard != before:
+                before, since = heard, now
+            elif all(heard) and now - since >= _JOINING:
                 return
             time.sleep(0.02)
 
