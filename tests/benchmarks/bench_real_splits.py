@@ -39,6 +39,15 @@ effects:
 tolerance: {{mechanism.rotor_inertia: 50 %, effects.viscous.slope: [0.0, 200.0]}}
 """
 
+VACUUM_AXIS = """
+servo: vacuum_axis
+step: 0.0005
+drive: {type: current, gain: 1.0, torque_constant: 1.0}
+mechanism: {type: rigid, ratio: 1.0, rotor_inertia: 0.01, load_inertia: 10.0}
+controller: {type: none}
+sensors: {motor_encoder: {noise: 1.4e-6}, load_encoder: {noise: 7.8e-7}}
+"""
+
 
 @dataclass(frozen=True)
 class Machine:
@@ -84,6 +93,18 @@ def ur10e(folder: Path, joint: int) -> Machine:
     return Machine(f'ur10e joint {joint}', 'coulomb_friction', servo, pieces(one))
 
 
+def vacuum_axis(folder: Path) -> Machine:
+    """Return the axis of a vacuum tank: two encoders, 24 to 28 mdeg lost at each reversal."""
+    servo, runs = servo_file.loads(VACUUM_AXIS), []
+    for number, name in enumerate(('n10', 'n20', 'p10', 'p20')):
+        table = np.loadtxt(folder / 'bifrost' / f'{name}.csv', delimiter=',', skiprows=1)
+        motor, load = np.radians(table[:, 1:]).T
+        runs.append(Recording(
+            name, 0.01, {'motor_position': motor, 'load_position': load}, family='move',
+            replicate=number, servo=servo.name, digest=f'{number:064x}'))
+    return Machine('vacuum axis, two encoders alone', 'backlash', servo, tuple(runs))
+
+
 @cache
 def machines(folder: Path) -> tuple[Machine, ...]:
     """Return the machines of the folder of recordings."""
@@ -109,6 +130,7 @@ def machines(folder: Path) -> tuple[Machine, ...]:
     several.append(Machine('two masses', 'stiffness_error', servo_file.load(two_mass),
                            pieces(one)))
     several += [ur10e(folder, joint) for joint in (1, 3, 6)]
+    several.append(vacuum_axis(folder))
     return tuple(several)
 
 

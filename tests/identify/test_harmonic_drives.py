@@ -30,7 +30,7 @@ AZIMUTH = servo_file.load(SERVOS / 'pan_tilt_azimuth.yaml')
 
 
 def teeth(motor: float) -> Teeth:
-    return Teeth(motor, 0.0, 1.0, 0.0, 0.0)
+    return Teeth(motor, 0.0, 1.0, 0.0, 0.0, motor)
 
 
 # --- the laws

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import control
 from every_effect import inputs, only, parameters
+from hypothesis import given, settings
+from hypothesis import strategies as st
 import numpy as np
 from plain_machines import PERIOD, rigid, rolled, two_inertia
 import pytest
@@ -92,6 +94,19 @@ def test_lugre_creeps_and_breaks_away_as_a_stiff_solver_says():
     bent = expected.y[0][:150]
     assert np.abs(y[:150, 0] - bent).max() < 0.01 * np.ptp(bent), 'before it breaks away'
     assert np.abs(y[:, 0] - expected.y[0]).max() < 0.01 * np.ptp(expected.y[0])
+
+
+@settings(max_examples=50, deadline=None)
+@given(width=st.floats(1e-6, 0.1), turns=st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=20))
+def test_lost_motion_is_what_a_load_pushed_at_either_end_of_a_gap_loses(width, turns):
+    effect, s = find('lost_motion'), np.zeros(3)
+    p = parameters(effect, width=width)
+    shown = {f: 0.0 for f in effect.motion._fields}
+    load = turns[0]
+    for driven in turns:
+        lost = effect.law(p, s, effect.motion(**{**shown, 'driven': driven}), 1e-3)
+        load = min(max(load, driven - 0.5 * width), driven + 0.5 * width)
+        assert lost == pytest.approx(driven - load, abs=1e-12)
 
 
 def test_dahl_friction_follows_its_closed_form_through_reversals():

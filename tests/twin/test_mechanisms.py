@@ -17,7 +17,14 @@ from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, simulate
-from servo_twin.physics.state import LOAD_ANGLE, LOAD_SPEED, MOTOR_ANGLE, MOTOR_SPEED, ZERO
+from servo_twin.physics.state import (
+    LOAD_ANGLE,
+    LOAD_SPEED,
+    MEASURED_MOTOR,
+    MOTOR_ANGLE,
+    MOTOR_SPEED,
+    ZERO,
+)
 
 
 def first_harmonic(y, frequency):
@@ -250,3 +257,31 @@ def test_a_run_in_two_parts_is_the_run_in_one_to_the_last_bit():
     whole = simulate(servo, u, PERIOD, x.copy())
     parts = [simulate(servo, part, PERIOD, x) for part in np.split(u, 4)]
     assert np.array_equal(np.concatenate(parts), whole)
+
+
+# --- a motor that its encoder leads
+
+
+def test_a_load_follows_a_led_motor_as_its_spring_and_damper_say():
+    servo = two_inertia(damping=0.4, step=2e-5)
+    t = np.arange(4000) * PERIOD
+    motor = 0.3 * np.sin(2.0 * np.pi * 3.0 * t) + 0.05 * np.sin(2.0 * np.pi * 11.0 * t + 1.0)
+    motor *= 0.5 * (1.0 - np.cos(np.pi * np.minimum(t, 1.0)))  # begins at rest
+    u = inputs(len(t))
+    u[:, MEASURED_MOTOR] = motor
+    y = simulate(servo, u, PERIOD, initial_state(servo, 0.0, on=only()), 'forced_motion',
+                 on=only())
+    wanted = control.forced_response(
+        control.tf([0.4, 200.0], [0.05, 0.4, 200.0]), t, motor).outputs
+    np.testing.assert_allclose(y[:, 0], motor, atol=1e-12)
+    np.testing.assert_allclose(y[:, 1], wanted, atol=2e-3)
+
+
+def test_a_rigid_load_goes_with_a_led_motor_whatever_rubs():
+    servo = rigid(coulomb__level=30.0)
+    motor = np.sin(np.arange(1000) * 0.01)
+    u = inputs(1000)
+    u[:, MEASURED_MOTOR] = motor
+    y = simulate(servo, u, PERIOD, initial_state(servo, 0.0), 'forced_motion')
+    np.testing.assert_allclose(y[:, 0], motor, atol=1e-12)
+    np.testing.assert_allclose(y[1:, 1], motor[1:], atol=1e-9)

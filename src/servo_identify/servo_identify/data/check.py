@@ -207,7 +207,12 @@ def _channels(surveys: Sequence[Survey], servo: Servo) -> list[Finding]:
         return all(name in one.measured for one in surveys for name in names)
 
     found = []
-    if not (all_have('motor_position', 'load_position')):
+    both = all_have('motor_position', 'load_position')
+    if both and not any(one.measured & {'voltage', 'current', 'torque'} for one in surveys):
+        return [Finding('amber', 'Two encoders alone tell the transmission between them; the '
+                        "motor's encoder leads the twin. Nothing can be said about drive, motor "
+                        'and load.', 'record the motor current')]
+    if not both:
         found.append(Finding('amber', 'With one encoder nothing can be said about backlash, '
                              'stiffness and transmission error; the other shaft is where the '
                              'twin has it.', 'record both encoders'))

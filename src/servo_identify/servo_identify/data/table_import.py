@@ -211,6 +211,8 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
                          f'{path} has neither motor_position nor load_position; it has {have}')
     if 'voltage' not in have:
         drives = ('the measured current drives the twin' if 'current' in have else
+                  'two encoders alone tell the transmission between them' if {
+                      'motor_position', 'load_position'} <= set(have) else
                   'a twin cannot be driven by this recording')
         warnings.append(f'there is no voltage, the command that the drive received: {drives}')
     for name in have:

@@ -42,8 +42,9 @@ def usable(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], 
     Raises CannotDiagnose when none is left.
     """
     kept, said = [], []
+    driven = any(map(_driven, recordings))
     for one in recordings:
-        reason = _refused(one, servo)
+        reason = _refused(one, servo, driven)
         if reason:
             said.append(f'{one.name}: {reason}')
         else:
@@ -53,17 +54,27 @@ def usable(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], 
     return kept, [f'left out: {reason}' for reason in said]
 
 
-def _refused(one: Recording, servo: Servo) -> str:
-    """Return why a recording cannot be judged, empty where it can."""
+def _driven(one: Recording) -> bool:
+    """Tell whether a recording says what drives the motor."""
+    return one.has('voltage') or one.has('current')
+
+
+def _refused(one: Recording, servo: Servo, driven: bool) -> str:
+    """
+    Return why a recording cannot be judged, empty where it can.
+
+    ``driven``: some recordings say what drives the motor. Where none does, two encoders tell the
+    transmission between them.
+    """
     if one.duration < SHORTEST:
         return f'lasts {one.duration:.2f} s; at least {SHORTEST:g} s are needed'
     encoders = [n for n in ('motor_position', 'load_position') if one.has(n)]
     if not encoders:
         return 'neither motor_position nor load_position holds a number'
-    if not (one.has('voltage') or one.has('current')):
-        more = ('; what two encoders tell alone, the lost motion, `servo-identify play` measures'
-                if len(encoders) > 1 else '')
-        return f'neither voltage nor current holds a number, so nothing drives a twin{more}'
+    if not _driven(one) and (driven or len(encoders) < 2):
+        among = ', as it does in others' if driven else ''
+        more = '' if driven else '; two encoders would tell the transmission alone'
+        return f'neither voltage nor current holds a number{among}, so nothing drives a twin{more}'
     moved = max(float(np.nanmax(one[n]) - np.nanmin(one[n])) for n in encoders)
     steps = np.abs(np.diff(one[encoders[0]]))
     smallest = float(np.min(steps[steps > 0.0], initial=np.inf))

@@ -145,7 +145,9 @@ def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None
         raise ValueError(f'{recording.name}: mode {mode!r} needs the column {needed!r}; '
                          f'other modes are {[m for m in INPUT_OF if m != mode]}')
     measured = np.column_stack([recording[c] for c in CHANNELS]).astype(float)
-    hidden = {'measured_input': ('voltage',), 'forced_current': ('voltage', 'current')}
+    hidden = {'measured_input': ('voltage',), 'forced_current': ('voltage', 'current'),
+              'forced_motion': ('voltage', 'current', 'motor_position',
+                                *(() if servo.mechanism.compliant else ('torque',)))}
     for i, channel in enumerate(CHANNELS):
         if channel in hidden.get(mode, ()) or (channels is not None and channel not in channels):
             measured[:, i] = np.nan

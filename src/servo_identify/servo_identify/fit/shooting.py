@@ -19,7 +19,7 @@ import numpy as np
 from servo_twin.physics import state
 from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
-from servo_twin.physics.simulate import substeps_of
+from servo_twin.physics.simulate import led, substeps_of
 
 from .segments import CHANNELS, Course
 
@@ -156,6 +156,7 @@ class Shooting:
         y = np.full((len(course.recording), len(CHANNELS)), np.nan)
         x = fresh_state(self.kernel)
         mode, first = state.MODES[self.mode], True
+        theta = led(self.servo, unknowns.theta, self.mode)
         for h, (a, b) in enumerate(zip(course.starts, course.stops, strict=True)):
             if only is not None and not only[self.firsts[which] + h]:
                 first = True
@@ -163,8 +164,7 @@ class Shooting:
             self._start(x, unknowns.theta, which, h, first, unknowns.zeros[which],
                         unknowns.starts[self.firsts[which] + h])
             first = False
-            self.kernel.run(unknowns.theta, self.on, x, course.inputs[a:b], y[a:b], substeps, step,
-                            mode)
+            self.kernel.run(theta, self.on, x, course.inputs[a:b], y[a:b], substeps, step, mode)
             if not np.isfinite(x).all():
                 y[a:] = np.nan
                 break

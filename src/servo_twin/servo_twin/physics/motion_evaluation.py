@@ -46,7 +46,8 @@ def evaluate_models(theta, on, x, motion, out, h):
         measured = motion[k, 5]
         torque = measured if measured == measured else carried
 
-        teeth = Teeth(motor, load, load_way, abs(load - load_turned), torque)
+        teeth = Teeth(motor, load, load_way, abs(load - load_turned), torque,
+                      motor / mechanism.ratio)
         lost = mesh_error(theta, on, x, teeth, h)
         left = wind_up - lost
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
@@ -89,7 +90,8 @@ def kinematic_error(theta, on, x, motion, lost, h):
     for k in range(motion.shape[0]):
         if motion[k, 3] * way < 0.0:
             way, turned = -way, motion[k, 2]
-        teeth = Teeth(motion[k, 0], motion[k, 2], way, abs(motion[k, 2] - turned), motion[k, 5])
+        teeth = Teeth(motion[k, 0], motion[k, 2], way, abs(motion[k, 2] - turned), motion[k, 5],
+                      motion[k, 0] / mechanism.ratio)
         lost[k] = mesh_error(theta, on, x, teeth, h)
 
 

@@ -34,6 +34,7 @@ class Teeth(NamedTuple):
     direction: float  # +1 or -1, of the load shaft
     travel: float  # rad, since the load shaft last reversed
     torque: float  # N m, transmitted a step ago
+    driven: float  # rad at the load, what the motor's angle would turn it without any loss
 
 
 class WindUp(NamedTuple):

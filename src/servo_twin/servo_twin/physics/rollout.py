@@ -12,7 +12,8 @@ from math import exp
 def align(theta, on, x, torque):
     """Set the zero of the torsion so that the state as it stands carries `torque` (N m)."""
     mechanism = mechanism_of(theta)
-    teeth = Teeth(x[MOTOR_ANGLE], x[LOAD_ANGLE], x[LOAD_DIRECTION], 0.0, torque)
+    teeth = Teeth(x[MOTOR_ANGLE], x[LOAD_ANGLE], x[LOAD_DIRECTION], 0.0, torque,
+                  x[MOTOR_ANGLE] / mechanism.ratio)
     lost = mesh_error(theta, on, x, teeth, 0.0)
     gap = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, 0.0))
     if torque < 0.0:
@@ -41,6 +42,12 @@ def run(theta, on, x, u, y, substeps, h, mode):
     keep = exp(-observer_of(theta).bandwidth * period)
     samples = u.shape[0]
     for k in range(samples):
+        following = min(k + 1, samples - 1)
+        if mode == FORCED_MOTION:  # the last row goes on as the one before it
+            before = max(following - 1, 0)
+            x[MOTOR_ANGLE] = u[k, MEASURED_MOTOR]
+            x[MOTOR_SPEED] = (u[following, MEASURED_MOTOR] - u[before, MEASURED_MOTOR]) / period
+
         # what the sensors read
         time, wanted = x[TIME], u[k, REFERENCE_POSITION]
         motor_at, load_at = x[MOTOR_ANGLE], x[LOAD_ANGLE]
@@ -88,7 +95,6 @@ def run(theta, on, x, u, y, substeps, h, mode):
 
         # up to the next sample
         external, temperature = u[k, EXTERNAL], u[k, TEMPERATURE]
-        following = min(k + 1, samples - 1)
         for i in range(substeps):
             if mode == FORCED_CURRENT:
                 share = (i + 0.5) / substeps

@@ -15,6 +15,7 @@ from .state import (
     CLOSED_LOOP,
     COUPLED_POSITION,
     EXTERNAL,
+    FORCED_MOTION,
     INPUTS,
     LOAD_ANGLE,
     LOAD_DIRECTION,
@@ -34,6 +35,7 @@ from .state import (
 )
 
 ROOM_TEMPERATURE = 20.0  # degC, where none is measured
+UNMOVED = 1e15  # kg m2: a rotor that no torque moves
 
 
 def inputs_of(columns: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -108,10 +110,28 @@ def simulate(servo: Servo, u: np.ndarray, period: float, x: np.ndarray,
         raise ValueError(f'{servo.name}: observer needs a mechanism whose state can be pulled')
     substeps, h = substeps_of(servo, period)
     y = np.empty((len(u), len(OUTPUTS)))
-    kernel_of(servo).run(servo.theta if theta is None else theta,
-                         servo.switches if on is None else on,
-                         x, u, y, substeps, h, MODES[mode])
+    theta = led(servo, servo.theta if theta is None else theta, mode)
+    kernel_of(servo).run(theta, servo.switches if on is None else on, x, u, y, substeps, h,
+                         MODES[mode])
     return y
+
+
+def led(servo: Servo, theta: np.ndarray, mode: str) -> np.ndarray:
+    """
+    Return the values with which the kernel runs in a mode.
+
+    Where the motor's encoder leads the motor, nothing that acts on the rotor moves it: it has an
+    inertia without bound. Raises ValueError for a mechanism that has no rotor to lead.
+    """
+    if MODES[mode] != FORCED_MOTION:
+        return theta
+    slot = servo.slots().get('mechanism.rotor_inertia')
+    if slot is None or not servo.mechanism.correctable:
+        raise ValueError(f'{servo.name}: forced_motion needs a mechanism with a rotor that can be '
+                         'led')
+    theta = theta.copy()
+    theta[slot] = UNMOVED
+    return theta
 
 
 def simulate_many(servo: Servo, u: np.ndarray, period: float, x: np.ndarray,

@@ -27,10 +27,11 @@ ADDED_COMMAND = 9
 
 OUTPUTS = ('motor_position', 'load_position', 'torque', 'current', 'voltage')
 
-MEASURED_INPUT, CLOSED_LOOP, OBSERVER, FORCED_CURRENT = 0, 1, 2, 3
+MEASURED_INPUT, CLOSED_LOOP, OBSERVER, FORCED_CURRENT, FORCED_MOTION = 0, 1, 2, 3, 4
 MODES = {
     'measured_input': MEASURED_INPUT,
     'closed_loop': CLOSED_LOOP,
     'observer': OBSERVER,
     'forced_current': FORCED_CURRENT,
+    'forced_motion': FORCED_MOTION,
 }

@@ -111,8 +111,7 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name in ('hysteresis', 'torque_sensor_hysteresis') and one.detail.get('form') != 'curve':
         return _loops(part, one)
     elif name == 'backlash':
-        values = {'width': part.curve.y[-1] if one.mechanism.name == name and (
-            part.curve is not None) else float(a[0])}
+        values = {'width': float(a[0]) if part.curve is None else float(part.curve.y[-1])}
     elif one.detail.get('law') == 'drive_dead_time':
         values = {'loss': float(a.sum()) / one.detail['resistance']}
     elif name == 'supply_sag':

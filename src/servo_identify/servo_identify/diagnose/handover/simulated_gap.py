@@ -50,9 +50,11 @@ class Simulated:
 
 
 def mode_of(recordings: Sequence[Recording]) -> str:
-    """Return what drives the twin: the recorded command, or the current where none is."""
-    commanded = all(one.has('voltage') for one in recordings)
-    return 'measured_input' if commanded else 'forced_current'
+    """Return what drives the twin: the recorded command, the current, or the motor's encoder."""
+    for mode, channel in (('measured_input', 'voltage'), ('forced_current', 'current')):
+        if all(one.has(channel) for one in recordings):
+            return mode
+    return 'forced_motion'
 
 
 def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = None) -> Simulated:
@@ -134,7 +136,8 @@ def _compared(problem: Problem, y: list[np.ndarray]) -> dict[str, tuple[np.ndarr
     Return (measured, twin minus rig, noise), each (rows,), of what a twin is judged by.
 
     These are the channels and, with both encoders, the torsion: load minus motor over ratio. In
-    it an error of the transmission shows that the drift of both shafts would drown.
+    it an error of the transmission shows that the drift of both shafts would drown. Where the
+    motor is led by its encoder, the torsion stands for the angle of the load as well.
     """
     error = problem.raw(y) * problem.noise
     for name in QUICK:
@@ -143,9 +146,15 @@ def _compared(problem: Problem, y: list[np.ndarray]) -> dict[str, tuple[np.ndarr
     found: dict[str, tuple[np.ndarray, ...]] = {
         name: (problem.measured[:, c], error[:, c], problem.noise[:, c])
         for c, name in enumerate(CHANNELS)}
-    ratio = problem.shooting.servo.numbers['mechanism.ratio']
+    shooting = problem.shooting
+    ratio = shooting.servo.numbers['mechanism.ratio']
     (motor, motor_error, motor_noise), (load, load_error, load_noise) = (
         found[name] for name in ('motor_position', 'load_position'))
+    if shooting.mode == 'forced_motion':
+        del found['load_position']
+        motor_error = np.zeros(len(load_error))
+        motor = shooting.stacked([one.recording['motor_position'][:, None]
+                                  for one in shooting.courses])[:, 0]
     found[TORSION] = (load - motor / ratio, load_error - motor_error / ratio,
                       np.hypot(load_noise, motor_noise / ratio))
     return found

@@ -130,8 +130,8 @@ class Builder:
         return one.predicted_current if self.explained else one.driving_current
 
     def turns(self, angle: str) -> bool:
-        """Whether a shaft turns; ``angle`` names its angle. What moves straight has no orders."""
-        return angle != 'load_angle' or not self.samples.servo.linear
+        """Whether a shaft turns; ``angle`` is one of it. What moves straight has no orders."""
+        return angle == 'motor_angle' or not self.samples.servo.linear
 
     def known(self, port: str) -> bool:
         """Whether the servo has an effect at a port."""

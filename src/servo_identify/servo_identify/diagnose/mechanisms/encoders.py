@@ -57,7 +57,7 @@ def _eccentric(builder: Builder, orders: tuple[float, ...]) -> Hypothesis | None
 
 
 def _once_a_turn(orders: tuple[float, ...], one: EquationErrors) -> np.ndarray:
-    return waves(one.angles()[1], orders)
+    return waves(one.motion['driven_angle'], orders)
 
 
 def _late(builder: Builder, channel: str, residual: np.ndarray) -> Hypothesis | None:

@@ -18,6 +18,7 @@ from servo_twin.balances.equation_terms import UNITS
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import ANY, Form, Hypothesis, Mechanism, UNKNOWN
+from .lost_motion import as_gap
 from .orders import hats
 from .variables import Variable, variables_of
 
@@ -41,7 +42,10 @@ SIGNATURES = {
 """Which mechanism of the table a pattern is, by place, variable and symmetry."""
 
 PORTS = {'transmission_error': 'mesh_error', 'position_dependent_backlash': 'clearance',
-         'spring_load': 'torque'}
+         'backlash': 'clearance', 'spring_load': 'torque'}
+
+OF_RIGID = {'nonlinear_stiffness': 'stiffness_error', 'hysteresis': 'backlash'}
+"""What a pattern is of a rigid transmission: it lacks the elasticity itself, or loses motion."""
 """Where a pattern with a name acts, unless it is friction or an elasticity."""
 
 PLACES = {'motor': ('motor_torque', 'motor'), 'load': ('load_torque', 'load'),
@@ -83,6 +87,8 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
     by_flank = equation == 'transmission' and variable.name in ('load', 'angle')
     place = 'shaft' if equation in ('motor', 'load', 'torque') else equation
     known = SIGNATURES.get((place, variable.name, symmetry), UNKNOWN)
+    if not builder.samples.servo.mechanism.compliant:
+        known = OF_RIGID.get(known, known)
     part = 0.5 if _port(known, place) == 'clearance' else 1.0  # half of it to either side
 
     def of(one: EquationErrors) -> np.ndarray:
@@ -92,8 +98,6 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
         way = one.flank(one.motion) if by_flank else variable.way(one)
         return part * way[:, None] * curve
 
-    if known == 'nonlinear_stiffness' and not builder.samples.servo.mechanism.compliant:
-        known = 'stiffness_error'  # a rigid twin lacks the elasticity itself
     if (place, variable.name, symmetry) == ('transmission', 'acceleration', 'odd') and not all(
             'torque' in one.measured.channels for one in builder.samples.errors):
         known = 'stiffness_error'  # there the torque is what the acceleration asks for
@@ -111,8 +115,9 @@ def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: 
                 lambda x: sign * hats(x, edges))
     room = ANY if known != SPEED_FRICTION else (
         -builder.rubbing(site, variable.sized, edges), np.inf)
+    law = as_gap(builder) if known == 'backlash' else {}
     return builder.hypothesis(mechanism, columns, [0] * len(edges), edges, form=form, room=room,
-                              detail={'form': 'curve', 'equation': equation})
+                              detail={'form': 'curve', 'equation': equation, **law})
 
 
 def _port(name: str, place: str) -> str:

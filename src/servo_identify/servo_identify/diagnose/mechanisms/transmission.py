@@ -12,14 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..decisions import FORM
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.motion import bridged
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
-from .memory import LOOPS, relaxation, stop_operator
+from .hysteresis import creep, hysteresis
+from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
-from .shape_search import SHAPES
 from .slip import slip
 
 BENDS = (0.2, 0.35, 0.55, 0.75)  # shares of the largest torque at which it may bend
@@ -38,18 +36,20 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         yield from filter(None, (_compliance(builder),))
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
         yield from filter(None, (_bent(builder, top), _one_sided(builder),
-                                 _hysteresis(builder, top), _creep(builder, residual),
+                                 hysteresis(builder, top), creep(builder, residual),
                                  _by_load(builder, top)))
         yield from _varying(builder, residual)
+    if builder.samples.present == ('transmission',):
+        yield from filter(None, (lost_motion(builder, residual),))
     if top > 0.0:
         yield from filter(None, (_backlash(builder, top), slip(builder, top)))
         flank = Mechanism('position_dependent_backlash', 'clearance', 'mesh',
                           ('angle', 'load'), 'odd')
-        yield from periodic(builder, flank, residual, 'transmission', 'load_angle', 'torsion',
+        yield from periodic(builder, flank, residual, 'transmission', 'driven_angle', 'torsion',
                             'flank', lambda one: 0.5 * one.flank(one.motion), 'rad',
                             mean=True)
     error = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
-    yield from periodic(builder, error, residual, 'transmission', 'load_angle', 'torsion', '',
+    yield from periodic(builder, error, residual, 'transmission', 'driven_angle', 'torsion', '',
                         lambda one: np.ones(len(one.motion.rows)), 'rad', PART)
     ratio = builder.samples.servo.numbers['mechanism.ratio']
     if ratio > 1.0:  # by the load's turn, the motor's orders lie beyond the largest, or between
@@ -75,7 +75,7 @@ def _varying(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load', 'angle'), 'odd')
     if not builder.turns('load_angle'):
         yield from filter(None, (_along(builder, mechanism, waved) for waved in SHARES))
-    for one in periodic(builder, mechanism, residual, 'transmission', 'load_angle', 'torsion',
+    for one in periodic(builder, mechanism, residual, 'transmission', 'driven_angle', 'torsion',
                         'load', lambda one: one.transmitted(), 'rad/(N m)', mean=True):
         yield replace(one, detail={'law': 'stiffness_ripple'})
 
@@ -156,7 +156,7 @@ def _backlash(builder: Builder, top: float) -> Hypothesis | None:
     form = Form('load', 'N m', 'rad', lambda one: np.abs(one.transmitted()),
                 lambda x: np.column_stack((np.ones(len(x)), taken(x))))
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * (1 + len(SOFT)),
-                              form=form)
+                              form=form, detail=as_gap(builder))
 
 
 def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
@@ -203,46 +203,3 @@ def _by_load(builder: Builder, top: float) -> Hypothesis | None:
     knots = tuple(high * top for high in edges[1:])
     return builder.hypothesis(mechanism, columns, [1] * (len(knots) + (not known)),
                               knots if known else (0.0, *knots), form=form)
-
-
-def _hysteresis(builder: Builder, top: float) -> Hypothesis | None:
-    mechanism = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
-
-    def torsion(one: EquationErrors) -> np.ndarray:
-        torque = one.transmitted()
-        return -np.column_stack([stop_operator(torque, share * top) for share in LOOPS])
-
-    stiffness = builder.samples.servo.numbers.get('mechanism.stiffness', 1.0)
-    return builder.hypothesis(mechanism, _torsion(builder, torsion), [1] * len(LOOPS),
-                              tuple(s * top for s in LOOPS), detail={'stiffness': stiffness})
-
-
-def _creep(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
-    r"""
-    A spring in series with a damper, beside the stiffness K of the transmission.
-
-    .. math:: \frac{w}{T} = \frac1K - a\,\frac{s t}{1 + s t}
-
-    Under a torque that changes quickly less of the angle is lost, by ``a``. ``t`` is the time in
-    which the torsion creeps on under a torque that stays; under a torsion that stays the torque
-    fades sooner, in t (1 - K a). Stiffness and damping within their tolerance would make up for a
-    part of it: the time is sought beside them.
-    """
-    low, high = builder.scales.fading
-    if not high > low:
-        return None
-
-    def torsion(one: EquationErrors, time: float) -> np.ndarray:
-        return -relaxation(bridged(one.transmitted()), one.measured.period, time)[:, None]
-
-    def column(time: float) -> np.ndarray:
-        return _torsion(builder, lambda one: torsion(one, time)).table[:, 0]
-
-    time = builder.best_shape(low, high, column, residual)
-    best = builder.apart(column(time))
-    stiffness = builder.samples.servo.numbers['mechanism.stiffness']
-    lost = -float(best @ builder.apart(residual)) / max(float(best @ best), 1e-300)
-    fades = time * max(1.0 - stiffness * max(lost, 0.0), FORM)
-    mechanism = Mechanism('viscoelasticity', 'mesh', 'mesh', ('load',), 'odd', memory=True)
-    return builder.hypothesis(mechanism, _torsion(builder, lambda one: torsion(one, time)), [1],
-                              (fades,), tried=SHAPES, detail={'stiffness': stiffness})

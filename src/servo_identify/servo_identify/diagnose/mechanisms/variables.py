@@ -39,7 +39,8 @@ def variables_of(equation: str) -> tuple[Variable, ...]:
     twisting = equation == 'transmission'
     several = (
         Variable('speed', 'rad/s', lambda one: np.abs(one.motion[f'{shaft}_speed'])),
-        Variable('angle', 'rad', lambda one: one.motion['load_angle']),
+        Variable('angle', 'rad', lambda one: one.motion[
+            'driven_angle' if twisting else 'load_angle']),
         Variable('load', 'N m', lambda one: np.abs(
             one.transmitted() if twisting else one.predicted_load)),
         Variable('acceleration', 'rad/s2', lambda one: one.motion['load_acceleration'], True),

@@ -34,7 +34,17 @@ class Motion:
     rows: np.ndarray
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self.rows[:, MOTION.index(name)]
+        return self.rows[:, MOTION.index(name)] if name in MOTION else getattr(self, name)
+
+    @property
+    def driven_angle(self) -> np.ndarray:
+        """
+        Where the motor would turn the load without any loss, rad, at the inner samples.
+
+        What is lost of the angle is told by it. By the angle of the load, two waves of opposite
+        size over either shaft would be that loss itself, and explain any.
+        """
+        return self['load_angle'] + self['wind_up']
 
     @cached_property
     def direction(self) -> np.ndarray:

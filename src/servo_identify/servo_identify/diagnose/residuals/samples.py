@@ -140,8 +140,7 @@ class ResidualSamples:
 
     def of_motion(self, equation: str, name: str) -> np.ndarray:
         """Return a column of the motion at the samples of an equation, in order."""
-        return self.along(equation, lambda one, motion: (
-            getattr(motion, name) if hasattr(motion, name) else motion[name]))
+        return self.along(equation, lambda one, motion: motion[name])
 
     def along(self, equation: str, of: Callable[[EquationErrors, Motion], np.ndarray]
               ) -> np.ndarray:

@@ -182,8 +182,10 @@ class BallScrew(Mechanism):
         carried = twist / soft + p.twist_damping * twist_rate
 
         # the flanks of the nut
-        teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
-        wind_up = (motor - twist) * turns - x[ZERO] - mesh_error(theta, on, x, teeth, h) - load
+        driven = (motor - twist) * turns
+        teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE],
+                      driven)
+        wind_up = driven - x[ZERO] - mesh_error(theta, on, x, teeth, h) - load
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0

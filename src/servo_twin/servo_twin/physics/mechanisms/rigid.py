@@ -96,8 +96,9 @@ class Rigid(Mechanism):
         share = load_budget / budget if budget > 0.0 else 0.0
         speed_up = (x[MOTOR_SPEED] - before) * (turns / h)
         x[TORQUE] = carried * speed_up - on_load - share * resisted * p.ratio
-        teeth = Teeth(x[MOTOR_ANGLE], load, x[MOTOR_DIRECTION], travel * turns, x[TORQUE])
-        x[LOAD_ANGLE] = x[MOTOR_ANGLE] * turns - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        driven = x[MOTOR_ANGLE] * turns
+        teeth = Teeth(x[MOTOR_ANGLE], load, x[MOTOR_DIRECTION], travel * turns, x[TORQUE], driven)
+        x[LOAD_ANGLE] = driven - x[ZERO] - mesh_error(theta, on, x, teeth, h)
         x[LOAD_SPEED] = x[MOTOR_SPEED] * turns
         x[LOAD_DIRECTION] = x[MOTOR_DIRECTION]
         x[LOAD_REVERSAL] = x[MOTOR_REVERSAL] * turns

@@ -88,8 +88,10 @@ class TwoInertia(Mechanism):
         motor, load, time = x[MOTOR_ANGLE], x[LOAD_ANGLE], x[TIME]
 
         # the mesh: what error and clearance leave of the torsion carries torque
-        teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE])
-        wind_up = motor * turns - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
+        driven = motor * turns
+        teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE],
+                      driven)
+        wind_up = driven - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
         half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
         wind_up -= min(max(wind_up, -half), half)
         touching = half == 0.0 or wind_up != 0.0

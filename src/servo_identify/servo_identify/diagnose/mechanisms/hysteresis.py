@@ -1,0 +1,57 @@
+"""What a transmission remembers: loops that close after each reversal, and creep in time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..decisions import FORM
+from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import bridged
+from .builder import Builder
+from .hypothesis import Hypothesis, Mechanism
+from .memory import LOOPS, relaxation, stop_operator
+from .shape_search import SHAPES
+
+
+def hysteresis(builder: Builder, top: float) -> Hypothesis | None:
+    mechanism = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
+
+    def torsion(one: EquationErrors) -> np.ndarray:
+        torque = one.transmitted()
+        return -np.column_stack([stop_operator(torque, share * top) for share in LOOPS])
+
+    stiffness = builder.samples.servo.numbers.get('mechanism.stiffness', 1.0)
+    return builder.hypothesis(mechanism, builder.place('torsion', torsion), [1] * len(LOOPS),
+                              tuple(s * top for s in LOOPS), detail={'stiffness': stiffness})
+
+
+def creep(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+    r"""
+    A spring in series with a damper, beside the stiffness K of the transmission.
+
+    .. math:: \frac{w}{T} = \frac1K - a\,\frac{s t}{1 + s t}
+
+    Under a torque that changes quickly less of the angle is lost, by ``a``. ``t`` is the time in
+    which the torsion creeps on under a torque that stays; under a torsion that stays the torque
+    fades sooner, in t (1 - K a). Stiffness and damping within their tolerance would make up for a
+    part of it: the time is sought beside them.
+    """
+    low, high = builder.scales.fading
+    if not high > low:
+        return None
+
+    def torsion(one: EquationErrors, time: float) -> np.ndarray:
+        return -relaxation(bridged(one.transmitted()), one.measured.period, time)[:, None]
+
+    def column(time: float) -> np.ndarray:
+        return builder.place('torsion', lambda one: torsion(one, time)).table[:, 0]
+
+    time = builder.best_shape(low, high, column, residual)
+    best = builder.apart(column(time))
+    stiffness = builder.samples.servo.numbers['mechanism.stiffness']
+    lost = -float(best @ builder.apart(residual)) / max(float(best @ best), 1e-300)
+    fades = time * max(1.0 - stiffness * max(lost, 0.0), FORM)
+    mechanism = Mechanism('viscoelasticity', 'mesh', 'mesh', ('load',), 'odd', memory=True)
+    columns = builder.place('torsion', lambda one: torsion(one, time))
+    return builder.hypothesis(mechanism, columns, [1], (fades,), tried=SHAPES,
+                              detail={'stiffness': stiffness})
