@@ -78,7 +78,7 @@ def _where(evidence: Evidence) -> tuple[tuple[Located, ...], dict[str, float]]:
                for i, e in enumerate(regression.equations)}
     excess = {name: max(0.0, square - CALIBRATED) for name, square in squares.items()}
     total = sum(excess.values()) or 1.0
-    shown = acting(evidence)
+    shown = acting(evidence) if evidence.named or evidence.unnamed else set()
     chance, located = np.random.default_rng(0), []
     for name in EQUATIONS:
         if name not in squares:
@@ -126,7 +126,7 @@ def _status(evidence: Evidence, which: Sequence[MissingEffect], gap: dict[str, A
             one.shrink_realised for one in which)) > 0.0
         return 'partly_explained' if helps else 'unknown'
     limits = evidence.found.samples.open_from
-    if evidence.findings or any(square > limits(name) for name, square in squares.items()):
+    if evidence.unnamed or any(square > limits(name) for name, square in squares.items()):
         return 'unknown'
     return 'no_gap'
 
