@@ -110,4 +110,4 @@ def test_the_lost_motion_of_a_vacuum_axis_is_the_published_one(shared_data, spli
     found = diagnose(others, servo, several[split:split + 1], several[split:split + 1])
     first = found.report.which[0]
     width = found.augmented.values['effects.lost_motion.width']
-    assert first.effect == 'backlash' and 0.014 < np.degrees(width) < 0.032
+    assert first.effect == 'backlash' and 0.022 < np.degrees(width) < 0.030

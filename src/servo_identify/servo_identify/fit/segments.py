@@ -76,9 +76,10 @@ def horizon_of(recording: Recording, mode: str) -> float:
     Return the horizon that suits a recording, s.
 
     One period of its dominant motion, between 0.5 and 2 s: long enough to see friction and
-    inertia, short enough not to drift. With the loop closed nothing drifts and nothing restarts.
+    inertia, short enough not to drift. With the loop closed, or the motor led by its encoder,
+    nothing drifts and nothing restarts.
     """
-    if mode == 'closed_loop':
+    if mode in ('closed_loop', 'forced_motion'):
         return recording.duration
     position = _any_position(recording)
     speed = np.diff(np.nan_to_num(position))

@@ -212,9 +212,10 @@ def refitted(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
     """
     if not free:
         return None
+    mode = mode_of(recordings)
+    weights = 'residual' if mode == 'forced_motion' else 'whitened'  # a led motor does not drift
     try:
-        return fit(servo, list(recordings), free, mode=mode_of(recordings), iterations=STEPS,
-                   weights='whitened', tolerance=True, near=near, nearest=False,
-                   bounds=bounds)
+        return fit(servo, list(recordings), free, mode=mode, iterations=STEPS, weights=weights,
+                   tolerance=True, near=near, nearest=False, bounds=bounds)
     except (ValueError, np.linalg.LinAlgError):
         return None
