@@ -49,7 +49,7 @@ from .encoder_leaps import EncoderLeaps
 from .health_report import Diagnoser
 from .limits import Limits, Mode
 from .rig_health import RigHealth
-from .rig_link import ForeignDriver, LinkSettings, RigLink
+from .rig_link import ForeignDriver, LinkSettings, NOT_DOWN, RigLink
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
 from .setpoints import SetpointPlayer
@@ -199,7 +199,8 @@ class Driver(ManagedNode):
         link, self._link = self._link, None
         if link is None:
             return
-        link.close()
+        if not link.close():
+            self.get_logger().error(f'the driver leaves the bus, and {NOT_DOWN}')
         self.health.over_all('', self._ros_now())  # it cannot know any more
         self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
                             self._ros_now())
