@@ -35,6 +35,7 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
+from ..free_output import free_output
 from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..managed_node import ManagedNode
 from ..namesake import Namesake, PROCESS
@@ -304,6 +305,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     if asked_for_help('driver', __doc__, 'config/driver.yaml'):
         return 0
+    free_output()
     sys.setswitchinterval(5e-4)
     ending = Ending()
     start_ros(arguments)
