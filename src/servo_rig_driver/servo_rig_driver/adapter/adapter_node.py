@@ -30,6 +30,7 @@ from ..driver.message_conversion import SampleMessages, to_instant
 from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
+from ..free_output import free_output
 from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
@@ -149,6 +150,7 @@ def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the adapter until told to stop; 1: another has its name, 2: it cannot start."""
+    free_output()
     sys.setswitchinterval(5e-4)
     ending = Ending()
     start_ros(arguments)

@@ -118,6 +118,11 @@ class Device(ABC):
     def row(self, answers: list[list[float]], point: Setpoint | None) -> list[float]:
         """Return one sample by COLUMNS of sample_blocks.py: what was measured and asked for."""
 
+    @property
+    def settled(self) -> bool:
+        """Whether `state` was told after the last frame that asked for another one."""
+        return True
+
     def starved(self, now: int) -> bool:
         """Whether its watchdog may just have taken the torque away, which it does not tell."""
         return False

@@ -33,6 +33,8 @@ STARVED = 'watchdog timer expired'
 BEATS_WITHIN = 1_000_000_000  # ns; ten heartbeats as delivered
 NO_BEAT = 'tells its state no more: no heartbeat (heartbeat_msg_rate_ms 100 as delivered)'
 ASK_STATE_EVERY = 250_000_000  # ns; more than two heartbeats, by which a state is told
+SETTLED = 2
+"""Heartbeats after which a state is no older than the request for it: one may be under way."""
 
 COMMANDS = (
     ('Set_Axis_State', {'Axis_Requested_State': 'idle'}),
@@ -68,8 +70,9 @@ class Odrive(OnRequest):
     def forget_told(self) -> None:
         """Forget the mode and the state that were told."""
         self._mode = ''
-        self._wanted = ''
+        self._wanted = self._goes = ''  # asked for lately, asked for last
         self._wanted_at = 0
+        self._beats = 0  # since another state was asked for
         self._beaten = True  # whether a heartbeat came since the last request
         self._beaten_at = 0
 
@@ -88,7 +91,7 @@ class Odrive(OnRequest):
     def off(self) -> Frames:
         """Return the request for the state without torque."""
         self._wanted = ''
-        return [self._message('Set_Axis_State', Axis_Requested_State='idle')]
+        return self._state_asked('idle')
 
     def frames(self, order: Order, point: Setpoint | None, now: int) -> Frames:
         """Return what gives the order, and the request."""
@@ -121,10 +124,20 @@ class Odrive(OnRequest):
         """Return the request for a state; not each time, since an axis then enters it again."""
         if self._wanted == name and now - self._wanted_at < ASK_STATE_EVERY:
             return []
-        if name == 'idle' and self._state is DriveState.SWITCH_ON_DISABLED:
+        if name == 'idle' and self._state is DriveState.SWITCH_ON_DISABLED and self.settled:
             return []
         self._wanted, self._wanted_at = name, now
+        return self._state_asked(name)
+
+    def _state_asked(self, name: str) -> Frames:
+        if name != self._goes:
+            self._goes, self._beats = name, 0
         return [self._message('Set_Axis_State', Axis_Requested_State=name)]
+
+    @property
+    def settled(self) -> bool:
+        """Whether the state was told after the last request for another one."""
+        return self._beats >= SETTLED
 
     def _input(self, order: Order, point: Setpoint | None) -> Frames:
         own = self.settings
@@ -170,6 +183,7 @@ class Odrive(OnRequest):
 
     def _take_heartbeat(self, errors: int, state: int) -> None:
         self._beaten = True
+        self._beats += 1
         words = self.messages.words('Heartbeat', 'Axis_State', state)
         self._state = _STATES.get(words, DriveState.NOT_READY)
         self._fault = ', '.join(

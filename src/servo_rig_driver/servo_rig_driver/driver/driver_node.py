@@ -35,6 +35,7 @@ from ..devices.object_dictionary import DictionaryError
 from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
+from ..free_output import free_output
 from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..managed_node import ManagedNode
 from ..namesake import Namesake, PROCESS
@@ -49,7 +50,7 @@ from .encoder_leaps import EncoderLeaps
 from .health_report import Diagnoser
 from .limits import Limits, Mode
 from .rig_health import RigHealth
-from .rig_link import ForeignDriver, LinkSettings, RigLink
+from .rig_link import ForeignDriver, LinkSettings, NOT_DOWN, RigLink
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
 from .setpoints import SetpointPlayer
@@ -199,7 +200,8 @@ class Driver(ManagedNode):
         link, self._link = self._link, None
         if link is None:
             return
-        link.close()
+        if not link.close():
+            self.get_logger().error(f'the driver leaves the bus, and {NOT_DOWN}')
         self.health.over_all('', self._ros_now())  # it cannot know any more
         self.health.trouble('bus.closed', 'the bus is not open: the driver is not configured',
                             self._ros_now())
@@ -303,6 +305,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     if asked_for_help('driver', __doc__, 'config/driver.yaml'):
         return 0
+    free_output()
     sys.setswitchinterval(5e-4)
     ending = Ending()
     start_ros(arguments)

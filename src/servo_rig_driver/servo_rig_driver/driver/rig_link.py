@@ -8,7 +8,8 @@ The thread between the driver and the bus: brings the rig up, keeps it asked, ta
 
 ``yield``: another driver speaks, so this one is silent until the other one is. ``wake``: the
 device is started as its protocol has it; where two nodes have one id, ``refuse`` until stop().
-While it streams, paced_requests.py says when each request is due.
+While it streams, paced_requests.py says when each request is due. A drive that was let have torque
+is not left, but for ``yield`` or ``refuse``, before it has told that it gives none.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ FOREIGN_SILENCE = SECOND
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
 OUT_OF_REACH = 'was out of reach while the bus was gone, so that it may have lost its supply,'
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
+NOT_DOWN = ('the drive was told to give no torque and has not said since that it gives none: keep '
+            'away from it, or take its supply away')
 
 
 class ForeignDriver(RuntimeError):
@@ -65,6 +68,7 @@ class RigLink:
         self.requests = PacedRequests(settings, sampler, health, self._port, self._clock, publish)
         self._checked = 0
         self._active = False
+        self._down_until = 0  # when a drive that was told to go down has to be
         self._closing = False
         self._idle = Event()
         self._unheard = False  # whether the bus is gone, and nothing can be told to the drive
@@ -98,9 +102,11 @@ class RigLink:
         """
         Quick stop, then no torque, then no SYNC; return whether that was done in time.
 
-        That takes ``quick_stop`` of the drive's master and DISABLING_MAY_TAKE at the most. While
-        the bus is gone the drive cannot be told; it is once the bus is there again.
+        That takes ``quick_stop`` of the drive's master and DISABLING_MAY_TAKE at the most. A drive
+        that does not say in that time that it gives no torque is told again until it does, and
+        one whose bus is gone once the bus is there again.
         """
+        self._down_until = self.now() + round(self._down_within * SECOND)
         self._active = False
         return self._idle.wait(self._down_within + WAKING_MAY_TAKE) and not self._unheard
 
@@ -108,14 +114,15 @@ class RigLink:
     def _down_within(self) -> float:
         return self.sampler.master.quick_stop + DISABLING_MAY_TAKE
 
-    def close(self) -> None:
-        """Stop, and leave the bus."""
+    def close(self) -> bool:
+        """Stop, and leave the bus; return whether the drive has told that it gives no torque."""
         if self._thread.is_alive():
             self.stop()
             self._closing = True
             self._thread.join(5.0)
         self._port.close()
         self.state = 'closed'
+        return not self.sampler.owes
 
     def now(self) -> int:
         """Return the time on the samples' clock, ns."""
@@ -159,6 +166,7 @@ class RigLink:
 
     def _idling(self) -> Callable:
         self.state = 'idle'
+        self.health.over('drive.not_down', self.now())
         self._idle.set()
         while not self._closing:
             self._port.receive(0.05)
@@ -185,7 +193,7 @@ class RigLink:
             except can.CanError:  # an interface that is down opens, and fails then
                 self._port.close()
                 continue
-            if self._active:
+            if self._wanted():
                 self._unheard = False
                 self.watch.silent(self.now())  # whether it was away for long
                 return self._yielding if self.watch.foreign else self._waking
@@ -208,12 +216,14 @@ class RigLink:
         if self.watch.foreign_stops and self._active:
             self.sampler.master.hold()
         self.health.over('bus.foreign', self.now())
+        if not self._active:
+            self.sampler.let_go()
         return self._waking if self._active else self._idling
 
     def _waking(self) -> Callable:
         self.state = 'waiting for the rig'
         self._idle.clear()
-        outcome = self.sampler.device.start(self._port, self.now, lambda: self._active)
+        outcome = self.sampler.device.start(self._port, self.now, self._wanted)
         if outcome is Outcome.CALLED_OFF:
             self.requests.rest()
             return self._idling
@@ -237,6 +247,7 @@ class RigLink:
         while self._active and not self._closing:
             self._port.receive(0.05)
         self.health.over('nodes.doubled', self.now())
+        self.sampler.let_go()
         return self._idling
 
     def _streaming(self) -> Callable:
@@ -252,8 +263,7 @@ class RigLink:
                 leave = self._check(now)
                 if leave is not None:
                     return leave
-        self._wind_down()
-        return self._idling
+        return self._winding_down
 
     def _check(self, now: int) -> Callable | None:
         self._checked = now
@@ -290,17 +300,37 @@ class RigLink:
                               'answered in full; the device is started again', now)
         return self.requests.stuck
 
-    def _wind_down(self) -> None:
+    def _winding_down(self) -> Callable:
+        self.state = 'taking the drive down'
         self.sampler.master.enable = False
-        until = self.now() + round(self._down_within * SECOND)
-        while self.now() < until:
+        while not self.sampler.down and not self._closing:
             now = self.now()
-            if self.requests.wait(now):
-                continue
-            self.requests.send(now)
-            if self.sampler.down:
-                break
+            leave = self._must_leave(now) if now > self._down_until else None
+            if leave is not None:
+                return leave
+            if not self.requests.wait(now):
+                self.requests.send(now)
         self.requests.rest()
+        if self.sampler.down:
+            self.sampler.let_go()
+        return self._idling
+
+    def _must_leave(self, now: int) -> Callable | None:
+        """Return what is next where a drive that is to go down has not said in time that it is."""
+        if self._active:  # by somebody who could not wait for it
+            self.requests.rest()
+            return self._waking
+        self._wanted()
+        return self._check(now) if now - self._checked > CHECK_EVERY else None
+
+    def _wanted(self) -> bool:
+        """Whether the device is to be asked: it is to run, or has yet to say that it is down."""
+        if self._active or self._closing or not self.sampler.owes:
+            return self._active
+        if self.now() > self._down_until:
+            self.health.trouble('drive.not_down', f'{NOT_DOWN}; it is told again until it says '
+                                'so', self.now())
+        return True
 
     def _listen(self) -> None:
         self.watch.foreign = ''

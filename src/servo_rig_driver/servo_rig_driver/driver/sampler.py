@@ -49,6 +49,8 @@ class Sampler:
         self._instant = self._ticked = 0
         self._begun: deque[tuple[int, Setpoint | None]] = deque()
         self._order = Order.NO_TORQUE
+        self._raised: int | None = None  # the last request that let the drive have torque
+        self._told = -1  # the last request that was answered
         self._expired, self._ended, self._limited = player.expired, player.ended, player.limited
         self._lost = self._unasked = self._held_back = self._held_back_said = 0
         self._asked = self._looks = 0
@@ -70,8 +72,18 @@ class Sampler:
 
     @property
     def down(self) -> bool:
-        """Whether the drive has told that it gives no torque."""
-        return self.device.state not in MAY_PUSH
+        """Whether the drive has told that it gives no torque, since it was let have some."""
+        since = self._raised is None or self._told > self._raised
+        return since and self.device.settled and self.device.state not in MAY_PUSH
+
+    @property
+    def owes(self) -> bool:
+        """Whether the drive was let have torque, and has yet to tell that it gives none."""
+        return self._raised is not None and not self.down
+
+    def let_go(self) -> None:
+        """Take the drive for one without torque, or for one that another driver leads."""
+        self._raised = None
 
     def tick(self, number: int, instant: int, now: int) -> Frames | None:
         """
@@ -89,6 +101,8 @@ class Sampler:
             self._held_back += 1
             return None
         self._order = order
+        if order is Order.ENABLE:
+            self._raised = number
         self._asked += 1
         follows = self.master.enabled and not self.device.doubted(now)
         point = self.player.at(instant, now) if follows else None
@@ -153,6 +167,7 @@ class Sampler:
             while begun < number:
                 begun, point = self._begun.popleft()
             self.samples += 1
+            self._told = number
             self.device.answered(number)
             self.blocks.add(number, self.device.row(answers, point))
 

@@ -31,6 +31,7 @@ from std_msgs.msg import String
 from servo_twin_msgs.msg import Event, RecordingInfo
 
 from ..ending import Ending
+from ..free_output import free_output
 from ..given_parameters import cannot_start, refuse_unknown, UNFIT
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
@@ -213,14 +214,14 @@ def _message_class(kind: str) -> type:
 
 
 def _shares() -> list[Path]:
-    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-    return [Path(prefix) / 'share' for prefix in prefixes if prefix]
+    return [Path(one) / 'share' for one in os.getenv('AMENT_PREFIX_PATH', '').split(':') if one]
 
 
 def main() -> int:
     """Run the recorder until a signal or the end of its parent."""
     if asked_for_help('recorder', __doc__, 'config/recorder.yaml'):
         return 0
+    free_output()
     ending = Ending()
     start_ros()
     try:

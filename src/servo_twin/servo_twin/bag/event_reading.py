@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..recording.events import Change, CHANGES, Happened, obeyed
+from ..recording.events import beside, Change, CHANGES, Happened, obeyed
+from ..recording.parts import LongRecording
 from .bag_writing import BagError
 from .mcap_reading import DAMAGE
 from .message_definitions import deserialize, embedded_types, PACKAGE
@@ -45,7 +46,16 @@ def _happened(source: Source, piece: object, topics: list[str]) -> list[Happened
     return sorted(found, key=lambda one: one.stamp)
 
 
-def read_changes(bag: Path, namespace: str | None = None) -> list[Change]:
-    """Return what a replay of a bag's twin obeys, in its order; see read_events."""
-    return obeyed([Change(one.sequence, one.kind, one.content)
-                   for one in read_events(bag, namespace) if one.kind in CHANGES])
+def read_changes(bag: Path, namespace: str | None = None,
+                 recording: LongRecording | None = None) -> list[Change]:
+    """
+    Return what a replay of a bag's twin obeys, in its order; see read_events.
+
+    With ``recording``, what was beside its driver, where the bag has several.
+    """
+    changes = [Change(one.sequence, one.kind, one.content)
+               for one in read_events(bag, namespace) if one.kind in CHANGES]
+    if recording is not None:
+        zero = recording.start - recording.sequence * recording.period
+        changes = beside(changes, round(zero * 1e9))
+    return obeyed(changes)

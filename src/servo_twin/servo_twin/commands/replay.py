@@ -94,7 +94,7 @@ def _answered(arguments: argparse.Namespace) -> int:
         recording: LongRecording = opened.enter_context(open_recording(*where))
         coupled = recording.has('coupled_position')
         servo = servo_of(recording, arguments.servo)
-        changes = _changes(arguments)
+        changes = _changes(arguments, recording)
         compared, early = None, 0
         if arguments.compare:
             live = opened.enter_context(open_predictions(*where))
@@ -174,11 +174,11 @@ def _show(console: Console, recording: LongRecording, fit: Fit, warnings: list[s
         console.print(event_table(happened, recording.start))
 
 
-def _changes(arguments: argparse.Namespace) -> list[Change]:
+def _changes(arguments: argparse.Namespace, recording: LongRecording) -> list[Change]:
     """Return what the replay obeys: with a servo or a mode of the user's, only what it leaves."""
     from ..bag import read_changes
 
-    changes = read_changes(arguments.bag, arguments.namespace)
+    changes = read_changes(arguments.bag, arguments.namespace, recording)
     if arguments.servo:
         changes = as_for_another(changes)
     if arguments.mode:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..description import servo_file
 from ..physics.servo import Servo, ServoError
-from ..recording.events import BEGAN, Change, SERVO_FILE, SETTINGS
+from ..recording.events import BEGAN, Change, SERVO_FILE, SETTINGS, ZERO
 from ..recording.joined_samples import samples_of
 from ..recording.parts import Long, parts_of
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
@@ -169,6 +169,7 @@ def answer(recording: Long[Recording], servo: Servo, settings: Settings = _AS_DE
 def _begun(change: Change, servo: Servo, period: float) -> Lockstep:
     fields = change.values
     text = fields.pop('servo_file')
+    fields.pop(ZERO, None)
     if text:
         servo = servo_file.loads(text, 'the servo file that the live twin began with', code=False)
     return Lockstep(servo, period, Settings(**fields))

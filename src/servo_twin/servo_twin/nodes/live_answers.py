@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from time import monotonic
 from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
@@ -19,20 +20,26 @@ from .plot_residuals import PlotResiduals
 from .topic_qos import OVERRIDABLE, sample_qos
 from .twin_health import TwinHealth
 
+AGAIN = 1.0
+"""s between two drivers at least: what goes back more often is of two that publish at once."""
+
 
 class LiveAnswers:
     """
     The topics of a twin node between configure and cleanup, and what becomes of their samples.
 
     ``begin(period)`` makes a lockstep for samples that come every ``period`` s; ServoError where
-    it cannot. ``lockstep`` is the one that runs, None before the first sample; ``next`` is the
-    number of the sample that a change acts on first.
+    it cannot. ``again(period)`` is called where their numbers begin again, as those of another
+    driver do. ``lockstep`` is the one that runs, None before the first sample; ``next`` is the
+    number of the sample that a change acts on first; ``zero`` is the instant of number 0, ns.
     """
 
-    def __init__(self, node: LifecycleNode, begin: Callable[[float], Lockstep]) -> None:
-        self._node, self._begin = node, begin
+    def __init__(self, node: LifecycleNode, begin: Callable[[float], Lockstep],
+                 again: Callable[[float], None] = lambda period: None) -> None:
+        self._node, self._begin, self._again = node, begin, again
         self.lockstep: Lockstep | None = None
-        self.next = 0
+        self.next = self.zero = 0
+        self._told_again = -AGAIN
         self.active = False
         self.health = TwinHealth()
         self._joiner: Joiner = Joiner(tuple(conversion.TOPICS))
@@ -126,8 +133,8 @@ class LiveAnswers:
                 self._malformed(ValueError(f'{type(problem).__name__}: {problem}'))
 
     def _step(self, block: Block) -> None:
-        self.next = block.sequence
-        lockstep = self._in_pace(block.period)
+        back, self.next = block.sequence < self.next, block.sequence
+        lockstep = self._in_pace(block, back)
         samples = block.samples
         self.next = block.sequence + len(samples)
         prediction, due = lockstep.step(block.sequence, block.stamp, samples)
@@ -139,14 +146,22 @@ class LiveAnswers:
         for residual in due:
             self._compare(lockstep, residual, now)
 
-    def _in_pace(self, period: float) -> Lockstep:
-        """Return a lockstep at the rig's period. Raises ServoError for one that cannot be."""
-        lockstep = self.lockstep
+    def _in_pace(self, block: Block, back: bool) -> Lockstep:
+        """
+        Return a lockstep at the rig's period. Raises ServoError for one that cannot be.
+
+        ``back``: whether the numbers of the samples have begun again.
+        """
+        lockstep, period = self.lockstep, block.period
         if lockstep is None or abs(lockstep.twin.period - period) > 1e-9 * period:
             if not period > 0.0:
                 raise ServoError(f'encoder.period = {period} s, it must be positive')
             self._finish()
+            self.zero = _zero(block)
             lockstep = self.lockstep = self._begin(period)
+        elif back and monotonic() - self._told_again >= AGAIN:
+            self._told_again, self.zero = monotonic(), _zero(block)
+            self._again(period)
         return lockstep
 
     def _compare(self, lockstep: Lockstep, residual: Answer, now: int) -> None:
@@ -165,6 +180,10 @@ class LiveAnswers:
             for residual in self.lockstep.finish():
                 self._compare(self.lockstep, residual, now)
             self.lockstep = None
+
+
+def _zero(block: Block) -> int:
+    return block.stamp - round(block.sequence * block.period * 1e9)
 
 
 def _age(answer: Answer, period: float, now: int) -> float:

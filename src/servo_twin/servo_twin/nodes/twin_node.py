@@ -52,7 +52,7 @@ class TwinNode(ManagedNode):
         twin_parameters.declare(self)
         self.settings = twin_parameters.settings(self)
         self._servo: Servo | None = None
-        self._answers = LiveAnswers(self, self._begin)
+        self._answers = LiveAnswers(self, self._begin, self._say_begun)
         self._declaring = False
         self._told = self._failure = ''
         self.finished: Future = Future()
@@ -119,11 +119,16 @@ class TwinNode(ManagedNode):
     def _begin(self, period: float) -> Lockstep:
         """Return a new lockstep at a period, s, and say so. Raises ServoError."""
         lockstep = Lockstep(self._servo, period, self.settings)
-        self._happened(
-            events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, '
-            f'{self.settings.mode.replace("_", " ")}',
-            events.written({**vars(self.settings), 'servo_file': servo_file.dumps(self._servo)}))
+        self._say_begun(period)
         return lockstep
+
+    def _say_begun(self, period: float) -> None:
+        """Tell all that a replay from the next sample on has to know; ``period`` in s."""
+        mode = self.settings.mode.replace('_', ' ')
+        self._happened(
+            events.BEGAN, f'{self._servo.name} runs at {1.0 / period:.6g} Hz, {mode}',
+            events.written({**vars(self.settings), events.ZERO: self._answers.zero,
+                            'servo_file': servo_file.dumps(self._servo)}))
 
     def _now(self) -> int:
         return self.get_clock().now().nanoseconds
@@ -169,11 +174,8 @@ class TwinNode(ManagedNode):
         before = self._servo
         if before is None:
             raise ServoError('the twin is not configured: give it a servo file and configure it')
-        kept = False
-        if self._answers.lockstep is not None:
-            kept = self._answers.lockstep.load(servo)
-        else:
-            Lockstep(servo, servo.step, self.settings)
+        running = self._answers.lockstep or Lockstep(servo, servo.step, self.settings)
+        kept = running.load(servo)
         self._declaring = True
         try:
             servo_parameters.withdraw(self, before)
@@ -203,12 +205,9 @@ class TwinNode(ManagedNode):
 
     def _report(self) -> None:
         label = self._state_machine.current_state[1]
+        level, said, facts = (ERROR, self._failure, {}) if self._failure else (OK, label, {})
         if self._answers.active:
             level, said, facts = self._answers.report()
-        elif self._failure:
-            level, said, facts = ERROR, self._failure, {}
-        else:
-            level, said, facts = OK, label, {}
         facts = {PROCESS: self._namesake.process, 'lifecycle': label,
                  'servo': self._servo.name if self._servo else 'none',
                  'mode': self.settings.mode, **facts, **self._answers.readers}

@@ -14,6 +14,12 @@ BEGAN, PARAMETERS, SERVO_FILE, SETTINGS = 'began', 'parameters', 'servo_file', '
 CHANGES = (BEGAN, PARAMETERS, SERVO_FILE, SETTINGS)
 """The kinds that a replay obeys."""
 
+ZERO = 'zero'
+"""Of a beginning: the instant of sample number 0, ns, which tells one driver from the next."""
+SAME = 500_000_000
+"""ns by which the samples number 0 of two drivers are further apart: one takes longer to start."""
+
+
 @dataclass(frozen=True)
 class Change:
     """One change of ``kind``, from sample ``sequence`` on; ``content`` as of Event.msg."""
@@ -57,6 +63,22 @@ def obeyed(changes: Sequence[Change]) -> list[Change]:
     """
     last = max((k for k, one in enumerate(changes) if one.kind == BEGAN), default=-1)
     return [one for k, one in enumerate(changes) if one.sequence or k > last or one.kind == BEGAN]
+
+def beside(changes: Sequence[Change], zero: int) -> list[Change]:
+    """
+    Return the changes beside the driver whose sample number 0 was taken at ``zero``, ns.
+
+    Another driver counts from 0 again, so that a number alone names no sample. What a twin of an
+    earlier version told does not say beside which driver it was, and is returned.
+    """
+    found, own = [], True
+    for one in changes:
+        if one.kind == BEGAN:
+            told = one.values.get(ZERO)
+            own = not isinstance(told, int) or abs(told - zero) < SAME
+        if own:
+            found.append(one)
+    return found
 
 def as_for_another(changes: Sequence[Change]) -> list[Change]:
     """Return the changes as they act on another servo, whose values stay as they are."""

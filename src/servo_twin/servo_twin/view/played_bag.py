@@ -67,7 +67,7 @@ class PlayedBag(Source):
                 self._rows.add(part, None)
             return ['no servo file is stored in the bag: --servo gives it a twin']
         warm_up(self._servo)
-        changes = [] if servo else read_changes(self._bag, self._namespace)
+        changes = [] if servo else read_changes(self._bag, self._namespace, whole)
         twin = Answering(whole, self._servo, changes=changes)
         for part, answer in twin:
             self._rows.add(part, answer)
