@@ -160,6 +160,18 @@ def test_it_begins_anew_when_the_state_is_not_finite():
     assert 41 in twin.breaks or 42 in twin.breaks
 
 
+@pytest.mark.parametrize('name', ['voltage', 'external_torque', 'temperature'])
+@pytest.mark.parametrize('block', [1, 7, 100])
+def test_a_value_that_broke_it_is_not_held(name, block):
+    samples = recording(100, motor_position=0.0, load_position=0.0)
+    samples[40:, CHANNELS.index(name)] = np.nan
+    samples[40, CHANNELS.index(name)] = 1e308
+    twin = Twin(BENCH, PERIOD)
+    y = np.vstack([twin.step(n, samples[n:n + block]) for n in range(0, 100, block)])
+    assert np.isfinite(y[60:]).all() and twin.restarts < 10
+    np.testing.assert_array_equal(y, Twin(BENCH, PERIOD).step(0, samples))
+
+
 def test_it_holds_a_command_that_is_missing():
     whole, holed = recording(200, voltage=1.0), recording(200, voltage=1.0)
     holed[50:90, CHANNELS.index('voltage')] = np.nan

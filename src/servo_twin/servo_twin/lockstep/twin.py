@@ -121,6 +121,8 @@ class Twin:
                 y[bad] = nan
                 bad += 1
             at = bad
+            self._inputs.forget()
+            u[at:], looped[at:] = self._inputs.take(samples[at:], self._reference)
         self._last = u[-1]
         self.samples += len(u)
         self.next = sequence + len(u)

@@ -58,6 +58,10 @@ class Inputs:
     def __init__(self) -> None:
         self._held = dict(_MISSING)
 
+    def forget(self) -> None:
+        """Hold nothing of the samples before: a value that broke the twin would break it again."""
+        self._held = dict(_MISSING)
+
     def take(self, samples: np.ndarray, reference: str | None) -> tuple[np.ndarray, np.ndarray]:
         """
         Return inputs of shape (n, len(INPUTS)), and where the rig's loop is closed, bool (n,).
