@@ -13,6 +13,7 @@ import re
 from typing import NamedTuple
 
 from .east_asian import units_in_symbols
+from .european import symbols_of
 
 
 class Unit(NamedTuple):
@@ -99,7 +100,8 @@ def parsed(text: str, turned: bool = False) -> Unit:
 
     ``turned``: Hz and 1/min count turns, of 2 pi rad; else Hz is 1/s, and 1/min 1/60 of that.
     """
-    plain = units_in_symbols(text).translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
+    plain = symbols_of(units_in_symbols(text))
+    plain = plain.translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
     plain = re.sub(r'\^\s*|\*\*(?=-?\d)', '', plain).replace('/rad/s', '/(rad/s)')
     plain = re.sub(r'(?<=[A-Za-z])-(?=[A-Za-z])', ' ', plain)  # N-m
     plain = re.sub(r'\bU/(?=min|s)', 'rev/', plain)  # as German has it
