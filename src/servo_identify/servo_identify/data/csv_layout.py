@@ -22,10 +22,10 @@ BEGIN = 100_000  # bytes that are looked at before a file is read
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
-_MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
+MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
 _TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
 """What a column is called that has one of these units and no name."""
-_LINE_END = re.compile(r'\r\n|\n|\r')
+LINE_END = re.compile(r'\r\n|\n|\r')
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class _Columns:
 
     def cells(self, line: str) -> list[str]:
         """Return the cells of a line."""
-        return _cells(line, self.delimiter)
+        return cells_of(line, self.delimiter)
 
     def has_row(self, line: str) -> bool:
         """Tell whether a line is a row of numbers, some of which may be missing."""
@@ -102,11 +102,15 @@ def layout_of(path: Path) -> Layout:
     numbers holds count, and so do units in a line of their own.
     """
     encoding, begin = _text(path)
-    lines = _LINE_END.split(begin)
-    shown = [k for k, line in enumerate(lines) if line.strip() and not _MARKS.match(line)]
+    lines = LINE_END.split(begin)
+    shown = [k for k, line in enumerate(lines) if line.strip() and not MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
     refuse_logs(path, [lines[k] for k in shown])
+    if not any(any(map(str.isdigit, lines[k])) for k in shown[1:]) and not is_number(
+            lines[shown[0]].split()[0].strip(',;')):
+        raise ValueError(f'{path} has no rows: below {lines[shown[0]].strip()!r} stands no '
+                         'number')
     columns = _columns_of([lines[k] for k in shown[-_LAST:]])
     rows = [columns.has_row(lines[k]) for k in shown]
     # below a key, as Length, numbers stand above the rows
@@ -115,7 +119,7 @@ def layout_of(path: Path) -> Layout:
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
     above = [k for k, line in enumerate(lines[:row]) if line.strip()]
-    remark = _MARKS.match(lines[above[-1]]) if above else None
+    remark = MARKS.match(lines[above[-1]]) if above else None
     told = columns.cells(lines[above[-1]][remark.end():]) if remark else []
     if len(told) != columns.count or any(map(is_number, told)):
         told = []
@@ -149,7 +153,8 @@ def _text(path: Path) -> tuple[str, str]:
         return encoding, begin.decode(encoding, 'ignore')
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without the blanks around them."""
     if delimiter == _BLANKS:
         return line.split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
@@ -162,7 +167,7 @@ def _columns_of(lines: Sequence[str]) -> _Columns:
     if not any(found[delimiter].values()):
         delimiter = max(_DELIMITERS, key=lines[0].strip().count)
     count = max(found[delimiter], key=lambda one: found[delimiter][one])
-    rows = [_cells(line, delimiter) for line in lines]
+    rows = [cells_of(line, delimiter) for line in lines]
     across = list(zip(*(cells for cells in rows if len(cells) == count), strict=True))
     numbers = [k for k, cells in enumerate(across) if any(map(is_number, cells)) and 2 * sum(
         map(is_number, cells)) >= sum(map(bool, cells))]
@@ -176,7 +181,7 @@ def _numbers_of(lines: Sequence[str], delimiter: str) -> Counter[int]:
     """Return how many numbers stand in the lines of each number of cells."""
     found = Counter[int]()
     for line in lines:
-        cells = _cells(line, delimiter)
+        cells = cells_of(line, delimiter)
         found[len(cells)] += sum(map(is_number, cells))
     return found
 
@@ -241,5 +246,5 @@ def last_line(path: Path, encoding: str) -> str:
     """Return the last line of a file that is not blank, '' where there is none."""
     with path.open('rb') as file:
         file.seek(max(0, path.stat().st_size - BEGIN))
-        lines = _LINE_END.split(file.read().decode(encoding, 'ignore'))
+        lines = LINE_END.split(file.read().decode(encoding, 'ignore'))
     return next((one for one in reversed(lines) if one.strip()), '')

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 import re
 
-from ..data.column_names import TOLD_TORQUE, TORQUE
+from ..data.column_names import looks_like, TOLD_TORQUE, TORQUE
 from .proposals import Proposal
 from .sources import Offered
 
@@ -24,6 +24,11 @@ def left_out(of: Offered, chosen: Mapping[str, Proposal], joint: str) -> list[st
     beside = [one for one in of.sources if any(name in one for name in joints)]
     return [source for source in (beside if of.messages else (*of.sources, *of.refused))
             if source not in taken]
+
+
+def reasons(of: Offered, left: Sequence[str]) -> list[str]:
+    """Return why columns that were left out cannot be read, where their names are needed."""
+    return [said for name, said in of.refused.items() if name in left and looks_like(name)]
 
 
 def remarks(proposals: Mapping[str, Sequence[Proposal]], chosen: Mapping[str, Proposal],
